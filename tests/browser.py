@@ -25,7 +25,8 @@ from seated import diaries_of
 from lockprobe.agents.catalogue import resolve
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import filled, read_words
-from lockprobe.people.web.serving import ServerOptions, opened
+from lockprobe.people.web.address import Address
+from lockprobe.people.web.serving import opened
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.running.single import run_trial
@@ -419,7 +420,7 @@ def _end():
 async def served(directory, study, **settings):
     """The server in this process; its address."""
     experiment = Experiment(**{"practice": "", **settings})
-    door = ServerOptions(port=0)
+    door = Address(port=0)
     async with opened(directory, study, experiment, read_words(experiment.language), door) as where:
         yield where.url
 

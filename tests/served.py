@@ -11,7 +11,8 @@ from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import read_words
-from lockprobe.people.web.serving import ServerOptions, opened
+from lockprobe.people.web.address import Address
+from lockprobe.people.web.serving import opened
 from lockprobe.studies.study import Study
 
 STUDY = Study(
@@ -35,7 +36,7 @@ def experiment(**changes):
 
 @asynccontextmanager
 async def served(directory, study=STUDY, people=EXPERIMENT, door=None):
-    door = door or ServerOptions(port=0)
+    door = door or Address(port=0)
     async with (
         opened(directory, study, people, read_words("en"), door) as where,
         httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=60) as http,

@@ -174,7 +174,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
     for package in ("starlette", "uvicorn"):
         if find_spec(package) is None:
             raise Missing(f"lockprobe serve needs the package {package}", "pip install 'lockprobe[web]'")
-    from lockprobe.people.web.serving import ServerOptions
+    from lockprobe.people.web.address import Address
     from lockprobe.people.web.serving import serve as until_stopped
 
     words = words_to_read(directory, experiment)
@@ -183,7 +183,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         planned,
         experiment,
         words,
-        ServerOptions(**door),  # type: ignore[arg-type] # named as its fields are
+        Address(**door),  # type: ignore[arg-type] # named as its fields are
         announce=lambda where: _announce(where, planned, experiment, words, json=json),
     )
     asyncio.run(opening)

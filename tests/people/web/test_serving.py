@@ -21,7 +21,8 @@ from lockprobe.people.diary import Did
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.people.web import serving
-from lockprobe.people.web.serving import ServerOptions, opened
+from lockprobe.people.web.address import Address
+from lockprobe.people.web.serving import opened
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import STORE
 
@@ -181,7 +182,7 @@ def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
         return await quick(*arguments)
 
     async def visit():
-        serving = opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), ServerOptions(port=0))
+        serving = opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), Address(port=0))
         where = await serving.__aenter__()
         one = Visitor(where.url, STUDY, tmp_path)
         await at_the_box(one)
@@ -221,9 +222,9 @@ def test_what_cannot_be_had_is_said_before_anything_is_written(tmp_path):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         with pytest.raises(BadValue, match="in use"):
-            asyncio.run(begin(tmp_path / "study", ServerOptions(port=taken.getsockname()[1])))
+            asyncio.run(begin(tmp_path / "study", Address(port=taken.getsockname()[1])))
     with pytest.raises(Missing, match="--public-url"):
-        ServerOptions(host="0.0.0.0")
+        Address(host="0.0.0.0")
     assert not (tmp_path / "study").exists()
 
 
@@ -233,13 +234,13 @@ def test_a_start_that_fails_late_leaves_nothing_that_was_not_there(tmp_path, mon
 
     monkeypatch.setattr(serving.ServerLog, "open", fails)
     with pytest.raises(BadFile):
-        asyncio.run(begin(tmp_path / "runs" / "study", ServerOptions(port=0)))
+        asyncio.run(begin(tmp_path / "runs" / "study", Address(port=0)))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_once_people_can_come_an_error_leaves_all_as_it_is(tmp_path):
     async def fails():
-        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), ServerOptions(port=0)):
+        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), Address(port=0)):
             raise BadFile(tmp_path, "changed")
 
     with pytest.raises(BadFile):
@@ -251,7 +252,7 @@ def test_once_people_can_come_an_error_leaves_all_as_it_is(tmp_path):
 def test_one_directory_is_served_once(tmp_path):
     async def twice():
         async with served(tmp_path):
-            await begin(tmp_path, ServerOptions(port=0))
+            await begin(tmp_path, Address(port=0))
 
     with pytest.raises(DirectoryBusy):
         asyncio.run(twice())
@@ -273,7 +274,7 @@ def test_no_address_is_kept(tmp_path, capfd):
 
 
 def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path):
-    door = ServerOptions(port=free_port(), public="https://study.example.org")
+    door = Address(port=free_port(), public="https://study.example.org")
 
     async def visit():
         async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), door) as where:
@@ -299,6 +300,6 @@ def test_it_ends_in_one_line_where_somebody_else_replaces_the_records(tmp_path, 
         (tmp_path / "new").replace(where.directory / STORE)
 
     words = read_words(EXPERIMENT.language)
-    door = ServerOptions(port=0)
+    door = Address(port=0)
     with pytest.raises(BadFile, match="study.db: replaced by somebody else"):
         asyncio.run(serving.serve(tmp_path / "d", STUDY, EXPERIMENT, words, door, announce=replace_records))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
@@ -24,16 +23,18 @@ class Address:
 
     Attributes:
         host: The name or IP address to listen on.
-        port: The port.
-        public: The origin that participants use, ``https://name`` or ``http://name:port``; empty for ``host``.
+        port: The port; 0 for any free one.
+        public: The origin that participants use through a proxy, ``https://name`` or ``http://name:port``; empty
+            without one.
         allowed: More names of this machine, without port.
 
     Raises:
         BadValue: If ``public`` is no origin, or a name is none.
+        Missing: If the server listens everywhere, and there is neither a public origin nor another name.
     """
 
-    host: str
-    port: int
+    host: str = "127.0.0.1"
+    port: int = 8765
     public: str = ""
     allowed: tuple[str, ...] = ()
 
@@ -41,13 +42,16 @@ class Address:
         for name in self.allowed:
             if not _NAME.fullmatch(name):
                 raise BadValue("allow-host", name, "a host name or IP address without port, for example lab-pc.local")
-        if self.public and not _is_origin(self.public):
+        if self.public and not _origin_of(self.public):
             raise BadValue("public-url", self.public, "https://NAME, without a path")
+        if self.host in EVERYWHERE and not (self.public or self.allowed):
+            remedy = "give --public-url https://NAME, or --allow-host NAME on a local network"
+            raise Missing(f"--host {self.host}: which name will browsers use", remedy)
 
     @property
     def url(self) -> str:
         """The address for participants; it ends with a slash."""
-        return (self.public.rstrip("/") or self._origin((*self._own, *self.allowed, *LOOPBACK)[0])) + "/"
+        return (self.public.rstrip("/") or self._origins[0]) + "/"
 
     @property
     def secure(self) -> bool:
@@ -57,9 +61,7 @@ class Address:
     @property
     def origins(self) -> frozenset[str]:
         """The origins whose pages may post here, as browsers write them."""
-        names = (*LOOPBACK, *self._own, *self.allowed)
-        own = {self._origin(name.lower()) for name in names}
-        return frozenset(own | ({_plain_origin(self.public)} if self.public else set()))
+        return frozenset({origin.lower() for origin in self._origins} | ({_origin_of(self.public)} - {""}))
 
     @property
     def hosts(self) -> frozenset[str]:
@@ -67,41 +69,23 @@ class Address:
         return frozenset(origin.partition("://")[2] for origin in self.origins)
 
     @property
-    def _own(self) -> tuple[str, ...]:
-        """The name of ``host``; none where the server listens everywhere."""
-        if self.host in EVERYWHERE:
-            return ()
-        return (f"[{self.host}]",) if ":" in self.host else (self.host,)
-
-    def _origin(self, name: str) -> str:
-        return f"http://{name}" + ("" if self.port == 80 else f":{self.port}")
+    def _origins(self) -> list[str]:
+        """Those without a proxy, that for participants first."""
+        own = [] if self.host in EVERYWHERE else [f"[{self.host}]" if ":" in self.host else self.host]
+        port = "" if self.port == 80 else f":{self.port}"
+        return [f"http://{name}{port}" for name in (*own, *self.allowed, *LOOPBACK)]
 
 
-def _is_origin(url: str) -> bool:
+def _origin_of(url: str) -> str:
+    """An origin as browsers write it, in lower case and without the usual port; empty if the URL is none."""
     try:
         parts = urlsplit(url)
-        port_is_one = parts.port is None or parts.port > 0
+        port = parts.port
     except ValueError:
-        return False
+        return ""
     name = f"[{parts.hostname}]" if parts.hostname and ":" in parts.hostname else parts.hostname
     alone = parts.path in ("", "/") and not (parts.query or parts.fragment or "@" in parts.netloc)
-    return parts.scheme in ("http", "https") and bool(name and _NAME.fullmatch(name)) and alone and port_is_one
-
-
-def _plain_origin(url: str) -> str:
-    """An origin as browsers write it: lower case, without the default port of its scheme."""
-    parts = urlsplit(url)
-    usual = {"http": 80, "https": 443}[parts.scheme]
-    name = f"[{parts.hostname}]" if ":" in (parts.hostname or "") else parts.hostname
-    return f"{parts.scheme}://{name}" + ("" if parts.port in (None, usual) else f":{parts.port}")
-
-
-def check_exposure(host: str, public: str, allowed: Sequence[str]) -> None:
-    """Refuse access from other machines without a name of the server.
-
-    Raises:
-        Missing: If the server listens everywhere, and there is neither a public origin nor another name.
-    """
-    if host in EVERYWHERE and not (public or allowed):
-        remedy = "give --public-url https://NAME, or --allow-host NAME on a local network"
-        raise Missing(f"--host {host}: which name will browsers use", remedy)
+    usual = {"http": 80, "https": 443}.get(parts.scheme)
+    if not (usual and name and _NAME.fullmatch(name) and alone) or port == 0:
+        return ""
+    return f"{parts.scheme}://{name}" + ("" if port in (None, usual) else f":{port}")

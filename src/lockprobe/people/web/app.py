@@ -7,38 +7,41 @@ scripts cannot read holds the token that identifies a participant.
 
 from __future__ import annotations
 
+import json
+import mimetypes
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from http import HTTPStatus
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
-from starlette.routing import Route
-from starlette.types import ASGIApp
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, ExceptionHandler, Scope
 
-from lockprobe.people.refusals import ActRefused
+from lockprobe.foundation.errors import BadFile
+from lockprobe.people.refusals import STATUS, ActRefused
 from lockprobe.people.responses import Act
 from lockprobe.people.scenes import StrictModel
 from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import Words
 from lockprobe.people.web.address import Address
-from lockprobe.people.web.files import Files
-from lockprobe.people.web.guard import Guard, body_of
+from lockprobe.people.web.guard import Guard
 from lockprobe.people.web.log import LOGGED, ServerLog
-from lockprobe.people.web.refusals import STATUS, RequestRefused, refusal, refused
+
+STATIC = Path(__file__).with_name("static")
 
 COOKIE = "lockprobe"
 
 SECONDS_REMEMBERED = 60 * 24 * 3600
 """How long a browser keeps its cookie, so that one can come back later."""
-
-_LONGEST_LEASE = 200
 
 Word = Annotated[str, Field(max_length=200)]
 Platform = Annotated[dict[Word, Word], Field(max_length=40)]
@@ -49,147 +52,140 @@ class _Open(StrictModel):
     platform: Platform = Field(default_factory=dict)
 
 
-class _Done(StrictModel):
-    lease: Annotated[str, Field(max_length=_LONGEST_LEASE)]
+class _Withdraw(StrictModel):
+    lease: Word
+
+
+class _Done(_Withdraw):
     turn: Annotated[int, Field(ge=0, le=10**9)]
     act: Act
     platform: Platform = Field(default_factory=dict)
 
 
-class _Withdraw(StrictModel):
-    lease: Annotated[str, Field(max_length=_LONGEST_LEASE)]
+Body = TypeVar("Body", bound=StrictModel)
+
+
+async def _body(request: Request, kind: type[Body]) -> Body:
+    try:
+        return kind.model_validate_json(await request.body())
+    except ValidationError:
+        raise ActRefused("malformed", "the body is no such JSON object") from None
+
+
+def page_version() -> str:
+    """The version of the participants' page, for the record.
+
+    Raises:
+        BadFile: If the page was not built.
+    """
+    path = STATIC / "page.json"
+    try:
+        return str(json.loads(path.read_bytes())["version"])
+    except (OSError, ValueError, KeyError, TypeError):
+        raise BadFile(path, "names no version of the page; was it built?") from None
+
+
+class _Files(StaticFiles):
+    """The files of the page. They are kept by browsers and asked for again, so that a new release is seen at once."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        if scope["path"].endswith("/") and scope["path"] != "/":
+            raise HTTPException(HTTPStatus.NOT_FOUND)
+        answer = await super().get_response("index.html" if scope["path"] == "/" else path, scope)
+        answer.headers["cache-control"] = "no-cache"
+        return answer
+
+
+def _forget(answer: Response) -> Response:
+    answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
+    return answer
 
 
 def application(state: ServerState, words: Words, address: Address, log: ServerLog) -> ASGIApp:
     """The application of the page, with its guard."""
-    texts = _of_the_page(words)
-    api = _ParticipantApi(state, texts, address)
-    files = Files()
-
-    routes = [
-        Route("/", _answering(lambda request: files.answer("index.html", request))),
-        Route("/static/{name}", _answering(lambda request: files.answer(request.path_params["name"], request))),
-        Route("/api/open", api.open, methods=["POST"]),
-        Route("/api/act", api.act, methods=["POST"]),
-        Route("/api/withdraw", api.withdraw, methods=["POST"]),
-        Route("/healthz", _answering(lambda request: PlainTextResponse("ok"))),
-        Route("/robots.txt", _answering(lambda request: PlainTextResponse("User-agent: *\nDisallow: /\n"))),
-        Route("/favicon.ico", _answering(lambda request: Response(status_code=HTTPStatus.NO_CONTENT))),
-    ]
-    errors = _Refusals(log, texts)
-    inner = Starlette(
-        routes=routes,
-        exception_handlers={
-            RequestRefused: errors.refused,
-            ActRefused: errors.refused,
-            HTTPException: errors.no_route,
-            Exception: errors.broken,
-        },
-    )
-    inner.router.redirect_slashes = False
-    return Guard(GZipMiddleware(inner, minimum_size=1000, compresslevel=6), address, log)
-
-
-def _answering(answer: Callable[[Request], Response]) -> Callable[[Request], object]:
-    """Answer in the event loop, not in a thread: nothing here waits for a disk."""
-
-    async def answered(request: Request) -> Response:
-        return answer(request)
-
-    return answered
-
-
-def _of_the_page(words: Words) -> Mapping[str, object]:
-    """The texts that the page needs from the start; other texts come with their scenes."""
-    return {
-        "language": words.language,
-        "direction": words.direction,
-        "title": words.title,
+    texts = {
+        **words.model_dump(include={"language", "direction", "title", "page"}),
         "consent": words.consent.model_dump(include={"agree", "decline"}),
         "debrief": words.debrief.model_dump(include={"completion", "code"}),
-        "page": words.page.model_dump(),
-    }
+    }  # all others come with their scenes
+    mimetypes.add_type("text/javascript", ".js")  # whatever a system says
 
-
-class _ParticipantApi:
-    """The requests of participants."""
-
-    def __init__(self, state: ServerState, words: Mapping[str, object], address: Address) -> None:
-        self._state, self._words = state, words
-        self._secure = address.secure
-
-    async def open(self, request: Request) -> Response:
-        """A page was loaded."""
-        asked = await body_of(request, _Open)
-        shown = await self._state.enter(request.cookies.get(COOKIE), asked.platform)
-        return self._answer(shown, words=self._words)
-
-    async def act(self, request: Request) -> Response:
-        """A participant acts in a scene."""
-        asked = await body_of(request, _Done)
-        token = request.cookies.get(COOKIE)
-        return self._answer(await self._state.act(token, asked.lease, asked.turn, asked.act, asked.platform))
-
-    async def withdraw(self, request: Request) -> Response:
-        """A participant withdraws: all their data are deleted."""
-        asked = await body_of(request, _Withdraw)
-        return self._answer(await self._state.withdraw(request.cookies.get(COOKIE), asked.lease))
-
-    def _answer(self, shown: PageReply, **more: object) -> Response:
-        scene = shown.scene.model_dump(mode="json")
+    def shown(reply: PageReply, **more: object) -> Response:
+        scene = reply.scene.model_dump(mode="json")
         answer = JSONResponse(
             {
-                "lease": shown.lease,
-                "turn": shown.turn,
+                "lease": reply.lease,
+                "turn": reply.turn,
                 "scene": scene,
-                "withdraw": shown.may_withdraw,
-                "participant": shown.identity,
-                "progress": None if shown.progress is None else asdict(shown.progress),
+                "withdraw": reply.may_withdraw,
+                "participant": reply.identity,
+                "progress": None if reply.progress is None else asdict(reply.progress),
                 **more,
             }
         )
         if scene["kind"] == "closed" and scene["why"] in ("declined", "withdrawn"):
-            _forget(answer)  # nothing is kept of them, here or there
-        else:
-            answer.set_cookie(
-                COOKIE, shown.token, SECONDS_REMEMBERED, secure=self._secure, httponly=True, samesite="strict"
-            )
+            return _forget(answer)  # nothing is kept of them, here or there
+        answer.set_cookie(
+            COOKIE, reply.token, SECONDS_REMEMBERED, secure=address.secure, httponly=True, samesite="strict"
+        )
         return answer
 
+    async def opened(request: Request) -> Response:
+        asked = await _body(request, _Open)
+        return shown(await state.enter(request.cookies.get(COOKIE), asked.platform), words=texts)
 
-def _forget(answer: Response) -> None:
-    answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
+    async def act(request: Request) -> Response:
+        asked, token = await _body(request, _Done), request.cookies.get(COOKIE)
+        return shown(await state.act(token, asked.lease, asked.turn, asked.act, asked.platform))
+
+    async def withdraw(request: Request) -> Response:
+        asked = await _body(request, _Withdraw)
+        return shown(await state.withdraw(request.cookies.get(COOKIE), asked.lease))
+
+    async def said(request: Request) -> Response:
+        if request.url.path == "/favicon.ico":
+            return Response(status_code=HTTPStatus.NO_CONTENT)
+        return PlainTextResponse("ok" if request.url.path == "/healthz" else "User-agent: *\nDisallow: /\n")
+
+    files = _Files(directory=STATIC)
+    inner = Starlette(
+        routes=[
+            *(Route(path, said) for path in ("/healthz", "/robots.txt", "/favicon.ico")),
+            Route("/api/open", opened, methods=["POST"]),
+            Route("/api/act", act, methods=["POST"]),
+            Route("/api/withdraw", withdraw, methods=["POST"]),
+            Mount("/static", files),
+            Route("/", files),
+        ],
+        exception_handlers=_refusals(log, texts),
+    )
+    inner.router.redirect_slashes = False
+    return Guard(GZipMiddleware(inner, minimum_size=1000, compresslevel=6), address, log.refused)
 
 
-class _Refusals:
-    """Answers and logs requests that are refused or fail."""
+def _refusals(log: ServerLog, texts: Mapping[str, object]) -> Mapping[Any, ExceptionHandler]:
+    """What answers and logs requests that are refused or fail."""
 
-    def __init__(self, log: ServerLog, words: Mapping[str, object]) -> None:
-        self._log, self._words = log, words
-
-    async def refused(self, request: Request, error: Exception) -> Response:
-        """The request is refused."""
-        assert isinstance(error, RequestRefused | ActRefused)
+    async def refused(request: Request, error: Exception) -> Response:
+        assert isinstance(error, ActRefused)
         why = str(error) if error.code == "incomplete" else ""  # which parameter, and not what it held
-        self._log.refused(request.scope, STATUS[error.code], error.code, why)
-        more = {"words": self._words} if request.url.path == "/api/open" else {}  # the page has none yet
-        answer = refused(error, **more)
-        if error.code == "forged":
-            _forget(answer)  # a cookie of another study; the page starts again
-        return answer
+        log.refused(request.scope, STATUS[error.code], error.code, why)
+        more = {"words": texts} if request.url.path == "/api/open" else {}  # the page has none yet
+        answer = JSONResponse({"error": error.code, "message": str(error), **more}, STATUS[error.code])
+        return _forget(answer) if error.code == "forged" else answer  # a cookie of another study; the page starts again
 
-    async def no_route(self, request: Request, error: Exception) -> Response:
-        """This path does not exist, or not for this method."""
+    async def no_route(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
-        self._log.refused(request.scope, error.status_code, "unknown")
-        answer = refusal("unknown", HTTPStatus(error.status_code).phrase, error.status_code)
-        answer.headers.update(error.headers or {})
-        return answer
+        log.refused(request.scope, error.status_code, "unknown")
+        phrase = {"error": "unknown", "message": HTTPStatus(error.status_code).phrase}
+        return JSONResponse(phrase, error.status_code, dict(error.headers or {}))
 
-    async def broken(self, request: Request, error: Exception) -> Response:
-        """An unexpected error. The act is on disk or has not been done; the page asks again."""
+    async def broken(request: Request, error: Exception) -> Response:
+        """The act is on disk or has not been done; the page asks again."""
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{type(error).__name__} at {'/'.join(last.filename.split('/')[-2:])}:{last.lineno}"
-        self._log.refused(request.scope, HTTPStatus.INTERNAL_SERVER_ERROR, "broken", where)
+        log.refused(request.scope, HTTPStatus.INTERNAL_SERVER_ERROR, "broken", where)
         error.add_note(LOGGED)
-        return refusal("broken", "something went wrong here; please try again", HTTPStatus.INTERNAL_SERVER_ERROR)
+        return JSONResponse({"error": "broken", "message": "something went wrong here; please try again"}, 500)
+
+    return {ActRefused: refused, HTTPException: no_route, Exception: broken}

@@ -1,38 +1,24 @@
 """Checks on every request (host, origin, size, JSON), and the security headers of every answer.
 
-The Host header has to be a name of this server with its port. (Starlette's ``TrustedHostMiddleware`` ignores the port,
-accepts a second Host header, and neither logs nor answers in JSON.) A POST has to come from a page of this server, be
-JSON, and be small. Proxy headers are not trusted, since any client can set them.
+The Host header has to be a name of this server with its port, which Starlette's ``TrustedHostMiddleware`` ignores. A
+POST has to come from a page of this server, be JSON, and be small. Proxy headers are not trusted, since any client can
+set them.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
-from typing import TypeVar
+from collections.abc import Callable, Mapping
 
-from pydantic import BaseModel, ValidationError
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.requests import Request
+from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from lockprobe.people.refusals import STATUS, ActRefused
 from lockprobe.people.web.address import Address
-from lockprobe.people.web.log import ServerLog
-from lockprobe.people.web.refusals import STATUS, RequestRefused, refused
 
-Body = TypeVar("Body", bound=BaseModel)
-
-LARGEST_BODY = 16 * 1024
-"""Bytes of the largest body that is read."""
-
-LARGEST_HEAD = 16 * 1024
-"""Bytes of the largest head of a request, its path and headers."""
-
-AT_ONCE = 1024
-"""Bodies that are read at once."""
-
-SECONDS_FOR_A_BODY = 20.0
-"""The time for a body to arrive."""
+LARGEST_BODY, AT_ONCE, SECONDS_FOR_A_BODY = 16 * 1024, 1024, 20.0
+"""Bytes of the largest body that is read, how many are read at once, and the time for one to arrive."""
 
 SECURITY_HEADERS: Mapping[str, str] = {
     "content-security-policy": (
@@ -50,130 +36,96 @@ SECURITY_HEADERS: Mapping[str, str] = {
 """On every answer. No script but the page's own runs, nothing is loaded from elsewhere, no other page frames it."""
 
 
-async def body_of(request: Request, kind: type[Body]) -> Body:
-    """The JSON body of a request as a model.
-
-    Raises:
-        RequestRefused: As ``malformed``, if it is no such object.
-    """
-    try:
-        return kind.model_validate_json(await request.body())
-    except ValidationError:
-        raise RequestRefused("malformed", "the body is no such JSON object") from None
-
-
 class Guard:
-    """Checks requests before the application sees them, and logs those that it refuses."""
+    """Checks requests before the application sees them.
 
-    def __init__(self, app: ASGIApp, address: Address, log: ServerLog) -> None:
-        self._app, self._log = app, log
+    Args:
+        app: The application.
+        address: The names of the server.
+        refused: Called with each request that is refused, its status and its code.
+    """
+
+    def __init__(self, app: ASGIApp, address: Address, refused: Callable[[Scope, int, str], None]) -> None:
+        self._app, self._refused = app, refused
         self._hosts, self._origins = address.hosts, address.origins
         self._reading = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
+
+        async def sent(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                headers.update(SECURITY_HEADERS)
+                headers.setdefault("cache-control", "no-store")
+            await send(message)
+
         if scope["type"] != "http":
             return
-        answer = _with_headers(send)
         try:
-            _check_head(scope)
-            self._check(scope["method"], scope["path"], Headers(scope=scope))
-            body = await self._body(Headers(scope=scope), receive)
-        except RequestRefused as error:
-            self._log.refused(scope, STATUS[error.code], error.code)
-            await refused(error)(scope, receive, answer)
+            headers = Headers(scope=scope)
+            self._check(scope, headers)
+            body = await self._body(headers, receive)
+        except ActRefused as error:
+            self._refused(scope, STATUS[error.code], error.code)
+            answer = JSONResponse({"error": error.code, "message": str(error)}, STATUS[error.code])
+            await answer(scope, receive, sent)
             return
         except ConnectionError:
             return  # nobody is there to be answered
-        await self._app(scope, _once(body, receive), answer)
+        given: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
 
-    def _check(self, method: str, path: str, headers: Headers) -> None:
+        async def next_message() -> Message:
+            return given.pop() if given else await receive()
+
+        await self._app(scope, next_message, sent)
+
+    def _check(self, scope: Scope, headers: Headers) -> None:
+        method = scope["method"]
+        if len(scope["raw_path"]) + sum(len(name) + len(value) for name, value in scope["headers"]) > LARGEST_BODY:
+            raise ActRefused("too-large", f"the head of a request has at most {LARGEST_BODY} bytes")
         if len(headers.getlist("host")) != 1 or headers["host"].lower() not in self._hosts:
-            raise RequestRefused(
-                "cross-site", "this server does not accept that host name; see --public-url and --allow-host"
-            )
-        if method not in ("GET", "HEAD", "OPTIONS") or path.startswith("/api/"):
-            self._check_page(headers)
+            why = "this server does not accept that host name; see --public-url and --allow-host"
+            raise ActRefused("cross-site", why)
+        if method not in ("GET", "HEAD", "OPTIONS") or scope["path"].startswith("/api/"):
+            # browsers say which page sent a request, and no page can forge it; others need not
+            origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
+            if not (set(origins) <= self._origins and set(sites) <= {"same-origin"}):
+                raise ActRefused("cross-site", "only the study's own page can do that")
         if method == "POST":
-            _check_body(headers)
-
-    def _check_page(self, headers: Headers) -> None:
-        """Check which page sent the request. Browsers always say so, and no page can forge it; others need not."""
-        origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
-        if not (set(origins) <= self._origins and set(sites) <= {"same-origin"}):
-            raise RequestRefused("cross-site", "only the study's own page can do that")
+            kind, _, parameters = headers.get("content-type", "").lower().partition(";")
+            if kind.strip() != "application/json" or parameters.strip() not in ("", "charset=utf-8"):
+                raise ActRefused("not-json", "the body must be JSON")
+            if headers.get("content-encoding", "identity").lower() != "identity":
+                raise ActRefused("not-json", "a body must not be compressed")
+            if "transfer-encoding" in headers and "content-length" in headers:
+                raise ActRefused("malformed", "a body of two lengths")  # where a proxy could read another one
 
     async def _body(self, headers: Headers, receive: Receive) -> bytes:
         """The body of a request.
 
         Raises:
-            RequestRefused: If it is large or slow, or too many are being read.
+            ActRefused: If it is large or slow, or too many are being read.
             ConnectionError: If the client has gone.
         """
-        stated = headers.get("content-length", "0")
-        if stated.isdecimal() and int(stated[:9]) > LARGEST_BODY:
-            raise RequestRefused("too-large", f"a body has at most {LARGEST_BODY} bytes")
         if self._reading >= AT_ONCE:
-            raise RequestRefused("busy", "too many requests at once; try again")
+            raise ActRefused("busy", "too many requests at once; try again")
+        stated = headers.get("content-length", "0")
+        body, more = b"", True
         self._reading += 1
         try:
             async with asyncio.timeout(SECONDS_FOR_A_BODY):
-                return await _read(receive)
+                while more:
+                    if len(body) > LARGEST_BODY or (stated.isdecimal() and int(stated[:9]) > LARGEST_BODY):
+                        raise ActRefused("too-large", f"a body has at most {LARGEST_BODY} bytes")
+                    message = await receive()
+                    if message["type"] == "http.disconnect":
+                        raise ConnectionError
+                    body, more = body + message.get("body", b""), message.get("more_body", False)
         except TimeoutError:
-            raise RequestRefused("malformed", "the body did not arrive") from None
+            raise ActRefused("malformed", "the body did not arrive") from None
         finally:
             self._reading -= 1
-
-
-def _check_head(scope: Scope) -> None:
-    lengths = (len(name) + len(value) for name, value in scope["headers"])
-    if len(scope["raw_path"]) + len(scope.get("query_string", b"")) + sum(lengths) > LARGEST_HEAD:
-        raise RequestRefused("too-large", f"the head of a request has at most {LARGEST_HEAD} bytes")
-
-
-def _check_body(headers: Headers) -> None:
-    kind, _, parameters = headers.get("content-type", "").lower().partition(";")
-    if kind.strip() != "application/json" or parameters.strip() not in ("", "charset=utf-8"):
-        raise RequestRefused("not-json", "the body must be JSON")
-    if "transfer-encoding" in headers and "content-length" in headers:
-        raise RequestRefused("malformed", "a body of two lengths")  # where a proxy could read another than this server
-    if headers.get("content-encoding", "identity").lower() != "identity":
-        raise RequestRefused("not-json", "a body must not be compressed")
-
-
-async def _read(receive: Receive) -> bytes:
-    body, more = b"", True
-    while more:
-        message = await receive()
-        if message["type"] == "http.disconnect":
-            raise ConnectionError
-        body += message.get("body", b"")
-        more = message.get("more_body", False)
         if len(body) > LARGEST_BODY:
-            raise RequestRefused("too-large", f"a body has at most {LARGEST_BODY} bytes")
-    return body
-
-
-def _once(body: bytes, receive: Receive) -> Receive:
-    """The body in one message, then whatever else arrives."""
-    given = False
-
-    async def next_message() -> Message:
-        nonlocal given
-        if given:
-            return await receive()
-        given = True
-        return {"type": "http.request", "body": body, "more_body": False}
-
-    return next_message
-
-
-def _with_headers(send: Send) -> Send:
-    async def sent(message: Message) -> None:
-        if message["type"] == "http.response.start":
-            headers = MutableHeaders(scope=message)
-            headers.update(SECURITY_HEADERS)
-            headers.setdefault("cache-control", "no-store")
-        await send(message)
-
-    return sent
+            raise ActRefused("too-large", f"a body has at most {LARGEST_BODY} bytes")
+        return body

@@ -6,16 +6,15 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lockprobe.foundation.http_server import listen, running, stop_signals
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import Words
-from lockprobe.people.web.address import Address, check_exposure
-from lockprobe.people.web.app import application
-from lockprobe.people.web.files import page_version
+from lockprobe.people.web.address import Address
+from lockprobe.people.web.app import application, page_version
 from lockprobe.people.web.log import ServerLog
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
@@ -25,29 +24,6 @@ SECONDS_BETWEEN_CHECKS = 1.0
 
 SECONDS_TO_FINISH = 10
 """Time for requests that are under way when the server stops."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ServerOptions:
-    """How the server is reached.
-
-    Attributes:
-        host: The name or address to listen on.
-        port: The port; 0 for any free one.
-        public: The origin that participants use through a proxy; empty without a proxy.
-        allowed: More names of this machine.
-
-    Raises:
-        Missing: If other machines can connect, and a name is missing.
-    """
-
-    host: str = "127.0.0.1"
-    port: int = 8765
-    public: str = ""
-    allowed: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        check_exposure(self.host, self.public, self.allowed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +45,7 @@ class RunningServer:
 
 @asynccontextmanager
 async def opened(
-    directory: Path, study: Study, experiment: Experiment, words: Words, options: ServerOptions
+    directory: Path, study: Study, experiment: Experiment, words: Words, address: Address
 ) -> AsyncIterator[RunningServer]:
     """A server that participants can use. On exit it finishes the requests under way.
 
@@ -78,10 +54,9 @@ async def opened(
     Raises:
         UserMistake: If the port or the directory cannot be used.
     """
-    listening = listen(options.host, options.port)
+    listening = listen(address.host, address.port)
     with contextlib.closing(listening):
-        port = listening.getsockname()[1]
-        address = Address(host=options.host, port=port, public=options.public, allowed=options.allowed)
+        address = replace(address, port=listening.getsockname()[1])
         async with ServerState.open(directory, study, experiment, words, page=page_version()) as state:
             with ServerLog.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error", "asyncio"):
                 app = application(state, words, address, log)
@@ -97,7 +72,7 @@ async def serve(
     study: Study,
     experiment: Experiment,
     words: Words,
-    options: ServerOptions,
+    address: Address,
     *,
     announce: Callable[[RunningServer], None],
 ) -> None:
@@ -105,7 +80,7 @@ async def serve(
 
     Calls ``announce`` as soon as participants can come.
     """
-    async with opened(directory, study, experiment, words, options) as where:
+    async with opened(directory, study, experiment, words, address) as where:
         with stop_signals() as ended:
             announce(where)
             while not ended.is_set():
