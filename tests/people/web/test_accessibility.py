@@ -106,6 +106,7 @@ def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
         shown = {"practice": "chain-3", "language": settings.get("locale", "en")[:2], **WHOLE}
         async with browser() as chromium, served(tmp_path, study, **shown) as url:
             tab = await new_tab(chromium, "touch", **context)
+            tab.language = shown["language"]
             page, told, seen_so_far = tab.page, [], Counter()
             page.on("console", lambda message: told.append(message.text))
             page.on("pageerror", lambda error: told.append(str(error)))
