@@ -202,35 +202,6 @@ def test_nobody_is_sent_away_for_somebody_who_cannot_join(tmp_path):
     assert not isinstance(diary_of(tmp_path, left.identity)[-1], Released)
 
 
-def test_who_is_deleted_while_room_is_made_does_not_come_back(tmp_path, monkeypatch):
-    clock, study, slow, begun = Clock(), people_study(trials=2), [], asyncio.Event()
-    first, second = take_part(tmp_path, study, short(), people=2, until=at_first_step, clock=clock)
-    clock.now += 48 * HOURS
-
-    async def takes_its_time(seat):
-        slow.append(seat.journey.identity)
-        begun.set()
-        await asyncio.sleep(0.05)
-
-    async def rush():
-        async with opened(tmp_path, study, short(), clock=clock) as reception:
-            new = [await reception.enter(None, {}) for _ in range(2)]
-            joins = [reception.act(one.token, one.lease, 1, Agree(agreed=True), {}) for one in new]
-            monkeypatch.setattr("lockprobe.people.session.Session.let_go", takes_its_time)
-            joining = asyncio.gather(*joins)
-            await begun.wait()
-            (other,) = {first.identity, second.identity} - set(slow)
-            await reception._delete(reception._roster.called(other))
-            shown = await joining
-            monkeypatch.undo()
-            return other, shown
-
-    other, shown = asyncio.run(rush())
-    assert [one.scene.kind for one in shown] == ["page", "page"]
-    assert other not in [diary.identity for diary in read_diaries(tmp_path)]
-    take_part(tmp_path, study, short(), clock=clock)
-
-
 @pytest.mark.slow
 def test_where_plants_have_cameras_only_so_many_trials_are_held(tmp_path, monkeypatch):
     monkeypatch.setattr("lockprobe.people.roster._MOST_WITH_CAMERA", 2)

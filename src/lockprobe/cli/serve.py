@@ -24,9 +24,9 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.assignment import boxes_each, conditions_of, trials_for
-from lockprobe.people.consent import CODE
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.open_study import words_to_read
+from lockprobe.people.server_state import CODE
 from lockprobe.people.texts import LANGUAGES, Words, read_words, words_file
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.study_options import STUDIES, StudyOptions, read_options_file

@@ -632,6 +632,64 @@ def test_no_truth_in_all_the_traffic_of_a_session(tmp_path, flip, layout):
             assert {joint["label"] for joint in scene["panel"]["joints"] if joint["position"]} == ones
 
 
+def _anything(luck, one, other):
+    """A request of a participant who has joined, of which any part may be right."""
+    labels = [joint["label"] for joint in one.scene.get("panel", {}).get("joints", ())]
+    answers = [*one.scene.get("options", ()), "", "a" * 2001, "\ud800x", "<script>", 7, None]
+    rt = luck.choice([5.0, -1, 1e300, float("inf"), "5", None, [], True])
+    act = luck.choice([
+        {"kind": "next"}, {"kind": "agree", "agreed": luck.choice([True, False, 1])}, {"kind": "nothing"}, [], None, "x",
+        {"kind": "attempt", "joint": luck.choice([*labels, "Z", "", "A" * 99, 3, None]), "rt": rt,
+         "claimed": luck.choice(["moved", "opened", None]), "claimed_rt": luck.choice([None, 1.0, -1.0]),
+         **luck.choice([{}, {"pointer": "nose"}, {"viewport": [1, 2, 3]}, {"told": "moved"}])},
+        {"kind": "answer", "answer": luck.choice(answers), "rt": rt},
+        {"kind": "answers", "answers": [luck.choice(answers)] * luck.choice([0, 3, 21]), "rt": rt},
+    ])  # fmt: skip
+    turn = luck.choice([*[one.turn] * 9, one.turn - 1, one.turn + 1, 0, -1, 10**12, "2", None, 1.5])
+    body = {"lease": luck.choice([*[one.lease] * 9, other.lease, "", "x" * 300, 5]), "turn": turn, "act": act}
+    tokens = [each.http.cookies["lockprobe"] for each in (*[one] * 9, other)] + ["", "AAAA", "x" * 5000]
+    return luck.choice(["act", "act", "act", "withdraw", "open", "nowhere"]), body, luck.choice(tokens)
+
+
+def test_whatever_a_participant_sends_in_any_scene_nothing_breaks_leaks_or_locks_anybody_out(tmp_path):
+    luck, seen = random.Random(3), Counter()
+    checks = [{"after": 1, "question": "Blue?", "options": ["red", "blue"], "right": "blue"}]
+
+    async def visit():
+        async with served(tmp_path, people=experiment(checks=checks)) as place, AsyncExitStack() as stack:
+            one, other = [
+                await stack.enter_async_context(visiting(place, platform={"PROLIFIC_PID": f"p{i}"})) for i in (1, 2)
+            ]
+            await other.open()
+            await other.act(kind="agree", agreed=True)
+            await one.open()
+            await one.act(kind="agree", agreed=True)
+            while one.scene["kind"] != "debrief":
+                for _ in range(12):
+                    path, body, token = _anything(luck, one, other)
+                    before = {identity: len(acts(tmp_path, identity)) for identity in (one.identity, other.identity)}
+                    cookie = {"cookie": f"lockprobe={token}", "content-type": "application/json"}
+                    text = json.dumps(body).encode("ascii")
+                    if path == "withdraw" and body["lease"] in (one.lease, other.lease):
+                        path = "act"  # which would be meant
+                    answer = await place.http.post(f"/api/{path}", content=text, headers=cookie)
+                    seen[answer.status_code] += 1
+                    assert answer.status_code < 500, (path, body)
+                    assert not TRUTH.search(answer.text) or "words" in answer.text
+                    if answer.status_code != 200:
+                        after = {identity: len(acts(tmp_path, identity)) for identity in before}
+                        assert after == before
+                await one.open()
+                if one.scene["kind"] != "debrief":
+                    await one.do()
+            await other.open()
+            await other.play()
+
+    asyncio.run(visit())
+    assert {200, 400, 401, 404, 409, 422} <= set(seen)
+    assert len(load(tmp_path)) == 4
+
+
 def told_alike():
     """Two boxes that lock differently, one told truly and one always falsely: the same joint seems to move in both."""
     chain = box("chain-4")
