@@ -24,8 +24,8 @@ SITE = {"cmeel_pth"}
 """What a package imports by itself when any interpreter starts, by a file in site-packages."""
 
 KEY = "flips/random/truth/rep=1/trial=1"
-PLAIN = ("chance", "list agents", "export S", "status S")
-"""Commands that need no extra."""
+PLAIN = ("chance", "list agents", "export S", "status S", "doctor llm:ollama/x")
+"""Commands that need no extra. The last asks over HTTP, and says that nobody is there."""
 
 NEEDS = {
     "local": ("run flips --agent llm:local --p 0 --trials 1 --out R",),

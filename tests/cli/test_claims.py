@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from provider_server import truthful
+from provider_server import counted
 
 from lockprobe import load
 from lockprobe.cli.run import run
@@ -22,8 +22,8 @@ def play(tmp_path, provider, prices):
 
     def played(usage, **more):
         def claiming(request):
-            status, content = truthful(request)
-            return status, content | {"usage": usage}
+            status, content = counted(request)
+            return status, content if usage is HONEST else content | {"usage": usage}
 
         answer(claiming)
         run("flips", agent=[SPEC], p=["0"], trials=1, repetitions=1, out=tmp_path / "s", connections=1, **more)
@@ -31,7 +31,7 @@ def play(tmp_path, provider, prices):
     return played
 
 
-HONEST = {"prompt_tokens": 300, "completion_tokens": 20, "total_tokens": 320}
+HONEST = "as a provider counts"
 CLAIMED = {"prompt_tokens": 10**9, "completion_tokens": 20, "total_tokens": 10**9 + 20}
 
 

@@ -142,7 +142,7 @@ REPORT = {"report.results", "scipy", "matplotlib", "jinja2", "httpx2", "mujoco",
 @pytest.mark.parametrize(
     ("lines", "not_imported"),
     [
-        (["--help"], {"numpy", "pydantic", "trial.record"}),
+        (["--help"], {"numpy", "pydantic", "trial.record", "httpx2", "xllamacpp"}),
         (["box show", "box list"], {"scipy", "trial.record", "boxes.boxfile"}),
         (
             [

@@ -216,7 +216,7 @@ def test_a_key_that_dies_in_mid_run_is_the_last_line_and_the_exit_status(tmp_pat
         assert last.startswith(
             f"3 of 8 trials broke and are owed, of {SPEC}; the first at model: the provider answered"
         )
-        assert last.endswith("; the same command plays them again")
+        assert last.endswith("top up the account; when that is mended, the same command plays them again")
     answer(truthful)
     play(tmp_path / "s", agent=["random", SPEC])
     assert not any(trial.owed_again for trial in load(tmp_path / "s"))

@@ -615,11 +615,13 @@ def test_an_honest_study_with_counted_failures_is_believed(tmp_path, monkeypatch
             1: {"choices": [], "error": {"message": "busy", "code": 503}},
             2: {"choices": [{"message": {"content": ""}, "finish_reason": "stop"}]},
         }
-        counts = {"prompt_tokens": 9, "completion_tokens": 0, "total_tokens": 9}
-        return status, body | ({"usage": counts} | spoilt[len(asked) % 3] if len(asked) % 3 in spoilt else {})
+        counts = cutting(10**6)(request)[1]["usage"]
+        if len(asked) % 4 == 2:
+            counts |= {"completion_tokens": 0, "total_tokens": counts["prompt_tokens"]}
+        return status, body | {"usage": counts} | spoilt.get(len(asked) % 4, {})
 
     asked = []
     trials, _ = played(tmp_path, monkeypatch, answer, trials=2, p=[0], connections=1)
     assert [trial.ending for trial in trials] == ["solved"] * 2
-    assert {(call.retries, call.unanswered) for call in read_calls(tmp_path)} == {(2, 0)}
+    assert {(call.retries, call.unanswered) for call in read_calls(tmp_path)} == {(2, 0), (0, 0)}
     assert [check.said for check in verify(tmp_path) if not check.holds] == []

@@ -131,7 +131,7 @@ class _InOneTrial:
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             request = _fingerprint(messages, schema, self._settings, self._known)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
-                self._before = _Read.of(messages, known.usage)
+                self._note(_Read.of(messages, known), turn)
                 return _recalled(known, known.reply)
             await self._line.pause(turn - 1)
             worst = at_most(messages, self._settings, self._known)
@@ -174,7 +174,7 @@ class _InOneTrial:
         Raises:
             ModelFault: If it is one; it keeps the account of the call.
         """
-        read, why = _Read.of(messages, answer.usage), ""
+        read, why = _Read.of(messages, answer), ""
         try:
             parse_reply(answer.text, situation, answer.stop)
             self._alike.usable()
@@ -192,52 +192,58 @@ class _InOneTrial:
         if why:
             spent = asdict(replace(answer.usage, calls=0))
             raise ModelFault(why, retries=answer.retries, unanswered=answer.unanswered, usage=spent)
-        self._before = read
+        self._note(read, turn)
+
+    def _note(self, read: _Read, turn: int) -> None:
+        """Keep what was read, if that was counted; what was asked for again does not stay in the conversation."""
+        if read.tokens and turn == 1:
+            self._before = read
 
 
 class _Alike:
     """The unusable replies since the last usable one, as long as they have the same words."""
 
     def __init__(self) -> None:
-        self._played, self._words, self._times = False, "", 0
-        self._trials: set[str] = set()
+        self._played, self._words, self._times, self._trials = False, "", 0, set[str]()
 
     def usable(self) -> None:
         """Note that a trial got a usable reply."""
-        self._played, self._times = True, 0
-        self._trials.clear()
+        self._played, self._times, self._trials = True, 0, set()
 
     def unusable(self, trial: str, words: str) -> bool:
         """Note what a trial got; whether it is now the server that says so, and no model."""
         if words != self._words:
-            self._words, self._times = words, 0
-            self._trials.clear()
+            self._words, self._times, self._trials = words, 0, set()
         self._times += 1
         self._trials.add(trial)
         return self._played and self._times >= _ALIKE and len(self._trials) >= _ALIKE_TRIALS
 
 
 class _Read(NamedTuple):
-    """What a server read of a conversation: its size, the pictures in it, and the tokens that it counted."""
+    """What a server read: the texts of a conversation, how many pictures, and the tokens that it counted for them.
 
-    size: int = 0
+    Tokens are 0 where failed attempts may be counted too, or what is kept is the largest possible count.
+    """
+
+    texts: tuple[str, ...] = ()
     pictures: int = 0
     tokens: int = 0
 
     @classmethod
-    def of(cls, messages: Sequence[Message], usage: Usage) -> _Read:
-        size = sum(len(message.text.encode(errors="surrogatepass")) for message in messages)
-        return cls(size, sum(len(message.pictures) for message in messages), usage.input_tokens)
+    def of(cls, messages: Sequence[Message], answer: ModelReply | Call) -> _Read:
+        tokens = 0 if answer.retries or getattr(answer, "claimed", None) else answer.usage.input_tokens
+        return cls(tuple(one.text for one in messages), sum(len(one.pictures) for one in messages), tokens)
 
     def cuts(self, before: _Read) -> bool:
-        """Whether no more was read than of a shorter conversation.
+        """Whether no more was read than of the conversation that this one goes on with.
 
         Counts that never were of the text are no evidence, nor is the count of what was added alone, which is what some
         servers count that had the rest in a cache.
         """
-        added = self.size - before.size
-        counted = before.tokens * 8 >= before.size
-        return counted and 0 < added + PER_MESSAGE < self.tokens <= before.tokens and self.pictures >= before.pictures
+        goes_on = self.texts[: len(before.texts)] == before.texts and self.pictures >= before.pictures
+        old, new = (sum(len(text.encode(errors="surrogatepass")) for text in one.texts) for one in (before, self))
+        counted = before.tokens * 8 >= old
+        return goes_on and counted and PER_MESSAGE < new - old + PER_MESSAGE < self.tokens <= before.tokens
 
 
 def _credible(usage: Usage, worst: Usage) -> dict[str, Usage]:

@@ -63,7 +63,7 @@ _TOO_LONG = re.compile(
 
 _MENDING = (
     (
-        r"insufficient_quota|(?!.*retry in \d)(?:exceeded your current quota|billing)|credit balance|no credit|payment",
+        r"answered 402|insufficient_quota|credit balance|(?!.*retry in \d)(?:exceeded your current quota|billing)",
         "raise the quota or top up the account",
     ),
     (r"per.?day|daily|\b[RT]PD\b", "wait until its daily limit is renewed, or raise it"),
