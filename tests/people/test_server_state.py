@@ -21,10 +21,10 @@ from seated import (
 )
 from stored import acts, records, rewrite_acts, timings
 
-from lockprobe.people.diary import Did, read_diaries
+from lockprobe.people.diary import Did
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.refusals import ActRefused
-from lockprobe.people.responses import Agree, Answer, Attempt, Next
+from lockprobe.people.responses import Agree, Attempt
 from lockprobe.people.scenes import Box
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
@@ -168,22 +168,6 @@ def test_an_act_whose_reply_was_lost_is_answered_again_and_counts_once(tmp_path)
         assert as_played(trial) == as_played(without_page(study, trial, "human-inspired"))
 
 
-def test_the_same_act_sent_many_times_at_once_counts_once(tmp_path):
-    async def at_once() -> None:
-        async with opened(tmp_path, people_study(), short()) as reception:
-            shown = await reception.enter(None, {})
-            acts = [reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {}) for _ in range(5)]
-            replies = await asyncio.gather(*acts)
-            assert len({reply.identity for reply in replies}) == 1
-            box = await to_first(Box, reception, replies[0])
-            acts = [reception.act(box.token, box.lease, box.turn, CHOICE, {}) for _ in range(5)]
-            assert {reply.turn for reply in await asyncio.gather(*acts)} == {box.turn + 1}
-            assert len([line for line in diary_of(tmp_path, box.identity) if isinstance(line, Did) and line.box]) == 1
-
-    asyncio.run(at_once())
-    assert len(read_diaries(tmp_path)) == 1
-
-
 @pytest.mark.parametrize("reached", [False, True])
 def test_an_act_that_reached_the_disk_or_did_not_before_a_kill_is_sent_again_and_counts_once(tmp_path, reached):
     study = people_study()
@@ -208,49 +192,6 @@ def test_an_act_that_reached_the_disk_or_did_not_before_a_kill_is_sent_again_and
         assert as_played(trial) == as_played(without_page(study, trial, "human-inspired"))
 
 
-def test_what_is_not_for_the_scene_that_is_shown_is_refused_and_nothing_is_written(tmp_path):
-    async def every() -> None:
-        async with opened(tmp_path, people_study(), short()) as reception:
-            shown = await to_first(Box, reception, await reception.enter(None, {}))
-            before = acts(tmp_path, shown.identity)
-            other = CHOICE.model_copy(update={"rt": 2.0})
-            last = await reception.act(shown.token, shown.lease, shown.turn, CHOICE, {})
-            after = acts(tmp_path, shown.identity)
-            assert after[:-1] == before
-            for turn, act, code in [
-                (last.turn - 1, other, "stale"),
-                (last.turn + 1, CHOICE, "stale"),
-                (1, Agree(agreed=True), "stale"),
-                (last.turn, Next(), "impossible"),
-                (last.turn, Answer(answer="x", rt=1.0), "impossible"),
-                (last.turn, CHOICE, "impossible"),  # it is asked what the last action did
-                (last.turn, CHOICE.model_copy(update={"joint": "Z", "claimed": "moved"}), "impossible"),
-            ]:
-                with pytest.raises(ActRefused) as refusal:
-                    await reception.act(last.token, last.lease, turn, act, {})
-                assert refusal.value.code == code
-            assert acts(tmp_path, shown.identity) == after
-            assert (await reception.enter(last.token, {})).scene == last.scene
-
-    asyncio.run(every())
-
-
-def test_two_pages_cannot_play_one_box(tmp_path):
-    async def two() -> None:
-        async with opened(tmp_path, people_study(), short()) as reception:
-            first = await to_first(Box, reception, await reception.enter(None, {}))
-            second = await reception.enter(first.token, {})
-            assert (second.scene, second.turn) == (first.scene, first.turn)
-            assert await refused(reception, first, CHOICE) == "elsewhere"
-            with pytest.raises(ActRefused, match="another page"):
-                await reception.withdraw(first.token, first.lease)
-            there = await reception.act(second.token, second.lease, second.turn, CHOICE, {})
-            again = await reception.enter(first.token, {})  # go on here
-            assert (again.scene, again.turn) == (there.scene, there.turn)
-
-    asyncio.run(two())
-
-
 def test_after_a_restart_an_old_page_whose_act_is_refused_does_not_take_the_place_of_the_newer_one(tmp_path):
     async def two() -> None:
         async with opened(tmp_path, people_study(), short()) as reception:
@@ -266,45 +207,6 @@ def test_after_a_restart_an_old_page_whose_act_is_refused_does_not_take_the_plac
             assert await refused(reception, replace(old, turn=new.turn + 1), act) == "elsewhere"
 
     asyncio.run(two())
-
-
-def test_who_has_no_token_of_this_study_is_refused(tmp_path):
-    async def forged() -> None:
-        async with opened(tmp_path, people_study(), short()) as reception:
-            shown = await reception.enter(None, {})
-            other = shown.token[:-6] + ("A" if shown.token[-6] != "A" else "B") + shown.token[-5:]
-            for token in ("", "x", other, shown.token + "A", "é" * 88, "A" * 88):
-                with pytest.raises(ActRefused) as refusal:
-                    await reception.enter(token, {})
-                assert refusal.value.code == "forged"
-            with pytest.raises(ActRefused) as refusal:
-                await reception.act(None, shown.lease, 1, Agree(agreed=True), {})
-            assert refusal.value.code == "forged"
-            for lease in ("", "x" * 65, "../x"):
-                with pytest.raises(ActRefused) as refusal:
-                    await reception.act(shown.token, lease, 1, Agree(agreed=True), {})
-                assert refusal.value.code == "malformed"
-
-    asyncio.run(forged())
-    assert read_diaries(tmp_path) == []
-
-
-def test_nothing_is_kept_before_somebody_agrees_or_of_who_does_not(tmp_path):
-    async def declines() -> None:
-        async with opened(tmp_path, people_study(), short()) as reception:
-            before = sorted(tmp_path.rglob("*"))
-            shown = await reception.enter(None, {"PROLIFIC_PID": "abc"})
-            assert (shown.turn, shown.identity, shown.may_withdraw) == (1, None, False)
-            for act, code in ((Next(), "impossible"), (CHOICE, "impossible")):
-                with pytest.raises(ActRefused, match="agrees") as refusal:
-                    await reception.act(shown.token, shown.lease, 1, act, {})
-                assert refusal.value.code == code
-            closed = await reception.act(shown.token, shown.lease, 1, Agree(agreed=False), {"PROLIFIC_PID": "abc"})
-            assert (closed.scene.why, closed.identity) == ("declined", None)
-            assert (await reception.enter(shown.token, {})).scene.kind == "consent"
-            assert sorted(tmp_path.rglob("*")) == before
-
-    asyncio.run(declines())
 
 
 def test_of_the_platform_only_what_was_asked_for_is_kept_and_only_what_it_sends(tmp_path):

@@ -107,7 +107,7 @@ class Step {
       element(
         "div",
         { class: "now" },
-        practice ? element("p", { class: "where" }, filled(words.practice_ends, { budget })) : null,
+        practice && words.practice_ends ? element("p", { class: "where" }, filled(words.practice_ends, { budget })) : null,
         warning ? element("p", { class: "warning" }, warning) : null,
         report,
         remark ? element("p", { class: "remark" }, remark) : null,

@@ -115,7 +115,7 @@ class PageWords(_Part):
     step: Text
     box: Text
     practice: Text
-    practice_ends: Text
+    practice_ends: Text | None = None  # texts of an earlier release, which people read on, have none
     choose: Text
     joint: Text
     target: Text
