@@ -58,3 +58,16 @@ export function noticeOf({ notice }) {
 export function heading(text) {
   return element("h1", { tabindex: -1 }, text);
 }
+
+/**
+ * A button that does something in a scene; without `onclick` it sends its form.
+ *
+ * @param {string} act By which programs find it.
+ * @param {string} text
+ * @param {((event: Event) => void) | null} onclick
+ * @param {string} [looks]
+ */
+export function actButton(act, text, onclick, looks) {
+  const does = onclick ? { type: "button", onclick } : { type: "submit" };
+  return element("button", { ...does, class: looks, "data-act": act }, text);
+}

@@ -1,28 +1,15 @@
 /**
  * The participants' page. The server says what is shown and decides what happens; the page shows one scene after the
- * other with jsPsych, one plugin for each way of answering, and tells the server what was done.
+ * other with jsPsych, and tells the server what was done.
  */
 import { initJsPsych } from "jspsych";
 
 import { guardKeys } from "./choosing.js";
-import { AnswerPlugin } from "./plugins/answer.js";
-import { BoxPlugin } from "./plugins/box.js";
-import { ComprehensionPlugin } from "./plugins/comprehension.js";
-import { ConsentPlugin } from "./plugins/consent.js";
-import { ReadPlugin } from "./plugins/read.js";
 import { showProgress } from "./progress.js";
+import { ScenePlugin } from "./scene.js";
 import { Session } from "./session.js";
 import { Trouble } from "./trouble.js";
 import { offerToWithdraw } from "./withdraw.js";
-
-/** Which kinds of scenes each plugin shows. */
-const PLUGINS = [
-  [ConsentPlugin, ["consent"]],
-  [ReadPlugin, ["page", "over", "debrief", "closed"]],
-  [BoxPlugin, ["box"]],
-  [AnswerPlugin, ["check", "ask"]],
-  [ComprehensionPlugin, ["comprehension"]],
-];
 
 const place = document.getElementById("scene");
 const foot = document.getElementById("foot");
@@ -54,16 +41,10 @@ async function act(done) {
   delete place.dataset.busy;
 }
 
-function shownBy(plugin, kinds) {
-  return {
-    conditional_function: () => kinds.includes(session.scene.kind),
-    timeline: [{ type: plugin, scene: () => session.scene, words: () => session.words, act, on_start: frame }],
-  };
-}
-
 addEventListener("pageshow", (event) => {
   if (event.persisted) location.reload(); // from the browser's memory: the server knows where we are
 });
 guardKeys();
 await session.open();
-await jsPsych.run([{ timeline: PLUGINS.map(([plugin, kinds]) => shownBy(plugin, kinds)), loop_function: () => true }]);
+const shown = { type: ScenePlugin, scene: () => session.scene, words: () => session.words, act, on_start: frame };
+await jsPsych.run([{ timeline: [shown], loop_function: () => true }]);
