@@ -7,7 +7,7 @@ from itertools import count
 from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.people.diary import DiaryWriter, Did, Joined, Slot
+from lockprobe.people.diary import Did, Joined, Slot, write_entry
 from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.trial_rows import Timing
@@ -54,8 +54,11 @@ def take_part(
     places = tuple(Slot(condition=label[p], repetition=r, trial=t) for p, r, t in slots)
     finished = []
     with Journal.open(directory, study) as journal:
-        diary, turns = DiaryWriter(journal.store, identity), count(2)  # to agree is the first
-        diary.write(
+        turns = count(2)  # to agree is the first
+        write_entry(
+            journal.store,
+            identity,
+            1,
             Joined(
                 identity=identity,
                 token="f" * 64,
@@ -63,12 +66,13 @@ def take_part(
                 platform=dict(platform or {}),
                 slots=places,
                 words="en 3f9a01bc22d1",
-            )
+            ),
         )
 
         def did(scene, act, **more):
             turn = next(turns)
-            diary.write(Did(at=joined + 1.5 * turn, turn=turn, scene=scene, act=act, **more))
+            line = Did(at=joined + 1.5 * turn, turn=turn, scene=scene, act=act, **more)
+            write_entry(journal.store, identity, turn, line)
 
         did("page", Next(), item="1")
         did("box", Attempt(joint="A", rt=900.5), box=0, step=1, told="A moved.", ended="solved")

@@ -8,7 +8,6 @@ from taking_part import START, take_part
 from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import (
     Broken,
-    DiaryWriter,
     Did,
     Joined,
     Released,
@@ -16,6 +15,7 @@ from lockprobe.people.diary import (
     read_diaries,
     without_identity,
     write_diaries,
+    write_entry,
 )
 from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Attempt, Next
@@ -46,15 +46,13 @@ def test_a_diary_reads_back_as_written_and_ends_when_it_is_deleted(tmp_path):
     lines = [JOINED, Did(at=11.0, turn=2, scene="page", act=Next(), item="1"), STEP]
     lines += [Broken(at=13.0, turn=4, box=2), Released(at=14.0)]
     with written(tmp_path) as store:
-        diary = DiaryWriter(store, "3f9a01bc")
         for number, line in enumerate(lines, 1):
-            diary.write(line)
+            write_entry(store, "3f9a01bc", number, line)
             (read,) = read_diaries(tmp_path)
             assert [read.joined, *read.lines] == lines[:number]
-            diary = DiaryWriter(store, "3f9a01bc") if number % 2 else diary  # whoever opened it
         sql(tmp_path, "delete from act")
         with pytest.raises(BadFile, match="participant 3f9a01bc: the diary was deleted"):
-            diary.write(STEP)
+            write_entry(store, "3f9a01bc", len(lines) + 1, STEP)
     assert read_diaries(tmp_path) == []
 
 

@@ -131,25 +131,16 @@ Entry = Joined | Did | Broken | Released
 _adapter: TypeAdapter[Entry] = TypeAdapter(Annotated[Entry, Field(discriminator="kind")])
 
 
-class DiaryWriter:
-    """Appends to the diary of one participant in an open store."""
+def write_entry(store: Database, identity: str, number: int, entry: Entry) -> None:
+    """Append an entry, number ``number`` from 1, to the diary of a participant, and flush it to disk.
 
-    def __init__(self, store: Database, identity: str) -> None:
-        self._store, self._identity = store, identity
-        (self._number,) = store.one("select count(*) from act where participant = ?", identity)
-
-    def write(self, entry: Entry) -> None:
-        """Append an entry and flush it to disk.
-
-        Raises:
-            BadFile: If it cannot be written, or the diary was deleted meanwhile, which does not come back.
-        """
-        with self._store.transaction(sync=True) as writing:
-            there = self._store.one("select count(*) from act where participant = ?", self._identity)
-            if there != (self._number,):
-                raise bad_diary(self._store.path, self._identity, "the diary was deleted")
-            _write_entries(writing, self._identity, self._number + 1, [entry])
-        self._number += 1
+    Raises:
+        BadFile: If it cannot be written, or the diary was deleted meanwhile, which does not come back.
+    """
+    with store.transaction(sync=True) as writing:
+        if store.one("select count(*) from act where participant = ?", identity) != (number - 1,):
+            raise bad_diary(store.path, identity, "the diary was deleted")
+        _write_entries(writing, identity, number, [entry])
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,6 +81,8 @@ class Journey:
         misread: The answers of the last round if one was wrong; None otherwise.
         checks: For each answered attention check, whether the answer was right.
         pages: Version of the page on which each box began, by the number of the box, where known.
+        played: The steps so far of the box that is under way.
+        box_began: When the box that is under way was first shown, seconds since 1970.
     """
 
     def __init__(self, joined: Joined, way: Sequence[Station] = ()) -> None:
@@ -98,8 +100,8 @@ class Journey:
         self._way = way
         self._places = {station: place for place, station in enumerate(way)}
         self._place = 0
-        self._played: list[Did] = []
-        self._shown = joined.at
+        self.played: list[Did] = []
+        self.box_began = joined.at
 
     @classmethod
     def of(cls, diary: Diary, way: Sequence[Station] = ()) -> Journey:
@@ -120,21 +122,6 @@ class Journey:
         return self._way[self._place]
 
     @property
-    def played(self) -> tuple[Did, ...]:
-        """The steps so far of the box that is under way."""
-        return tuple(self._played)
-
-    @property
-    def box_began(self) -> float:
-        """When the box that is under way was first shown, seconds since 1970."""
-        return self._shown
-
-    @property
-    def released(self) -> bool:
-        """Whether others may play the unfinished trials."""
-        return bool(self.shut)
-
-    @property
     def boxes_done(self) -> bool:
         """Whether all boxes are over."""
         return len(self.endings) == len(self.joined.slots)
@@ -142,7 +129,7 @@ class Journey:
     @property
     def closed_boxes(self) -> frozenset[int]:
         """The boxes in which nothing more can happen, from 1: finished ones, and all after a release."""
-        return frozenset(range(1, len(self.joined.slots) + 1) if self.released else self.endings)
+        return frozenset(range(1, len(self.joined.slots) + 1) if self.shut else self.endings)
 
     @property
     def finished(self) -> bool:
@@ -161,7 +148,7 @@ class Journey:
         return tuple(
             slot
             for box, slot in enumerate(self.joined.slots, 1)
-            if (self.endings[box] != "error" if box in self.endings else not self.released)
+            if (self.endings[box] != "error" if box in self.endings else not self.shut)
         )
 
     def follow(self, line: Entry) -> None:
@@ -170,7 +157,7 @@ class Journey:
         if isinstance(line, Released):
             self.shut = line.why
             return
-        station = self._of(line)
+        station = _of(line)
         if isinstance(line, Did) and line.page:
             self.pages[station.box] = line.page
         self.turn, self.at = line.turn + 1, line.at
@@ -181,31 +168,26 @@ class Journey:
             self.rounds += 1
             self.misread = None if line.right else line.act
             if not line.right:
-                self._place, self._shown = 0, line.at
+                self._place, self.box_began = 0, line.at
                 return
         ending: Ending | None = "error" if isinstance(line, Broken) else line.ended
         if station.kind == "box" and ending is None:
             assert isinstance(line, Did)
             self._place = self._places.get(station, self._place)
-            self._played.append(line)
+            self.played.append(line)
             return
         if station.kind == "box" and ending is not None:
             if station.box:
                 self.endings[station.box] = ending
             else:
                 self.practised = ending
-        self._go_on(station, line.at)
-
-    def _go_on(self, station: Station, at: float) -> None:
-        """Go on to the scene after a station. A station that is no longer on the way changes nothing."""
+        # a station that is no longer on the way changes nothing
         self._place = self._places.get(station, self._place - 1) + 1
-        self._played = []
-        self._shown = at
+        self.played, self.box_began = [], line.at
 
-    @staticmethod
-    def _of(line: Did | Broken) -> Station:
-        if isinstance(line, Broken):
-            return Station("box", box=line.box)
-        if line.scene == "comprehension":
-            return Station("comprehension")
-        return Station(line.scene, line.item, line.box or 0)  # type: ignore[arg-type] # as it was written
+
+def _of(line: Did | Broken) -> Station:
+    if isinstance(line, Broken):
+        return Station("box", box=line.box)
+    item = "" if line.scene == "comprehension" else line.item
+    return Station(line.scene, item, line.box or 0)  # type: ignore[arg-type] # as it was written

@@ -155,10 +155,8 @@ def _undone_if_it_fails(directory: Path) -> Iterator[asyncio.Event]:
         BadFile: If existing settings cannot be read.
     """
     people, invited = directory / PEOPLE_DIRECTORY, asyncio.Event()
-    new, joined = not people.exists(), has_joined(directory)
-    made = [path for name in _MADE if not (path := people / name).exists()]
-    mode = directory.stat().st_mode
-    settings = {path: read_input(path) for name in _SETTINGS if (path := people / name).is_file()}
+    new, joined, mode = not people.exists(), has_joined(directory), directory.stat().st_mode
+    before = {path: read_input(path) if path.is_file() else None for path in (people / name for name in _MADE)}
     failed = True
     try:
         make_private(directory)
@@ -171,10 +169,10 @@ def _undone_if_it_fails(directory: Path) -> Iterator[asyncio.Event]:
         if failed and not (invited.is_set() or has_joined(directory) > joined):
             with suppress(OSError, BadFile):
                 directory.chmod(mode)
-                for path in made:
-                    remove_file(path)
-                for path, content in settings.items():
-                    if path.read_bytes() != content:
+                for path, content in before.items():
+                    if content is None and path.is_file():
+                        remove_file(path)
+                    elif content is not None and path.name in _SETTINGS and path.read_bytes() != content:
                         write_private(path, content)
                 if new:
                     people.rmdir()

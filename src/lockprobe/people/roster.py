@@ -35,7 +35,7 @@ class Roster:
         self._given: Given | None = None
         """The trials given out; None where they have to be counted again."""
         self._persons = Counter(filter(None, (self.person(one.journey.joined.platform) for one in self)))
-        self._released = sum(session.journey.released for session in self)
+        self._released = sum(bool(session.journey.shut) for session in self)
         self._unfinished: dict[str, Session] = {}
         """Participants who have boxes left, in the order of their last acts."""
         for session in sorted(self, key=lambda session: session.journey.at):
@@ -84,7 +84,7 @@ class Roster:
         if not self._persons[person]:
             return None
         theirs = (session for session in self if self.person(session.journey.joined.platform) == person)
-        return max(theirs, key=lambda session: session.journey.finished or session.journey.released)
+        return max(theirs, key=lambda session: session.journey.finished or session.journey.shut)
 
     def add(self, session: Session) -> None:
         """Add a participant who has just joined. A preview takes no place."""
@@ -109,7 +109,7 @@ class Roster:
             return
         self._by_mark.pop(joined.token, None)
         self._unfinished.pop(joined.identity, None)
-        self._released -= session.journey.released
+        self._released -= bool(session.journey.shut)
         self._given = None
         if person := self.person(joined.platform):
             self._persons[person] -= 1
@@ -181,13 +181,13 @@ class Roster:
 
     def _watch(self, session: Session) -> None:
         session.on_line = self._written
-        if not (session.journey.released or session.journey.boxes_done):
+        if not (session.journey.shut or session.journey.boxes_done):
             self._unfinished[session.journey.identity] = session
 
     def _written(self, session: Session, line: Entry) -> None:
         """Update the counts after a line was written to a diary."""
         known = self._unfinished.pop(session.journey.identity, None)
-        if known is not None and not (session.journey.released or session.journey.boxes_done):
+        if known is not None and not (session.journey.shut or session.journey.boxes_done):
             self._unfinished[session.journey.identity] = session  # last
         self._released += isinstance(line, Released)
         if isinstance(line, Released | Broken) or (isinstance(line, Did) and line.ended == "error"):
@@ -197,7 +197,7 @@ class Roster:
         """Whether a participant was away so long that others can get the unfinished trials."""
         journey = session.journey
         away = self._opened.clock() - max(journey.at, session.used)
-        unfinished = not (session.gone or journey.released or journey.boxes_done)
+        unfinished = not (session.gone or journey.shut or journey.boxes_done)
         return unfinished and away > self._opened.experiment.away_minutes * _MINUTE
 
     def _late(self) -> list[Session]:

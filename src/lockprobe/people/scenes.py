@@ -20,15 +20,23 @@ class StrictModel(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
-class Consent(StrictModel):
+class _Text(StrictModel):
+    title: str
+    paragraphs: tuple[str, ...]
+
+
+class _End(_Text):
+    completion_url: str = ""
+    completion_code: str = ""
+
+
+class Consent(_Text):
     """The first scene asks for consent. Nothing is stored before the participant agrees.
 
     ``ask_code`` is true where a code is needed to join and the URL does not contain it.
     """
 
     kind: Literal["consent"] = "consent"
-    title: str
-    paragraphs: tuple[str, ...]
     ask_code: bool = False
 
 
@@ -79,7 +87,7 @@ class Example(StrictModel):
     ask: bool = False
 
 
-class InstructionPage(StrictModel):
+class InstructionPage(_Text):
     """Page ``number`` of ``of`` of the instructions, with an example box in each modality of the participant.
 
     ``notice`` says why somebody is back here: answers about the instructions were wrong. ``begins`` is whether a box
@@ -87,8 +95,6 @@ class InstructionPage(StrictModel):
     """
 
     kind: Literal["page"] = "page"
-    title: str
-    paragraphs: tuple[str, ...]
     number: int
     of: int
     examples: tuple[Example, ...] = ()
@@ -103,15 +109,13 @@ class OpenQuestion(StrictModel):
     options: tuple[str, ...]
 
 
-class ComprehensionQuestions(StrictModel):
+class ComprehensionQuestions(_Text):
     """Questions on the instructions, all on one page. Only the server knows the right options.
 
     ``notice`` is what went wrong before, where there are no instructions to go back to.
     """
 
     kind: Literal["comprehension"] = "comprehension"
-    title: str
-    paragraphs: tuple[str, ...]
     questions: tuple[OpenQuestion, ...]
     notice: tuple[str, ...] = ()
 
@@ -149,7 +153,7 @@ class Box(StrictModel):
     device: bool = False
 
 
-class TrialOver(StrictModel):
+class TrialOver(_Text):
     """The end of a box, the same for the practice box: its ``number`` is 0, and ``of`` does not count it.
 
     ``solved`` is None where the experimenter gives no feedback; practice always has it.
@@ -160,8 +164,6 @@ class TrialOver(StrictModel):
     number: int
     of: int
     solved: bool | None
-    title: str
-    paragraphs: tuple[str, ...]
 
 
 class Check(StrictModel):
@@ -190,17 +192,13 @@ class Ask(StrictModel):
     high: float | None = None
 
 
-class Debrief(StrictModel):
+class Debrief(_End):
     """The debriefing, and the way back to the recruitment platform if there is one."""
 
     kind: Literal["debrief"] = "debrief"
-    title: str
-    paragraphs: tuple[str, ...]
-    completion_url: str = ""
-    completion_code: str = ""
 
 
-class Closed(StrictModel):
+class Closed(_End):
     """The participant cannot go on.
 
     ``why``: ``declined``, ``withdrawn``, ``full`` (no place left), ``taken`` (the same platform ID takes part in
@@ -210,10 +208,6 @@ class Closed(StrictModel):
 
     kind: Literal["closed"] = "closed"
     why: Literal["declined", "withdrawn", "full", "taken", "finished", "late", "screened"]
-    title: str
-    paragraphs: tuple[str, ...]
-    completion_url: str = ""
-    completion_code: str = ""
 
 
 Scene = Annotated[

@@ -315,7 +315,7 @@ class ServerState:
             scene=scene,
             identity=journey.identity,
             may_withdraw=True,
-            progress=None if journey.released else Progress(share=round(journey.share, 3), done=done, of=of),
+            progress=None if journey.shut else Progress(share=round(journey.share, 3), done=done, of=of),
         )
 
     def _proof(self, token: str | None, lease: str) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from contextlib import AsyncExitStack
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.people.box_view import box_to_show, is_asked, read_of_step, view_of_modality
-from lockprobe.people.diary import Broken, Diary, DiaryWriter, Did, Entry, Released, bad_diary
+from lockprobe.people.diary import Broken, Diary, Did, Entry, Released, bad_diary, write_entry
 from lockprobe.people.journey import Journey, stations
 from lockprobe.people.open_study import OpenStudy
 from lockprobe.people.practice import practice_plan
@@ -47,7 +47,7 @@ class Session:
         self._opened = opened
         self._trial: PausedTrial | None = None
         self._unrecorded: tuple[Trial, Timing] | None = None
-        self._diary = DiaryWriter(opened.journal.store, journey.identity)
+        (self._lines,) = opened.journal.store.one("select count(*) from act where participant = ?", journey.identity)
 
     @classmethod
     async def restore(cls, opened: OpenStudy, diary: Diary) -> Session:
@@ -129,7 +129,7 @@ class Session:
             BadFile: If it cannot be written.
         """
         self._opened.journal.used = True
-        self._diary.write(self.journey.joined)
+        self._keep(self.journey.joined)
 
     async def release(self) -> None:
         """Give the trials that are not finished to others.
@@ -157,7 +157,7 @@ class Session:
         self._record()
         if self._is_screened_out():
             self._write(Released(at=self._opened.clock(), why="screened"))
-        while self.journey.station.kind == "box" and not self.journey.released:
+        while self.journey.station.kind == "box" and not self.journey.shut:
             box = self.journey.station.box
             if self._is_played():
                 self._write(Broken(at=self._opened.clock(), turn=self.journey.turn, box=box))
@@ -175,7 +175,7 @@ class Session:
     def _is_screened_out(self) -> bool:
         """Whether the questions on the instructions were answered wrong as often as they may be."""
         most, journey = self._opened.experiment.comprehension.rounds, self.journey
-        return most is not None and journey.misread is not None and journey.rounds >= most and not journey.released
+        return most is not None and journey.misread is not None and journey.rounds >= most and not journey.shut
 
     def _text_scene(self) -> Scene:
         texts = self._opened.texts
@@ -300,9 +300,13 @@ class Session:
 
     def _write(self, line: Entry) -> None:
         if not self.preview:
-            self._diary.write(line)
+            self._keep(line)
         self.journey.follow(line)
         self.on_line(self, line)
+
+    def _keep(self, line: Entry) -> None:
+        write_entry(self._opened.journal.store, self.journey.identity, self._lines + 1, line)
+        self._lines += 1
 
 
 def _impossible(kind: str) -> ActRefused:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import Any, Literal
 
 from lockprobe.boxes.families import box as named_box
 from lockprobe.foundation.spec import PEOPLE
@@ -49,57 +49,55 @@ class TextScenes:
 
     def consent(self, boxes: int, *, ask_code: bool = False) -> Consent:
         """The first scene; ``boxes`` is how many a participant would play."""
-        title, paragraphs = self._filled(self._words.consent, {"boxes": boxes})
-        return Consent(title=title, paragraphs=paragraphs, ask_code=ask_code)
+        return Consent(**self._filled(self._words.consent, {"boxes": boxes}), ask_code=ask_code)
 
     def closed(self, why: Why) -> Closed:
         """The last scene of a participant who cannot go on. It admits false reports to those who leave early."""
-        text: Longer = getattr(self._words.closed, why)
         then = self._words.closed.false_reports if why in ("late", "withdrawn") else ()
-        title, paragraphs = self._filled(text, {}, then)
-        url, code = ("", "") if why == "taken" else (self._experiment.left_url, self._experiment.left_code)
-        return Closed(why=why, title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
+        back = self._experiment
+        way: dict[str, Any] = {"completion_url": back.left_url, "completion_code": back.left_code}
+        way = {} if why == "taken" else way
+        return Closed(why=why, **self._filled(getattr(self._words.closed, why), {}, then), **way)
 
     def elsewhere(self, journey: Journey) -> Closed:
         """The scene of a person who takes part, or took part, in another browser: nothing but the way back."""
         if journey.shut or not journey.finished:
             return self.closed(journey.shut or "taken")
-        title, paragraphs = self._filled(self._words.closed.finished, {})
-        url, code = self._experiment.completion_url, self._experiment.completion_code
-        return Closed(why="finished", title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
+        return Closed(why="finished", **self._filled(self._words.closed.finished, {}), **self._way_back)
+
+    @property
+    def _way_back(self) -> dict[str, Any]:
+        done = self._experiment
+        return {"completion_url": done.completion_url, "completion_code": done.completion_code}
 
     def at(self, journey: Journey) -> InstructionPage | ComprehensionQuestions | TrialOver | Check | Ask | Debrief:
         """The scene of a participant outside a box."""
-        station, boxes = journey.station, len(journey.joined.slots)
+        station, words = journey.station, self._words
+        facts = {"boxes": len(journey.joined.slots)}
         if station.kind == "page":
-            number = int(station.item)
-            text = self._words.instructions[number - 1]
-            start = self._start(journey.joined)
+            number, of = int(station.item), len(words.instructions)
+            text, start = words.instructions[number - 1], self._start(journey.joined)
             more = (
                 *(text.if_at_zero if start == "at zero" else ()),
                 *(text.if_start_seen if start == "seen" else ()),
                 *(text.if_false if self._experiment.say_false else ()),
                 *((self._asks and text.if_asked) or ()),
             )
-            title, paragraphs = self._filled(text, {"boxes": boxes}, more=more)
-            of, examples = len(self._words.instructions), self._shown(number, journey.joined)
-            notice = self._notice(journey) if number == 1 else ()
             return InstructionPage(
-                title=title,
-                paragraphs=paragraphs,
+                **self._filled(text, facts, more=more),
                 number=number,
                 of=of,
-                examples=examples,
-                notice=notice,
-                begins=number == of and not asks_comprehension(self._experiment, self._words),
+                examples=self._shown(number, journey.joined),
+                notice=self._notice(journey) if number == 1 else (),
+                begins=number == of and not asks_comprehension(self._experiment, words),
             )
         if station.kind == "comprehension":
-            title, paragraphs = self._filled(self._words.comprehension, {"boxes": boxes})
-            questions = tuple(
-                OpenQuestion(question=one.question, options=one.options) for one in self.comprehension(journey.joined)
+            asked = self.comprehension(journey.joined)
+            return ComprehensionQuestions(
+                **self._filled(words.comprehension, facts),
+                questions=tuple(OpenQuestion(question=one.question, options=one.options) for one in asked),
+                notice=() if words.instructions else self._notice(journey),
             )
-            notice = () if self._words.instructions else self._notice(journey)
-            return ComprehensionQuestions(title=title, paragraphs=paragraphs, questions=questions, notice=notice)
         if station.kind == "over":
             return self._over(journey, station)
         if station.kind == "check":
@@ -108,10 +106,7 @@ class TextScenes:
         if station.kind == "ask":
             question = next(one for one in self._experiment.questions if one.name == station.item)
             return Ask(**question.model_dump())
-        debrief = self._words.debrief
-        title, paragraphs = self._filled(debrief, {"boxes": boxes}, debrief.false_reports)
-        url, code = self._experiment.completion_url, self._experiment.completion_code
-        return Debrief(title=title, paragraphs=paragraphs, completion_url=url, completion_code=code)
+        return Debrief(**self._filled(words.debrief, facts, words.debrief.false_reports), **self._way_back)
 
     def comprehension(self, joined: Joined) -> tuple[ComprehensionQuestion, ...]:
         """The questions on the instructions that a participant gets."""
@@ -155,13 +150,13 @@ class TextScenes:
         ending = journey.endings.get(number) if number else journey.practised
         solved = ending == "solved" if (self._experiment.feedback or not number) and ending != "error" else None
         facts = {"number": number, "of": of, "boxes": of}
-        title, paragraphs = self._filled(over, facts)
-        if not number:
-            title, then = self._filled(self._words.practice_over, facts)
-            paragraphs = (*then, *paragraphs)
-        if solved is not None:
-            paragraphs = (filled(over.solved if solved else over.unsolved, **self._facts, **facts), *paragraphs)
-        return TrialOver(practice=not number, number=number, of=of, solved=solved, title=title, paragraphs=paragraphs)
+        own = self._words.practice_over
+        said = () if solved is None else (over.solved if solved else over.unsolved,)
+        text = Longer(
+            title=over.title if number else own.title,
+            paragraphs=(*said, *(() if number else own.paragraphs), *over.paragraphs),
+        )
+        return TrialOver(**self._filled(text, facts), practice=not number, number=number, of=of, solved=solved)
 
     def _filled(
         self,
@@ -169,8 +164,8 @@ class TextScenes:
         facts: Mapping[str, object],
         of_false_reports: tuple[str, ...] = (),
         more: tuple[str, ...] = (),
-    ) -> tuple[str, tuple[str, ...]]:
+    ) -> dict[str, Any]:
         """A filled-in title and its paragraphs; ``of_false_reports`` only in studies with false reports."""
         known = {**self._facts, **facts}
         paragraphs = (*text.paragraphs, *more, *(of_false_reports if self._changes else ()))
-        return filled(text.title, **known), tuple(filled(part, **known) for part in paragraphs)
+        return {"title": filled(text.title, **known), "paragraphs": tuple(filled(part, **known) for part in paragraphs)}

@@ -86,7 +86,7 @@ def test_from_the_request_to_the_disk_an_act_passes_through_few_functions(tmp_pa
     asyncio.run(act())
     assert calls == [([
         "Guard.__call__", "application.<locals>.act", "ServerState.act", "Session.do", "Session._attempt", "Session._write",
-        "DiaryWriter.write",
+        "Session._keep", "write_entry",
     ], {"sync": True})]  # fmt: skip
 
 

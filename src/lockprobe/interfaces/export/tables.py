@@ -261,7 +261,7 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         "seconds": round(max((act.at for act in kept.acts), default=joined.at) - joined.at, 3),
         "box_seconds": "; ".join(_seconds(kept, box) for box in boxes),
         "conditions": "; ".join(slot.condition for slot in joined.slots),
-        "finished": int(journey.boxes_done and not journey.released),
+        "finished": int(journey.boxes_done and not journey.shut),
         "questions_left": "" if experiment is None else _open_questions(kept, experiment),
         **_device(kept),
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
