@@ -326,7 +326,21 @@ def test_where_trials_take_long_lines_come_all_the_same(tmp_path, monkeypatch, c
 
 
 def test_people_are_invited_and_not_run(tmp_path):
-    arguments = ("run", "flips", "--p", "0,0.4", "--trials", 2, "--repetitions", 1, "--max-steps", 5, "--no-report")
+    arguments = (
+        "run",
+        "flips",
+        "--box",
+        "chain-4",
+        "--p",
+        "0,0.4",
+        "--trials",
+        2,
+        "--repetitions",
+        1,
+        "--max-steps",
+        5,
+        "--no-report",
+    )
     mixed = typed(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
     assert mixed.returncode == 0, mixed.stderr
     invited = "People: 0 of 4 trials played; they are not run but invited, by lockprobe serve"

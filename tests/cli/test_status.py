@@ -46,7 +46,7 @@ def told(tmp_path, monkeypatch, capsys):
 
 
 def planned(*agents, trials=3):
-    return study(StudyOptions(agent=list(agents), trials=trials, p=[0], repetitions=1))
+    return study(StudyOptions(box="chain-4", layout="fixed", agent=list(agents), trials=trials, p=[0], repetitions=1))
 
 
 def replied(agent=DEAR, trial=1, step=1, **more):

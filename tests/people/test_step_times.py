@@ -8,7 +8,7 @@ from taking_part import take_part
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import read_diaries
-from lockprobe.people.step_times import acts_of_steps, key_of, times_of_steps
+from lockprobe.people.step_times import acts_of_steps, key_of
 from lockprobe.studies.records.read_records import load
 
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
@@ -40,16 +40,6 @@ def test_boxes_are_trials_of_the_study_and_the_practice_is_none(directory):
     ann = read_diaries(directory)[0]
     assert key_of(STUDY, ann, 1) == "flips/participant/flip?p=0.4/rep=1/trial=1"
     assert [key_of(STUDY, ann, box) for box in (0, None, 3)] == ["", "", ""]
-
-
-def test_response_times_are_those_of_the_page(directory):
-    trials = load(directory)
-    times = times_of_steps(STUDY, trials, read_diaries(directory), directory)
-    assert times == {(trial.key, step.step): 1000.5 + step.step for trial in trials for step in trial.steps}
-
-
-def test_where_nobody_takes_part_there_are_none(tmp_path):
-    assert times_of_steps(STUDY, [], [], tmp_path) == {}
 
 
 def test_a_trial_that_somebody_else_played_has_no_acts_of_this_person(directory, tmp_path):

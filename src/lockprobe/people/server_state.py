@@ -42,15 +42,6 @@ _PLATFORM_VALUE = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Progress:
-    """How far a participant is: the share of the study that is behind them, [0, 1], and ``done`` boxes of ``of``."""
-
-    share: float
-    done: int
-    of: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class PageReply:
     """The answer to a page.
 
@@ -60,7 +51,8 @@ class PageReply:
         turn: The number of the scene, from 1.
         identity: The participant; None before consent.
         may_withdraw: Whether there are data to delete.
-        progress: How far the participant is; None for people who do not take part, or no longer.
+        progress: How far the participant is: the ``share`` of the study that is behind them, [0, 1], and boxes ``done``
+            ``of`` theirs; None for people who do not take part, or no longer.
     """
 
     token: str
@@ -69,7 +61,7 @@ class PageReply:
     scene: Scene
     identity: str | None
     may_withdraw: bool
-    progress: Progress | None = None
+    progress: Mapping[str, float] | None = None
 
 
 class ServerState:
@@ -315,7 +307,7 @@ class ServerState:
             scene=scene,
             identity=journey.identity,
             may_withdraw=True,
-            progress=None if journey.shut else Progress(share=round(journey.share, 3), done=done, of=of),
+            progress=None if journey.shut else {"share": round(journey.share, 3), "done": done, "of": of},
         )
 
     def _proof(self, token: str | None, lease: str) -> tuple[str, str]:

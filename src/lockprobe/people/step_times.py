@@ -61,15 +61,3 @@ def seconds_of_trials(study: Study, diaries: Iterable[Diary]) -> dict[str, float
                 shown, last = diary.times(box)
                 found[key_of(study, diary, box)] = round(last - shown, 3)
     return found
-
-
-def times_of_steps(
-    study: Study, trials: Iterable[Trial], diaries: Iterable[Diary], directory: Path
-) -> dict[tuple[str, int], float]:
-    """Response times of people in ms, by key of the trial and step from 1. ``directory`` is named in messages.
-
-    Raises:
-        BadFile: If a diary and a record disagree, or a diary belongs to another study.
-    """
-    acts = acts_of_steps(study, {trial.key: trial for trial in trials}, diaries, directory)
-    return {place: act.act.rt for place, act in acts.items() if isinstance(act.act, Attempt)}

@@ -65,7 +65,7 @@ class Tokens:
         right = len(raw) == 2 * _BYTES and _written(raw) == token  # one way only: bits that fill it up are none of it
         if not right or not hmac.compare_digest(raw[_BYTES:], self._sealed(raw[:_BYTES])):
             raise ActRefused("forged", "a token that was not given out here")
-        return mark_of(token)
+        return hashlib.sha256(token.encode()).hexdigest()
 
     @property
     def preview(self) -> str:
@@ -78,11 +78,6 @@ class Tokens:
 
     def _sealed(self, chance: bytes) -> bytes:
         return hmac.digest(self._secret, chance, "sha256")
-
-
-def mark_of(token: str) -> str:
-    """SHA-256 of a token."""
-    return hashlib.sha256(token.encode("ascii")).hexdigest()
 
 
 def _written(raw: bytes) -> str:

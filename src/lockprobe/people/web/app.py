@@ -11,7 +11,6 @@ import json
 import mimetypes
 import traceback
 from collections.abc import Mapping
-from dataclasses import asdict
 from http import HTTPStatus
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -119,7 +118,7 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
                 "scene": scene,
                 "withdraw": reply.may_withdraw,
                 "participant": reply.identity,
-                "progress": None if reply.progress is None else asdict(reply.progress),
+                "progress": reply.progress,
                 **more,
             }
         )

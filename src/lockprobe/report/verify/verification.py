@@ -25,7 +25,7 @@ from lockprobe.foundation.plugins import no_foreign_code
 from lockprobe.foundation.spec import MCP, Spec, spec_kind
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.people.responses import Attempt
-from lockprobe.people.step_times import key_of, times_of_steps
+from lockprobe.people.step_times import acts_of_steps, key_of
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.verify.check import Check, also
 from lockprobe.report.verify.made_again import report_held
@@ -80,7 +80,8 @@ def verify(
     with no_foreign_code():
         try:
             opened = open_study(Path(directory))
-            times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)  # diaries and records agree
+            trials = {trial.key: trial for trial in opened.trials}
+            acts_of_steps(opened.study, trials, opened.diaries, opened.directory)  # diaries and records agree
             found = _PlayedAgain(opened, {"settings": settings, "results": results}, tell)
             return (*chain.from_iterable(check(found) for check in _CHECKS), *report_held(opened))
         except LockprobeError as error:

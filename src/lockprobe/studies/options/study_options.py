@@ -213,8 +213,8 @@ class StudyOptions(BaseModel):
     layout: Annotated[
         LayoutKind | None,
         _about(
-            "Where joints lie on the panel: fixed, as in the box; dealt, at random, in all trials alike; shuffled, at "
-            "random in every trial (fixed; where people or pictures see places: shuffled, if the plant can)."
+            "Where joints lie on the panel (fixed, as in the box; dealt: at random, in all trials alike; shuffled: at "
+            "random in every trial, as it is where people or pictures see places, if the plant can)."
         ),
     ] = None
     shuffle: Annotated[
