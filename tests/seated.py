@@ -58,7 +58,7 @@ def right_answers(scene: ComprehensionQuestions, words=WORDS, own=()) -> Answers
 
 def flow(reception: ServerState) -> Flow:
     """Who has taken part."""
-    directory = reception._opened.directory
+    directory = reception._opened.journal.directory
     return flow_of(reception._opened.study, read_diaries(directory), withdrawn(directory))
 
 

@@ -213,7 +213,7 @@ def test_where_plants_have_cameras_only_so_many_trials_are_held(tmp_path, monkey
             for _ in range(4):
                 people.append(await to_first(Box, reception, await reception.enter(None, {})))
                 assert sum(seat.holds for seat in reception._roster) <= 2
-            held = [seat.journey.identity for seat in reception._roster if seat.holds]
+            held = [seat.journey.joined.identity for seat in reception._roster if seat.holds]
             assert held == [shown.identity for shown in people[2:]]  # those who did something last
             for shown in people:
                 again = await reception.enter(shown.token, {})

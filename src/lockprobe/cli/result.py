@@ -95,10 +95,10 @@ def _next(found: Results, directory: Path) -> list[tuple[str, str]]:
         whose = f", for {untested['agents']}" if played else ""
         shows = f"whether false reports that stay do the same{whose}"
         steps.append((f"the same command with {untested['option']}", shows))
-    elif "needed" in said and any(player.agent == PEOPLE for player in found.design.players):
-        steps.append(("lockprobe power --people", "how many people a new study needs; one that has begun gets no more"))
-    elif "needed" in said:
-        steps.append(("the same command with more --trials", said["needed"]))
+    elif "needed" in said:  # a study with people gets no more of them once it has begun
+        of_people = any(player.agent == PEOPLE for player in found.design.players)
+        more = "lockprobe power --people, and a new study" if of_people else "the same command with more --trials"
+        steps.append((more, said["needed"]))
     elif any("flip.p" in one.doses for one in found.design.conditions) and any(
         row.n and spec_kind(row.agent) not in (PEOPLE, MCP)  # neither of these can be asked again
         for row in found.where("success")

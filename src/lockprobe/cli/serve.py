@@ -43,8 +43,6 @@ EXAMPLES = {language: Path(__file__).with_name(f"people.{language}.toml") for la
 FORMER: Mapping[str, object] = {"box": DEFAULT_BOX, "layout": "fixed"}
 """What people saw in earlier releases unless something else was said: one box on its own panel."""
 
-NOTHING: Mapping[str, object] = {}
-
 PLACEHOLDERS = {
     **{name: "{{%" + name + "%}}" for name in ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")},
     "survey_code": "%SURVEY_CODE%",
@@ -154,7 +152,7 @@ def _sized(
     file: Path | None,
     own: Mapping[str, object],
     out: Path | None,
-    unsaid: Mapping[str, object] = NOTHING,
+    unsaid: Mapping[str, object] | None = None,
 ) -> tuple[Study, Path, Experiment]:
     """The same. A number of people sets the number of trials; ``unsaid`` holds where neither options nor a file say."""
     planned, directory = _planned(name, asked, out, unsaid)
@@ -234,7 +232,7 @@ def _reminders(planned: Study, words: Words, experiment: Experiment) -> Iterator
 
 
 def _planned(
-    name: str, asked: Mapping[str, object], out: Path | None, unsaid: Mapping[str, object] = NOTHING
+    name: str, asked: Mapping[str, object], out: Path | None, unsaid: Mapping[str, object] | None = None
 ) -> tuple[Study, Path]:
     """The study, people among its agents, and its directory."""
     directory = Path(name)
@@ -246,7 +244,7 @@ def _planned(
         return replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE)))), directory
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
     agents = list(dict.fromkeys((*(request.agent or ()), PEOPLE)))
-    rest = {option: value for option, value in unsaid.items() if getattr(request, option) is None}
+    rest = {option: value for option, value in (unsaid or {}).items() if getattr(request, option) is None}
     planned = study(request, **{**rest, **asked, "agent": agents})
     return planned, out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
 

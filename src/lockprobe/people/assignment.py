@@ -26,13 +26,10 @@ from lockprobe.people.diary import Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.study import Study
 
-Cell = str
-"""Label of a condition."""
-
 Luck = tuple[int, int]
 """Repetition and trial."""
 
-Rests = Counter[tuple[Cell, ...]]
+Rests = Counter[tuple[str, ...]]
 """Orders beyond whole rows of the square, and how many participants got each."""
 
 _CLOSED, _AGAIN, _PAIRED = 1e12, 1e9, 1e4
@@ -40,7 +37,7 @@ _CLOSED, _AGAIN, _PAIRED = 1e12, 1e9, 1e4
 condition, beside which one more of a box and a position costs 1."""
 
 
-def conditions_of(study: Study) -> tuple[Cell, ...]:
+def conditions_of(study: Study) -> tuple[str, ...]:
     """The conditions that people play."""
     return tuple(one.label for one in study.conditions_of(PEOPLE))
 
@@ -90,10 +87,10 @@ class Given:
         places: How many participants play a trial (its number, which tells its box) at a position, from 0.
     """
 
-    orders: Counter[tuple[Cell, ...]] = field(default_factory=Counter)
-    boxes: Counter[Cell] = field(default_factory=Counter)
-    taken: set[tuple[Cell, Luck]] = field(default_factory=set)
-    taken_of: Counter[Cell] = field(default_factory=Counter)
+    orders: Counter[tuple[str, ...]] = field(default_factory=Counter)
+    boxes: Counter[str] = field(default_factory=Counter)
+    taken: set[tuple[str, Luck]] = field(default_factory=set)
+    taken_of: Counter[str] = field(default_factory=Counter)
     gone: Counter[Luck] = field(default_factory=Counter)
     places: Counter[tuple[int, int]] = field(default_factory=Counter)
 
@@ -130,9 +127,9 @@ def assigned(study: Study, experiment: Experiment, given: Given) -> tuple[Slot, 
     return _with_luck(order, study, given)
 
 
-def _one(conditions: Sequence[Cell], length: int, before: Given, left: Counter[Cell]) -> list[Cell]:
+def _one(conditions: Sequence[str], length: int, before: Given, left: Counter[str]) -> list[str]:
     """The condition of which fewest boxes were played, of those of which most is left up to the length asked for."""
-    people: Counter[Cell] = Counter()
+    people: Counter[str] = Counter()
     for order, number in before.orders.items():
         if order:
             people[order[0]] += number
@@ -140,7 +137,7 @@ def _one(conditions: Sequence[Cell], length: int, before: Given, left: Counter[C
     return [found] * min(length, left[found])
 
 
-def _each(conditions: Sequence[Cell], length: int, before: Given, left: Counter[Cell], seed: int) -> list[Cell]:
+def _each(conditions: Sequence[str], length: int, before: Given, left: Counter[str], seed: int) -> list[str]:
     """Every condition equally often, as far as the length goes; the rest from those that were played least."""
     size = len(conditions)
     shuffled = [conditions[i] for i in generator(seed, "people", "orders").permutation(size)]
@@ -157,25 +154,25 @@ def _each(conditions: Sequence[Cell], length: int, before: Given, left: Counter[
 
 
 def _least(
-    conditions: Sequence[Cell],
+    conditions: Sequence[str],
     count: int,
-    theirs: Counter[Cell],
-    boxes: Counter[Cell],
+    theirs: Counter[str],
+    boxes: Counter[str],
     rests: Rests,
-    left: Counter[Cell],
-) -> list[Cell]:
+    left: Counter[str],
+) -> list[str]:
     """Up to ``count`` more conditions for a participant who already has ``theirs``, least played (``boxes``) first.
 
     Ties go to the condition that others (``rests``) got least often together with those already found. ``left`` counts
     the free trials per condition.
     """
-    found: Counter[Cell] = Counter()
+    found: Counter[str] = Counter()
     for _ in range(count):
         have = theirs + found
         open_ones = [one for one in conditions if left[one] > have[one]]
         if not open_ones:
             break
-        together: Counter[Cell] = Counter()
+        together: Counter[str] = Counter()
         for rest, number in rests.items():
             for one in rest:
                 together[one] += number * sum(other in rest for other in found)
@@ -183,13 +180,13 @@ def _least(
     return list(found.elements())
 
 
-def _in_places(rest: list[Cell], before: Rests) -> list[Cell]:
+def _in_places(rest: list[str], before: Rests) -> list[str]:
     """Order conditions so that each takes the position that it has had least often."""
     if not rest:
         return []
     from scipy.optimize import linear_sum_assignment
 
-    stood: Counter[tuple[int, Cell]] = Counter()
+    stood: Counter[tuple[int, str]] = Counter()
     for order, number in before.items():
         for at in enumerate(order):
             stood[at] += number
@@ -197,7 +194,7 @@ def _in_places(rest: list[Cell], before: Rests) -> list[Cell]:
     return [rest[i] for i in linear_sum_assignment(price)[1].tolist()]
 
 
-def _with_luck(order: Sequence[Cell], study: Study, given: Given) -> tuple[Slot, ...]:
+def _with_luck(order: Sequence[str], study: Study, given: Given) -> tuple[Slot, ...]:
     """A different repetition and trial for each position of an order, from what is free, on different boxes.
 
     Those that are free in most conditions are used first, so that the last ones still fit another participant.

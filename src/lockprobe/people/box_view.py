@@ -17,10 +17,8 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.record import Percept, Situation, Task
 
-View = Literal["panel", "pictures"]
 
-
-def view_of_modality(modality: str) -> View:
+def view_of_modality(modality: str) -> Literal["panel", "pictures"]:
     """The view of a modality: pictures where it has them, else the drawn panel."""
     return "pictures" if is_pictured(modality) else "panel"
 

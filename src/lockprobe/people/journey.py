@@ -112,11 +112,6 @@ class Journey:
         return journey
 
     @property
-    def identity(self) -> str:
-        """The ID of the participant."""
-        return self.joined.identity
-
-    @property
     def station(self) -> Station:
         """The scene that the participant is in."""
         return self._way[self._place]

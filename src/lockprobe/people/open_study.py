@@ -79,11 +79,6 @@ class OpenStudy:
     clock: Callable[[], float]
     page: str
 
-    @property
-    def directory(self) -> Path:
-        """The directory of the study."""
-        return self.journal.directory
-
 
 def words_to_read(directory: Path, experiment: Experiment) -> Words:
     """The texts that people read here. Once a participant has joined, the copy in the directory counts.

@@ -3,25 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from lockprobe.people.assignment import conditions_of
 from lockprobe.people.diary import Diary
 from lockprobe.people.journey import Journey
 from lockprobe.studies.study import Study
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BoxesAt:
-    """Boxes of one condition: assigned when people joined, and those of them that are not over.
-
-    Boxes of people who were screened out before the first box are not counted.
-    """
-
-    condition: str
-    given: int
-    left_open: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +26,8 @@ class Flow:
         second_round: Those of them who needed a second round.
         checks: Attention checks answered.
         right: Those of them answered right.
-        boxes: By condition, in the order of the study.
+        boxes: Condition -> boxes assigned when people joined, and those of them that are not over, in the order of the
+            study; without those of people who were screened out before the first box.
     """
 
     consented: int
@@ -50,7 +39,7 @@ class Flow:
     second_round: int
     checks: int
     right: int
-    boxes: tuple[BoxesAt, ...]
+    boxes: Mapping[str, tuple[int, int]]
 
 
 def flow_of(study: Study, diaries: Iterable[Diary], gone: int) -> Flow | None:
@@ -79,7 +68,5 @@ def flow_of(study: Study, diaries: Iterable[Diary], gone: int) -> Flow | None:
         second_round=sum(journey.rounds > 1 for journey in journeys),
         checks=len(checks),
         right=sum(checks),
-        boxes=tuple(
-            BoxesAt(condition=one, given=given[one], left_open=left[one]) for one in conditions_of(study) if given[one]
-        ),
+        boxes={one: (given[one], left[one]) for one in conditions_of(study) if given[one]},
     )

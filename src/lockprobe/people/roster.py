@@ -14,8 +14,6 @@ from lockprobe.people.open_study import OpenStudy
 from lockprobe.people.session import Session
 from lockprobe.plants.catalogue import resolve_plant
 
-_MINUTE = 60.0
-
 _IDLE_SECONDS = 600.0
 """Seconds without an act after which a trial is dropped from memory; it is replayed when its participant returns."""
 
@@ -31,7 +29,7 @@ class Roster:
 
     def __init__(self, opened: OpenStudy, sessions: Iterable[Session]) -> None:
         self._opened = opened
-        self._sessions = {session.journey.identity: session for session in sessions}
+        self._sessions = {session.journey.joined.identity: session for session in sessions}
         self._given: Given | None = None
         """The trials given out; None where they have to be counted again."""
         self._persons = Counter(filter(None, (self.person(one.journey.joined.platform) for one in self)))
@@ -56,7 +54,7 @@ class Roster:
             BadFile: If a diary is damaged or copied, or disagrees with the record; see :meth:`Session.restore`.
         """
         sessions, whose = [], dict[str, str]()
-        for diary in read_diaries(opened.directory):
+        for diary in read_diaries(opened.journal.directory):
             token, identity = diary.joined.token, diary.identity
             if token and whose.setdefault(token, identity) != identity:
                 raise bad_diary(opened.journal.store.path, identity, f"a copy of the diary of {whose[token]}")
@@ -113,14 +111,6 @@ class Roster:
         self._given = None
         if person := self.person(joined.platform):
             self._persons[person] -= 1
-
-    def finished(self) -> set[Slot]:
-        """The recorded trials of all people."""
-        return {
-            Slot(condition=trial.condition, repetition=trial.repetition, trial=trial.trial)
-            for trial in self._opened.journal.trials.values()
-            if group_of(trial.agent) == PEOPLE and not trial.owed_again
-        }
 
     def assigned(self) -> tuple[Slot, ...]:
         """The trials that the next participant gets; empty if none is left."""
@@ -182,13 +172,13 @@ class Roster:
     def _watch(self, session: Session) -> None:
         session.on_line = self._written
         if not (session.journey.shut or session.journey.boxes_done):
-            self._unfinished[session.journey.identity] = session
+            self._unfinished[session.journey.joined.identity] = session
 
     def _written(self, session: Session, line: Entry) -> None:
         """Update the counts after a line was written to a diary."""
-        known = self._unfinished.pop(session.journey.identity, None)
+        known = self._unfinished.pop(session.journey.joined.identity, None)
         if known is not None and not (session.journey.shut or session.journey.boxes_done):
-            self._unfinished[session.journey.identity] = session  # last
+            self._unfinished[session.journey.joined.identity] = session  # last
         self._released += isinstance(line, Released)
         if isinstance(line, Released | Broken) or (isinstance(line, Did) and line.ended == "error"):
             self._given = None  # trials are free again
@@ -198,11 +188,11 @@ class Roster:
         journey = session.journey
         away = self._opened.clock() - max(journey.at, session.used)
         unfinished = not (session.gone or journey.shut or journey.boxes_done)
-        return unfinished and away > self._opened.experiment.away_minutes * _MINUTE
+        return unfinished and away > self._opened.experiment.away_minutes * 60
 
     def _late(self) -> list[Session]:
         """Late participants, longest away first."""
-        latest = self._opened.clock() - self._opened.experiment.away_minutes * _MINUTE
+        latest = self._opened.clock() - self._opened.experiment.away_minutes * 60
         away = takewhile(lambda session: session.journey.at < latest, self._unfinished.values())
         return [session for session in away if self._is_late(session)]
 
@@ -219,7 +209,12 @@ class Roster:
             self._given = Given()
             for session in self:
                 self._given.give(session.journey.joined.slots, session.journey.slots_kept)
-            self._given.take(self.finished())
+            recorded = self._opened.journal.trials.values()
+            self._given.take(
+                Slot(condition=trial.condition, repetition=trial.repetition, trial=trial.trial)
+                for trial in recorded
+                if group_of(trial.agent) == PEOPLE and not trial.owed_again
+            )
         return self._given
 
     def _taking_part(self) -> int:

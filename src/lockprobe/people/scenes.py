@@ -166,12 +166,10 @@ class TrialOver(_Text):
     solved: bool | None
 
 
-class Check(StrictModel):
+class Check(OpenQuestion):
     """An attention check. Only the server knows the right option."""
 
     kind: Literal["check"] = "check"
-    question: str
-    options: tuple[str, ...]
 
 
 class Ask(StrictModel):

@@ -305,7 +305,7 @@ class ServerState:
             lease=lease,
             turn=journey.turn,
             scene=scene,
-            identity=journey.identity,
+            identity=journey.joined.identity,
             may_withdraw=True,
             progress=None if journey.shut else {"share": round(journey.share, 3), "done": done, "of": of},
         )

@@ -47,7 +47,9 @@ class Session:
         self._opened = opened
         self._trial: PausedTrial | None = None
         self._unrecorded: tuple[Trial, Timing] | None = None
-        (self._lines,) = opened.journal.store.one("select count(*) from act where participant = ?", journey.identity)
+        (self._lines,) = opened.journal.store.one(
+            "select count(*) from act where participant = ?", journey.joined.identity
+        )
 
     @classmethod
     async def restore(cls, opened: OpenStudy, diary: Diary) -> Session:
@@ -57,7 +59,7 @@ class Session:
             BadFile: If the diary belongs to another study, its steps differ from the record, or a replayed trial
                 differs from what was shown.
         """
-        diary.check_slots(opened.study, opened.directory)
+        diary.check_slots(opened.study, opened.journal.directory)
         way = stations(opened.experiment, opened.words, len(diary.joined.slots))
         session = cls(opened, Journey.of(diary, way))
         for box, ending in session.journey.endings.items():
@@ -71,7 +73,7 @@ class Session:
         return session
 
     def _bad(self, why: str) -> BadFile:
-        return bad_diary(self._opened.journal.store.path, self.journey.identity, why)
+        return bad_diary(self._opened.journal.store.path, self.journey.joined.identity, why)
 
     async def show(self) -> Scene:
         """The scene that the participant is in.
@@ -229,7 +231,7 @@ class Session:
 
     async def _begin(self, box: int, played: Iterable[Did]) -> PausedTrial:
         plan, facts = self._plan(box)
-        pictures = self._opened.directory / ALBUM if box and not self.preview else None
+        pictures = self._opened.journal.directory / ALBUM if box and not self.preview else None
         steps = [
             RecordedAttempt(did.act.joint, did.act.claimed, did.told) for did in played if isinstance(did.act, Attempt)
         ]
@@ -244,11 +246,11 @@ class Session:
         """The trial of a box, and the settings of the page for its record."""
         experiment = self._opened.experiment
         if not box:
-            practice = practice_plan(self._opened.study, experiment, self.journey.identity)
+            practice = practice_plan(self._opened.study, experiment, self.journey.joined.identity)
             assert practice is not None
             return practice, {}
         slot = self.journey.joined.slots[box - 1]
-        plan = slot.plan(self._opened.study, self.journey.identity)
+        plan = slot.plan(self._opened.study, self.journey.joined.identity)
         facts: dict[str, Fact] = {
             "view": view_of_modality(plan.modality),
             "words": self.journey.joined.words,
@@ -305,7 +307,7 @@ class Session:
         self.on_line(self, line)
 
     def _keep(self, line: Entry) -> None:
-        write_entry(self._opened.journal.store, self.journey.identity, self._lines + 1, line)
+        write_entry(self._opened.journal.store, self.journey.joined.identity, self._lines + 1, line)
         self._lines += 1
 
 

@@ -141,15 +141,13 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
         asked = await _body(request, _Withdraw)
         return shown(await state.withdraw(request.cookies.get(COOKIE), asked.lease))
 
-    async def said(request: Request) -> Response:
-        if request.url.path == "/favicon.ico":
-            return Response(status_code=HTTPStatus.NO_CONTENT)
-        return PlainTextResponse("ok" if request.url.path == "/healthz" else "User-agent: *\nDisallow: /\n")
+    async def alive(request: Request) -> Response:
+        return PlainTextResponse("ok")
 
     files = _Files(directory=STATIC)
     inner = Starlette(
         routes=[
-            *(Route(path, said) for path in ("/healthz", "/robots.txt", "/favicon.ico")),
+            Route("/healthz", alive),
             Route("/api/open", opened, methods=["POST"]),
             Route("/api/act", act, methods=["POST"]),
             Route("/api/withdraw", withdraw, methods=["POST"]),

@@ -24,7 +24,6 @@ LOGGED = "written to the server's log"
 """The note on an exception that is in the log already; uvicorn reports it once more."""
 
 _LONGEST_PATH = 100
-_LONGEST_METHOD = 10
 
 
 class ServerLog(logging.Handler):
@@ -55,7 +54,7 @@ class ServerLog(logging.Handler):
         """Log a refused request: ``code`` is the reason, ``more`` where an unexpected error was raised."""
         path = scope.get("raw_path", b"").decode("ascii", "replace")
         cut = path[:_LONGEST_PATH] + ("…" if len(path) > _LONGEST_PATH else "")
-        self.say(" ".join(filter(None, (str(status), code, scope["method"][:_LONGEST_METHOD], cut, more))))
+        self.say(" ".join(filter(None, (str(status), code, scope["method"][:10], cut, more))))
 
     def say(self, text: str) -> None:
         """Write one line with the time in front."""
@@ -82,16 +81,14 @@ class ServerLog(logging.Handler):
     def hears(self, *names: str) -> Iterator[None]:
         """Take over the errors of other loggers, and nothing below errors."""
         loggers = [logging.getLogger(name) for name in names]
-        before = [(logger.handlers, logger.propagate, logger.level) for logger in loggers]
+        before = [(logger.handlers, logger.propagate) for logger in loggers]
         for logger in loggers:
             logger.handlers, logger.propagate = [self], False
-            logger.setLevel(logging.ERROR)
         try:
             yield
         finally:
-            for logger, (handlers, propagate, level) in zip(loggers, before, strict=True):
+            for logger, (handlers, propagate) in zip(loggers, before, strict=True):
                 logger.handlers, logger.propagate = handlers, propagate
-                logger.setLevel(level)
 
     def _write(self, now: float, text: str) -> None:
         line = f"{time.strftime('%Y-%m-%dT%H:%M:%SZ', time.gmtime(now))} {printable(text)}\n"

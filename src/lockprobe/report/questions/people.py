@@ -69,9 +69,9 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         counts = {**asdict(flow), "analysed": len(sizes)}
         for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow.questioned)):
             yield _people(quantity="people", of=of, value=counts[of], unit="people")
-        for one in flow.boxes:
-            for of, boxes in (("given", one.given), ("left_open", one.left_open)):
-                yield _people(quantity="boxes", condition=one.condition, of=of, value=boxes, unit="boxes")
+        for condition, boxes in flow.boxes.items():
+            for of, many in zip(("given", "left_open"), boxes, strict=True):
+                yield _people(quantity="boxes", condition=condition, of=of, value=many, unit="boxes")
         if checks := flow.checks:
             right, of = flow.right, "attention checks"
             yield _people(quantity="people", of=of, value=right / checks, count=right, n=checks)
