@@ -171,7 +171,9 @@ class Acting:
         fork = self._fork
         if fork is None or not fork.replaces(step):
             return channels
-        return [placed for placed in channels if any(placed.one is one for one in fork.acting) or _on_words(placed.one)]
+        traits = [InterventionTraits.of(placed.one) for placed in channels]
+        on_words = [placed for placed, of in zip(channels, traits, strict=True) if of.shows or of.after_words]
+        return [one for one in channels if one in on_words or any(one.one is acting for acting in fork.acting)]
 
     def remembered(self, turns: tuple[Turn, ...], past: tuple[Moment, ...]) -> tuple[Turn, ...]:
         """The exchanges that the agent still has.
@@ -258,12 +260,6 @@ class Acting:
             return shown(value)
         except Exception:  # noqa: BLE001  anybody's code runs here, and the trial has gone on without this
             return object()
-
-
-def _on_words(channel: Intervention) -> bool:
-    """Whether a channel makes words or pictures, or changes these."""
-    traits = InterventionTraits.of(channel)
-    return traits.shows or traits.after_words
 
 
 def _check_report(percept: Percept, joints: tuple[str, ...]) -> None:

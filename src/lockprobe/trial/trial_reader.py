@@ -142,13 +142,9 @@ def likeness(trial: Trial, record: bytes) -> bytes | None:
 
     None if a record counts by itself: a person's, a fork, an error, and one with what adds up over steps, as usage.
     """
-    if trial.plant or trial.opening_pictures or trial.player or trial.fork or trial.error:
-        return None
-    for step in trial.steps:
-        decision = step.decision
-        if decision.replies or decision.usage or decision.tidied:
-            return None
-    if (cut := _cut(record)) is None:
+    asked = any(step.decision.replies or step.decision.usage or step.decision.tidied for step in trial.steps)
+    alone = asked or trial.plant or trial.opening_pictures or trial.player or trial.fork or trial.error
+    if alone or (cut := _cut(record)) is None:
         return None
     return _digest(cut.before + b"\n" + cut.behind)
 
