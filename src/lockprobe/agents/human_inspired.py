@@ -23,7 +23,6 @@ from dataclasses import asdict, dataclass
 from typing import Literal
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
-from lockprobe.foundation.quickly_made import quickly_made
 from lockprobe.foundation.validation import check_probability
 from lockprobe.trial.record import Fact
 
@@ -37,7 +36,6 @@ PRESETS: Mapping[str, Mapping[str, object]] = {
 }
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True)
 class Tried:
     """The strategy's memory. A set of joints is a number with bit j for joint j.

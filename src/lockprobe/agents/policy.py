@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.policy_check import check_returns
-from lockprobe.foundation.quickly_made import quickly_made
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
 
 if TYPE_CHECKING:
@@ -40,7 +39,6 @@ class View:
     places: tuple[tuple[float, float], ...] = ()
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Told:
     """One report, in numbers.

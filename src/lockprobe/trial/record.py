@@ -12,7 +12,6 @@ from math import isfinite
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from lockprobe.foundation.errors import FINAL, Boundary
-from lockprobe.foundation.quickly_made import quickly_made
 from lockprobe.foundation.spec import PEOPLE, group_of
 from lockprobe.trial.briefing import Ask, Briefing
 from lockprobe.trial.doses import flip_rate
@@ -56,7 +55,6 @@ def _written(value: object) -> str:
     return str(value).encode(errors="replace").decode()
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
     """The task: an agent's knowledge before it begins.
@@ -92,7 +90,6 @@ class Look(Protocol):
         """
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Snapshot:
     """The truth at one moment, as a plant reports it.
@@ -114,7 +111,6 @@ class Snapshot:
     render: Callable[[tuple[bool, ...]], Frame] | None = field(default=None, compare=False, repr=False)
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Percept:
     """One observation, in the agent's terms. Channels change it; the truth is kept separately.
@@ -146,7 +142,6 @@ class Percept:
     look: Look | None = field(default=None, compare=False, repr=False)
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
     """The agent's answer.
@@ -174,7 +169,6 @@ class Decision:
     tidied: tuple[str, ...] = ()
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
     """One finished exchange: a report and the agent's decision after it.
@@ -190,7 +184,6 @@ class Turn:
     remark: str = ""
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moment:
     """One moment of a trial for interventions, truth and report: the first look, or the result of an attempt.
@@ -222,7 +215,6 @@ class Moment:
         return self.reported.positions if told is None and self.told.pictures else told
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
     """Everything that an agent may use to decide.
@@ -240,7 +232,6 @@ class Situation:
     briefing: Briefing = field(default_factory=Briefing)
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
     """One step, truth and report.
@@ -301,7 +292,6 @@ class TrialError:
     again: bool = False
 
 
-@quickly_made
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
     """One finished trial.
