@@ -103,7 +103,7 @@ def server_of(name: str) -> Server:
         raise Missing(f"llm:{name} needs {variables}_API_KEY", f"export {variables}_API_KEY=… and run again")
     check_proxies()
     check_certificates()
-    messages = provider == "anthropic"
+    messages = name.startswith("anthropic/")
     place, mark, query = url.partition("?")
     path = "messages" if messages else "chat/completions"
     return Server(
