@@ -131,7 +131,7 @@ QUOTED = [
     ("docs/tutorial-teaching.md", "The truth is 0.4, and the best of seven is {:.2f} on average.", lambda: [best_of(7, 30, 0.4)]),
     ("docs/tutorial-teaching.md", "The answers are {}, {} and {}. An agent that never picks the same joint twice in a row reaches {}",
      lambda: [*(success_on("random", name) for name in ("chain-4", "fork", "gray-code")), *success("random-no-repeat", 0)]),
-    ("docs/tutorial-people.md", "forty detect it in {:.2f} to {:.2f} of studies, and in {:.2f} to {:.2f} with four boxes",
+    ("docs/participants.md", "forty detect it in {:.2f} to {:.2f} of studies, and in {:.2f} to {:.2f} with four boxes",
      lambda: [end for boxes in (1, 4) for end in power_of_forty(boxes)]),
     ("docs/modalities.md", "needs {} steps on average on the fixed panel and {} on dealt panels",
      lambda: [pace(NEAREST)[0], dealt_steps(NEAREST)]),

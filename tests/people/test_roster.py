@@ -243,7 +243,7 @@ def test_orders_stay_balanced_when_everybody_leaves_after_a_box(tmp_path):
 def test_joining_looks_at_nobody_else_however_many_have_joined(tmp_path, monkeypatch):
     looked = []
     kept = Journey.slots_kept.fget
-    monkeypatch.setattr(Journey, "slots_kept", property(lambda self: looked.append(self.identity) or kept(self)))
+    monkeypatch.setattr(Journey, "slots_kept", property(lambda self: looked.append(self.joined.identity) or kept(self)))
     monkeypatch.setattr(Roster, "__iter__", lambda self: looked.append("all") or iter(tuple(self._sessions.values())))
 
     async def come():
