@@ -421,7 +421,7 @@ async def served(directory, study, **settings):
     """The server in this process; its address."""
     experiment = Experiment(**{"practice": "", **settings})
     door = Address(port=0)
-    async with opened(directory, study, experiment, read_words(experiment.language), door) as where:
+    async with opened(directory, study, experiment, read_words(experiment.language), door) as (where, _):
         yield where.url
 
 

@@ -38,10 +38,12 @@ def experiment(**changes):
 async def served(directory, study=STUDY, people=EXPERIMENT, door=None):
     door = door or Address(port=0)
     async with (
-        opened(directory, study, people, read_words("en"), door) as where,
+        opened(directory, study, people, read_words("en"), door) as (where, state),
         httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=60) as http,
     ):
-        yield SimpleNamespace(url=where.url, preview=where.preview, http=http, directory=directory, study=study)
+        yield SimpleNamespace(
+            url=where.url, preview=where.url + state.preview, http=http, directory=directory, study=study
+        )
 
 
 @asynccontextmanager

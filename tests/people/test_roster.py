@@ -124,7 +124,7 @@ def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_w
                 tab = await reception.act(tab.token, tab.lease, tab.turn, Next(), {})
             again = await reception.enter(left.token, {})
             assert tab.scene.why == again.scene.why == "late"
-            assert again.may_withdraw
+            assert again.identity
             return free(reception)
 
     for experiment in (short(), short(away_minutes=100_000)):

@@ -123,7 +123,7 @@ def test_after_the_limit_of_rounds_the_session_ends_and_its_places_are_free(tmp_
         shown = await to_first(ComprehensionQuestions, reception, shown)
         shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), {})
         assert (shown.scene.why, shown.scene.completion_code) == ("screened", "S1")
-        assert (shown.progress, shown.may_withdraw) == (None, True)
+        assert shown.progress is None
         assert await refused(reception, shown, Next()) == "impossible"
         return shown, before, free(reception), flow(reception)
 
@@ -172,7 +172,7 @@ def test_who_comes_back_in_another_browser_reads_their_code_again_and_no_more(tm
     assert (reloaded.scene, reloaded.identity) == (shown.scene, shown.identity)
     assert (elsewhere.scene.why, elsewhere.scene.completion_code) == scene
     assert agrees.scene == elsewhere.scene
-    assert (elsewhere.identity, elsewhere.may_withdraw, elsewhere.progress) == (None, False, None)
+    assert (elsewhere.identity, elsewhere.progress) == (None, None)
 
 
 def test_a_question_that_is_not_required_can_be_passed_over(tmp_path):

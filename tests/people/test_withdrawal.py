@@ -66,7 +66,7 @@ def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path)
         async with opened(tmp_path, STUDY, short()) as reception:
             shown = await reception.enter(left.token, {})
             shown = await reception.withdraw(shown.token, shown.lease)
-            assert (shown.scene.why, shown.identity, shown.may_withdraw) == ("withdrawn", None, False)
+            assert (shown.scene.why, shown.identity) == ("withdrawn", None)
             again = await reception.withdraw(shown.token, shown.lease)  # its reply was lost
             assert again.scene == shown.scene
             with pytest.raises(ActRefused) as refusal:
@@ -246,7 +246,7 @@ def test_where_nothing_could_be_deleted_they_go_on(tmp_path, monkeypatch):
                 with pytest.raises(BadFile):
                     await reception.withdraw(shown.token, shown.lease)
             again = await reception.enter(left.token, {})
-            assert (again.scene, again.turn, again.may_withdraw) == (shown.scene, shown.turn, True)
+            assert (again.scene, again.turn) == (shown.scene, shown.turn)
             act = Attempt(joint="A", claimed="moved", rt=1.0)
             again = await reception.act(again.token, again.lease, again.turn, act, {})
             assert again.turn == shown.turn + 1

@@ -10,7 +10,7 @@ from dataclasses import replace
 from importlib.util import find_spec
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -33,9 +33,6 @@ from lockprobe.studies.options.study_options import STUDIES, StudyOptions, read_
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.study import Study
-
-if TYPE_CHECKING:
-    from lockprobe.people.web.serving import RunningServer
 
 EXAMPLES = {language: Path(__file__).with_name(f"people.{language}.toml") for language in LANGUAGES}
 """An example of people's settings in each shipped language, as a file to edit."""
@@ -182,31 +179,35 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         experiment,
         words,
         Address(**door),  # type: ignore[arg-type] # named as its fields are
-        announce=lambda where: _announce(where, planned, experiment, words, json=json),
+        announce=lambda where, state: _announce(
+            where.url, where.url + state.preview, directory, planned, experiment, words, json=json
+        ),
     )
     asyncio.run(opening)
     if not json:
         print("Stopped. The same command resumes; everybody continues where they were.")
 
 
-def _announce(where: RunningServer, planned: Study, experiment: Experiment, words: Words, *, json: bool) -> None:
+def _announce(
+    url: str, preview: str, directory: Path, planned: Study, experiment: Experiment, words: Words, *, json: bool
+) -> None:
     """Say that people can join, and the address to paste into the recruitment platform, with its placeholders."""
     parts = [f"{name}={PLACEHOLDERS.get(name, '…')}" for name in experiment.recruitment]
     if experiment.join_code:
         parts.append(f"{CODE}={experiment.join_code}")
-    given = where.url + ("?" + "&".join(parts) if parts else "")
+    given = url + ("?" + "&".join(parts) if parts else "")
     if json:
-        said = {"url": where.url, "study_url": given, "preview_url": where.preview, "directory": str(where.directory)}
+        said = {"url": url, "study_url": given, "preview_url": preview, "directory": str(directory)}
         print(jsonlib.dumps(said), flush=True)
         return
-    own, each = where.url.rstrip("/") + "/", boxes_each(planned, experiment)
+    own, each = url.rstrip("/") + "/", boxes_each(planned, experiment)
     size = planned.size // len(planned.agents)
     lines = (
         f"{planned.name} on {planned.boxes_in_words} for people: {size} trials, {each} for each person",
         f"Participants  {own}",
         *([f"To paste      {given}  (placeholders of the recruitment platform)"] if given != own else []),
-        f"Preview       {where.preview}  (nothing is kept, and no place taken)",
-        f"Kept in       {where.directory}",
+        f"Preview       {preview}  (nothing is kept, and no place taken)",
+        f"Kept in       {directory}",
         *(f"Note          {line}" for line in _reminders(planned, words, experiment)),
         f"Ctrl-C stops; the same command resumes. Hash of the settings: {planned.settings_hash}",
     )

@@ -49,8 +49,7 @@ class PageReply:
         token: Identifies the participant; the browser keeps it where scripts cannot read it.
         lease: The page sends it with every act.
         turn: The number of the scene, from 1.
-        identity: The participant; None before consent.
-        may_withdraw: Whether there are data to delete.
+        identity: The participant, who has data to delete; None for who does not take part, or not yet.
         progress: How far the participant is: the ``share`` of the study that is behind them, [0, 1], and boxes ``done``
             ``of`` theirs; None for people who do not take part, or no longer.
     """
@@ -60,7 +59,6 @@ class PageReply:
     turn: int
     scene: Scene
     identity: str | None
-    may_withdraw: bool
     progress: Mapping[str, float] | None = None
 
 
@@ -306,7 +304,6 @@ class ServerState:
             turn=journey.turn,
             scene=scene,
             identity=journey.joined.identity,
-            may_withdraw=True,
             progress=None if journey.shut else {"share": round(journey.share, 3), "done": done, "of": of},
         )
 
@@ -326,4 +323,4 @@ class ServerState:
 
 def _outside(token: str, lease: str, scene: Scene) -> PageReply:
     """The reply to a person who does not take part."""
-    return PageReply(token=token, lease=lease, turn=1, scene=scene, identity=None, may_withdraw=False)
+    return PageReply(token=token, lease=lease, turn=1, scene=scene, identity=None)

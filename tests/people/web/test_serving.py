@@ -183,7 +183,7 @@ def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
 
     async def visit():
         serving = opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), Address(port=0))
-        where = await serving.__aenter__()
+        where, _ = await serving.__aenter__()
         one = Visitor(where.url, STUDY, tmp_path)
         await at_the_box(one)
         monkeypatch.setattr(ServerState, "act", slow)
@@ -277,7 +277,7 @@ def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path
     door = Address(port=free_port(), public="https://study.example.org")
 
     async def visit():
-        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), door) as where:
+        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), door) as (where, _):
             wire = Wire(f"http://127.0.0.1:{door.port}")
             own = {"origin": "https://study.example.org", "sec-fetch-site": "same-origin"}
             named = await wire.post("/api/open", {}, headers=own | {"host": "study.example.org"})
@@ -295,9 +295,9 @@ def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path
 def test_it_ends_in_one_line_where_somebody_else_replaces_the_records(tmp_path, monkeypatch):
     monkeypatch.setattr(serving, "SECONDS_BETWEEN_CHECKS", 0.02)
 
-    def replace_records(where):
+    def replace_records(where, state):
         (tmp_path / "new").touch()
-        (tmp_path / "new").replace(where.directory / STORE)
+        (tmp_path / "new").replace(tmp_path / "d" / STORE)
 
     words = read_words(EXPERIMENT.language)
     door = Address(port=0)

@@ -116,7 +116,7 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
                 "lease": reply.lease,
                 "turn": reply.turn,
                 "scene": scene,
-                "withdraw": reply.may_withdraw,
+                "withdraw": reply.identity is not None,
                 "participant": reply.identity,
                 "progress": reply.progress,
                 **more,

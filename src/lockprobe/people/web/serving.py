@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.foundation.http_server import listen, running, stop_signals
@@ -26,28 +26,11 @@ SECONDS_TO_FINISH = 10
 """Time for requests that are under way when the server stops."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunningServer:
-    """A running server.
-
-    Attributes:
-        url: The address for participants.
-        directory: The directory of the study.
-        preview: The address under which an experimenter looks at the study: nothing is kept, and no place taken.
-        check: Raises BadFile where another process has changed the records.
-    """
-
-    url: str
-    directory: Path
-    preview: str = ""
-    check: Callable[[], None] = lambda: None
-
-
 @asynccontextmanager
 async def opened(
     directory: Path, study: Study, experiment: Experiment, words: Words, address: Address
-) -> AsyncIterator[RunningServer]:
-    """A server that participants can use. On exit it finishes the requests under way.
+) -> AsyncIterator[tuple[Address, ServerState]]:
+    """A server that participants can use: its address and state. On exit it finishes the requests under way.
 
     ``words`` are the texts that participants read.
 
@@ -62,9 +45,7 @@ async def opened(
                 app = application(state, words, address, log)
                 async with running(app, listening, log.say, seconds_to_finish=SECONDS_TO_FINISH):
                     state.invite()
-                    yield RunningServer(
-                        url=address.url, directory=directory, preview=address.url + state.preview, check=state.check
-                    )
+                    yield address, state
 
 
 async def serve(
@@ -74,16 +55,16 @@ async def serve(
     words: Words,
     address: Address,
     *,
-    announce: Callable[[RunningServer], None],
+    announce: Callable[[Address, ServerState], None],
 ) -> None:
     """Run the server of :func:`opened` until Ctrl-C or SIGTERM, or until another process changes the records.
 
     Calls ``announce`` as soon as participants can come.
     """
-    async with opened(directory, study, experiment, words, address) as where:
+    async with opened(directory, study, experiment, words, address) as (where, state):
         with stop_signals() as ended:
-            announce(where)
+            announce(where, state)
             while not ended.is_set():
-                where.check()
+                state.check()
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(ended.wait(), SECONDS_BETWEEN_CHECKS)
