@@ -102,8 +102,8 @@ def lockprobe(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
 
     async def serve(directory, study, experiment, words, options, *, announce):
-        async with serving.opened(directory, study, experiment, words, options) as where:
-            announce(where)
+        async with serving.opened(directory, study, experiment, words, options) as (where, state):
+            announce(where, state)
 
     monkeypatch.setattr(serving, "serve", serve)
 

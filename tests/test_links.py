@@ -82,8 +82,8 @@ def placeholders():
 @pytest.fixture
 def no_server(monkeypatch):
     async def serve(directory, study, experiment, words, options, *, announce):
-        async with serving.opened(directory, study, experiment, words, options) as where:
-            announce(where)
+        async with serving.opened(directory, study, experiment, words, options) as (where, state):
+            announce(where, state)
 
     monkeypatch.setattr(serving, "serve", serve)
 
