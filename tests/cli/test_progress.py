@@ -115,7 +115,7 @@ def test_who_works_the_plant_reads_no_reports(capsys):
 
 
 def test_trials_of_people_are_not_among_those_that_a_run_has_done(tmp_path, capsys):
-    mixed = study(StudyOptions(agent=["participant", "random"], trials=2, p=[0], repetitions=1))
+    mixed = study(StudyOptions(agent=["participant", "random"], box="chain-4", trials=2, p=[0], repetitions=1))
     played = [make_trial(SOLUTION, trial=1), make_trial(SOLUTION, agent="participant:aaaa", trial=1)]
     with Journal.open(write_study(tmp_path / "s", mixed, played), mixed) as journal:
         Progress().begin(mixed, journal, 1)

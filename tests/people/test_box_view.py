@@ -133,7 +133,7 @@ def test_where_another_joint_was_attempted_the_report_is_of_that():
 @pytest.fixture
 def camera(monkeypatch):
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: PhotographedPlant(box))
-    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
 
 
 @pytest.mark.parametrize(("modality", "pictures"), [("rgb", 1), ("rgbd", 2)])

@@ -60,7 +60,7 @@ def test_where_no_positions_are_told_it_shows_none():
 
 def camera(monkeypatch, plant):
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: plant(box))
-    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
 
 
 def test_each_modality_has_its_own(monkeypatch):

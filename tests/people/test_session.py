@@ -259,7 +259,7 @@ def test_a_trial_that_waits_for_nobody_is_let_go_of_and_goes_on(tmp_path, monkey
             closed.append(self)
 
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Plant(box))
-    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
     clock = Clock()
 
     async def waits(reception, shown):
@@ -364,7 +364,7 @@ def plant(monkeypatch):
         pass
 
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Plant(box))
-    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
     return Plant
 
 

@@ -208,7 +208,7 @@ _NOTE = Note(
     "Median steps: Kaplan-Meier estimates with unsolved trials censored at the budget; in means they count with the "
     "whole budget. Later boxes include only people who stayed; those who left early have no trials for the others.",
     "Intervals of success are clustered by person and block, those of steps resample people with all their boxes, and "
-    "blocks of trials: each end is the wider of the two. Of the first, second, … box they are Wilson intervals. All "
+    "blocks of trials: each end is the wider of the two. Of the first, second, … box they are Wilson intervals; all "
     "are of the boxes that were played, not of others like them.",
     Markup(
         "<p>In other tables, people are one agent, <code>participant</code>. Each trial was played by one person, and "

@@ -18,6 +18,10 @@ _MOST = 400
 """Blocks whose panels are looked at: the first of a study."""
 
 
+_REACHED, _STEPS = "reached from right to left", "steps from right to left"
+"""How many boxes of the study the rule opens in the fewest steps, and the steps that it takes on average."""
+
+
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     study = numbers.study
     if not (PEOPLE in study.agents or any(map(shows_places, study.modalities))):
@@ -27,9 +31,9 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     boxes = [study.plan(who, condition, *block).box for block in blocks]
     steps = [steps_from_right(box, study.max_steps) for box in boxes]
     least = [taken == optimum(box) for box, taken in zip(boxes, steps, strict=True)]
-    found = partial(Estimate, quantity="right_to_left", n=len(boxes))
-    yield found(of="in the fewest steps", value=sum(least) / len(boxes), count=sum(least))
-    yield found(of="mean steps", unit="steps", value=sum(steps) / len(boxes))
+    found = partial(Estimate, quantity="optimum", n=len(boxes))
+    yield found(of=_REACHED, value=sum(least) / len(boxes), count=sum(least))
+    yield found(of=_STEPS, unit="steps", value=sum(steps) / len(boxes))
 
 
 def steps_from_right(box: Lockbox, budget: int) -> int:
@@ -52,7 +56,7 @@ def steps_from_right(box: Lockbox, budget: int) -> int:
 
 
 def _show(found: Results) -> Iterator[Part]:
-    least, steps = (found.get("right_to_left", of=of) for of in ("in the fewest steps", "mean steps"))
+    least, steps = (found.get("optimum", of=of) for of in (_REACHED, _STEPS))
     if least and steps:
         said = f"opens {percent(least.value)} of the boxes in the fewest possible steps, {steps.value:.1f} on average."
         yield Part(
