@@ -24,7 +24,8 @@ import numpy as np
 
 from lockprobe.agents import weights
 from lockprobe.agents.engine import Engine
-from lockprobe.agents.prompt import conversation, parse_reply, reply_schema
+from lockprobe.agents.prompt import conversation, reply_schema
+from lockprobe.agents.reply import parse_reply
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal

@@ -1,4 +1,4 @@
-"""The prompt is the same for every trial and leaks nothing; replies are the object asked for or refused with the reason."""
+"""The prompt is the same for every trial and leaks nothing; all that is asked for is said in it."""
 
 import itertools
 from dataclasses import replace
@@ -10,7 +10,6 @@ from lockprobe.agents.prompt import (
     chat_fingerprint,
     conversation,
     instructions,
-    parse_reply,
     picture_fingerprint,
     repair,
     reply_schema,
@@ -74,35 +73,6 @@ def test_the_conversation_holds_what_was_told_and_the_reply_that_counted():
     assert texts[1:] == [("assistant", "good"), ("user", "A did not move. At 1: none.")]
 
 
-def test_a_reply():
-    decision = parse_reply('{"last_action": "did not move", "hypothesis": "stuck", "joint": "B"}', LATER)
-    assert (decision.joint, decision.claimed, decision.hypothesis) == ("B", "blocked", "stuck")
-    assert parse_reply('{"last_action": "none", "joint": "B"}', FIRST).claimed is None
-    fenced = '```json\n{"last_action": "moved", "hypothesis": "", "joint": "B"}\n```'
-    assert parse_reply(fenced, LATER).claimed == "moved"
-
-
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ('{"joint": "B"}', "last_action: Field required"),
-        ('{"last_action": null, "joint": "B"}', "last_action: Field required"),
-        ("", "an empty reply"),
-        ("[" * 100_000, "not one JSON object"),
-        ('{"last_action": "moved", "joint": "B"} or C', "a JSON object and an alternative"),
-        ('["moved", "B"]', "not one JSON object"),
-        ('{"last_action": "moved"}', "joint: Field required"),
-        ('{"last_action": "perhaps", "joint": "B"}', "last_action: 'perhaps' is none of moved, did not move"),
-        ('{"last_action": "none", "joint": "B"}', "last_action: 'none' is none of moved, did not move"),
-        ('{"last_action": "moved", "joint": "Z"}', "joint: 'Z' is none of C, A, D, B"),
-        ('{"last_action": "moved", "joint": 3}', "joint: 3 is none of C, A, D, B"),
-    ],
-)
-def test_a_reply_of_another_form_is_refused_with_the_reason(text, reason):
-    with pytest.raises(ReplyFault, match="^" + reason.replace("(", r"\(")):
-        parse_reply(text, LATER)
-
-
 def test_the_schema_offers_what_can_be_said():
     assert reply_schema(FIRST)["properties"]["last_action"]["enum"] == ["none"]
     assert reply_schema(LATER)["properties"]["joint"]["enum"] == ["C", "A", "D", "B"]
@@ -121,12 +91,6 @@ def test_where_nobody_asks_what_the_last_action_did_neither_prompt_nor_form_nor_
     assert "last_action" not in said
     assert '{"hypothesis": "", "joint": one of ["C", "A", "D", "B"]}' in said
     assert '{"last_action": "moved" or "did not move", "hypothesis": "", "joint"' in repair(ReplyFault("why"), LATER)
-
-
-@pytest.mark.parametrize("volunteered", ["", '"last_action": "moved", ', '"last_action": "perhaps", '])
-def test_where_nobody_asks_whatever_is_said_of_the_last_action_is_no_claim(volunteered):
-    decision = parse_reply(f'{{{volunteered}"hypothesis": "h", "joint": "B"}}', UNASKED)
-    assert (decision.joint, decision.claimed, decision.hypothesis) == ("B", None, "h")
 
 
 def test_every_request_of_a_trial_begins_with_the_one_before():

@@ -17,7 +17,7 @@ from lockprobe.agents import weights
 from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.policy import draw
 from lockprobe.agents.prompt import example, fingerprint
-from lockprobe.agents.reply_values import CLAIMS
+from lockprobe.agents.reply import CLAIMS
 from lockprobe.foundation.errors import BadValue, Conflict, ModelFault, UnknownName
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.validation import check_choice

@@ -14,15 +14,11 @@ from dataclasses import dataclass, replace
 from string import Formatter
 from typing import Literal, NamedTuple
 
-from lockprobe.agents.reply_text import object_in, without_marks
-from lockprobe.agents.reply_values import CLAIMS, values_in
-from lockprobe.foundation.errors import BadValue, RefusalFault, ReplyFault, UnknownName
+from lockprobe.agents.reply import claims, keys, spoken
+from lockprobe.foundation.errors import BadValue, ReplyFault, UnknownName
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
-
-REFUSED = "content_filter"
-"""Why a reply stopped if the model or its provider refused; the text is then the words of the refusal."""
 
 INSTRUCTIONS = """\
 You are trying to open a lockbox, a panel with {count} joints.
@@ -170,15 +166,13 @@ class _Item(NamedTuple):
 
 def _items(task: Task, briefing: Briefing, said: list[str] | None = None) -> list[_Item]:
     """The entries of a reply, in order; ``said`` may be said of the last action now, None for all steps together."""
-    items = []
-    if task.assessment:
-        again = " or ".join(map(json.dumps, said or ()))
-        form: dict[str, object] = {"type": "string", "enum": said}
-        items.append(_Item("last_action", '"moved" or "did not move" ("none" in the first step)', again, form))
-    one_of: dict[str, object] = {"type": "string", "enum": list(task.joints)}
-    joint = _Item("joint", "the joint to attempt next", f"one of {json.dumps(list(task.joints))}", one_of)
-    works = _Item("hypothesis", 'a short sentence on how the box works or ""', '""', {"type": "string"})
-    return items + {"before": [works, joint], "after": [joint, works], "off": [joint]}[briefing.hypothesis]
+    claim, joints = '"moved" or "did not move" ("none" in the first step)', list(task.joints)
+    known = (
+        _Item("last_action", claim, " or ".join(map(json.dumps, said or ())), {"type": "string", "enum": said}),
+        _Item("joint", "the joint to attempt next", f"one of {json.dumps(joints)}", {"type": "string", "enum": joints}),
+        _Item("hypothesis", 'a short sentence on how the box works or ""', '""', {"type": "string"}),
+    )
+    return [item for key in keys(task, briefing) for item in known if item.key == key]
 
 
 def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
@@ -216,50 +210,10 @@ def _shown(percept: Percept) -> tuple[Picture, ...]:
     return tuple(picture for picture in percept.pictures if picture.shown)
 
 
-def claims(situation: Situation) -> list[str]:
-    """The allowed claims about the last action: ``none`` in the first step only, and no claims if nobody asks."""
-    if not situation.task.assessment:
-        return []
-    return ["none"] if situation.percept.joint is None else [words for words, outcome in CLAIMS.items() if outcome]
-
-
 def reply_schema(situation: Situation) -> dict[str, object]:
     """The JSON schema of a reply in this step."""
     properties = {item.key: item.form for item in _items(situation.task, situation.briefing, claims(situation))}
     return {"type": "object", "properties": properties, "required": list(properties), "additionalProperties": False}
-
-
-def parse_reply(text: str, situation: Situation, stop: str = "stop") -> Decision:
-    """The decision in a raw reply, if that has exactly one reading (:mod:`lockprobe.agents.reply_text`).
-
-    Args:
-        text: The raw reply.
-        situation: The situation that it is about.
-        stop: Why it stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
-
-    Raises:
-        RefusalFault: If it stopped because the model or its provider refused, with the words of the refusal.
-        ReplyFault: If it is not the object that was asked for, saying why.
-    """
-    if stop == REFUSED:
-        raise RefusalFault(f"refused: {text}")
-    claimable = claims(situation)
-    asked = [item.key for item in _items(situation.task, situation.briefing, claimable)]
-    found = object_in(text, asked)
-    values = values_in(found.fields, asked, claimable, situation)
-    tidied = (*found.tidied, "spelling") if values.respelled and "spelling" not in found.tidied else found.tidied
-    return Decision(
-        joint=values.joint,
-        claimed=values.claimed,
-        hypothesis=values.hypothesis,
-        replies=(text,),
-        tidied=tidied,
-    )
-
-
-def spoken(reply: str) -> str:
-    """A raw reply as it stands in the conversation: without reasoning and marks of a template."""
-    return without_marks(reply)[0] or "(empty)"
 
 
 def repair(fault: ReplyFault, situation: Situation) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from lockprobe.agents.reply_text import mark_in, without_marks
+from lockprobe.agents.reply import mark_in, without_marks
 from lockprobe.trial.model_call import Call
 
 ENOUGH = 3

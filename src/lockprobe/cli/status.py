@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from lockprobe.agents.reply_text import TIDIED
+from lockprobe.agents.reply import TIDIED
 from lockprobe.cli import options
 from lockprobe.cli.command import Directory
 from lockprobe.cli.decisions import decided

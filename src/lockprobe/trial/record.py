@@ -155,7 +155,7 @@ class Decision:
         replies: Raw replies in the order in which they came; all but the last were malformed.
         usage: The usage of the decision.
         served: The model that answered, as its provider names it.
-        tidied: What was tidied to read the last reply, by :data:`lockprobe.agents.reply_text.TIDIED`.
+        tidied: What was tidied to read the last reply, by :data:`lockprobe.agents.reply.TIDIED`.
     """
 
     joint: str

@@ -13,7 +13,8 @@ from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.model_access import Access
-from lockprobe.agents.prompt import conversation, parse_reply
+from lockprobe.agents.prompt import conversation
+from lockprobe.agents.reply import parse_reply
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study

@@ -28,13 +28,11 @@ from lockprobe.agents.prompt import (
     Message,
     chat_fingerprint,
     conversation,
-    parse_reply,
     picture_fingerprint,
     repair,
     reply_schema,
-    spoken,
 )
-from lockprobe.agents.reply_text import without_marks
+from lockprobe.agents.reply import parse_reply, spoken, without_marks
 from lockprobe.foundation.errors import ModelFault, RefusalFault, ReplyFault
 from lockprobe.foundation.formatting import count
 from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage

@@ -13,8 +13,8 @@ from lockprobe.agents.llm.model_facts import ModelFacts, facts_of
 from lockprobe.agents.llm.reply import ModelReply
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.model_access import Access
-from lockprobe.agents.prompt import REFUSED, Message
-from lockprobe.agents.reply_text import object_in
+from lockprobe.agents.prompt import Message
+from lockprobe.agents.reply import REFUSED, object_in
 from lockprobe.foundation.errors import ModelFault, ReplyFault
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.pictures.png import to_png
@@ -91,7 +91,7 @@ def _shown(
     fields: dict[str, object] = {}
     why = f"refused: {answer.text[:200]}" if answer.stop == REFUSED else ""
     try:
-        fields = {} if why else object_in(answer.text, _FIELDS).fields
+        fields = {} if why else object_in(answer.text, _FIELDS)[0]
     except ReplyFault as fault:
         why = str(fault) if answer.stop != IN_REASONING else "the object stands in the reasoning and not in the reply"
     advice = f"{why}{'' if form == 'none' else '; schema=none asks for it in words'}"

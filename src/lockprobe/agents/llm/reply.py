@@ -18,7 +18,7 @@ from email.utils import mktime_tz, parsedate_tz
 from typing import Any, NamedTuple
 
 from lockprobe.agents.model_access import MENDING
-from lockprobe.agents.prompt import REFUSED
+from lockprobe.agents.reply import REFUSED
 from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.model_call import Usage

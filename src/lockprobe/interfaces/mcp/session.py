@@ -14,7 +14,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, TypeVar
 
-from lockprobe.agents.reply_values import CLAIMS, LONGEST_HYPOTHESIS
+from lockprobe.agents.reply import CLAIMS, LONGEST_HYPOTHESIS
 from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, SettingsChanged
 from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.foundation.terminal_text import printable

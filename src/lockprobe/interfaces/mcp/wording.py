@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping
 
 from lockprobe.agents.prompt import INSTRUCTIONS, fingerprint, instructions
-from lockprobe.agents.reply_values import CLAIMS, LONGEST_HYPOTHESIS
+from lockprobe.agents.reply import CLAIMS, LONGEST_HYPOTHESIS
 from lockprobe.trial.plan import LABELS
 from lockprobe.trial.record import Outcome, Percept, Situation
 

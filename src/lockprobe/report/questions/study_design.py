@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
-from lockprobe.agents.reply_text import TIDIED
+from lockprobe.agents.reply import TIDIED
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.interventions.flip import READINGS

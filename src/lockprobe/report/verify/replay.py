@@ -17,9 +17,8 @@ from typing import Literal
 import numpy as np
 
 from lockprobe.agents.catalogue import is_strategy, resolve
-from lockprobe.agents.prompt import chat_fingerprint, claims, picture_fingerprint
-from lockprobe.agents.reply_text import object_in
-from lockprobe.agents.reply_values import values_in
+from lockprobe.agents.prompt import chat_fingerprint, picture_fingerprint
+from lockprobe.agents.reply import parse_reply
 from lockprobe.foundation.errors import ModelFault, ReplyFault, UserMistake
 from lockprobe.foundation.plugins import plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
@@ -201,7 +200,7 @@ def _another_decision(decision: Decision, now: Situation) -> str:
         return "a decision without a reply"
     asked = ["joint", *(["last_action"] if decision.claimed is not None else [])]
     try:
-        said = values_in(object_in(decision.replies[-1], asked).fields, asked, claims(now), now)
+        said = parse_reply(decision.replies[-1], now, asked=asked)
     except ReplyFault:
         return ""
     different = [name for name in ("joint", "claimed") if getattr(said, name) != getattr(decision, name)]

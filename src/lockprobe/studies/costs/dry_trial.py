@@ -19,7 +19,7 @@ from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, reply_schema
-from lockprobe.agents.reply_values import LONGEST_HYPOTHESIS
+from lockprobe.agents.reply import LONGEST_HYPOTHESIS
 from lockprobe.boxes.box import Lockbox, bits
 from lockprobe.foundation.errors import ChannelFault
 from lockprobe.interventions.camera import CameraChannel

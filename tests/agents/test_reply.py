@@ -1,14 +1,20 @@
-"""What has one reading is read, and what was tidied is named; what has two readings is refused."""
+"""A text with one reading is a decision, and what was tidied is named; with none or two it is refused and said why."""
 
 import json
 import time
+from dataclasses import replace
 
 import pytest
 
-from lockprobe.agents.reply_text import TIDIED, mark_in, object_in, plain_form, without_marks
+from lockprobe.agents.reply import TIDIED, mark_in, object_in, parse_reply, plain_form, spoken, without_marks
 from lockprobe.foundation.errors import ReplyFault
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.record import Percept, Situation, Task
 
-NAMES = ["last_action", "hypothesis", "joint"]
+TASK = Task(joints=("C", "A", "B", "left slider"), target="C", budget=20)
+FIRST = Situation(task=TASK, past=(), percept=Percept())
+LATER = replace(FIRST, percept=Percept(joint="A", outcome="blocked"))
+UNASKED = replace(LATER, task=replace(TASK, assessment=False))
 FIELDS = {"last_action": "moved", "hypothesis": "B's lock", "joint": "B"}
 OBJECT = json.dumps(FIELDS)
 OTHER = json.dumps(FIELDS | {"joint": "C"})
@@ -77,11 +83,11 @@ ONE_READING = {
 
 
 @pytest.mark.parametrize(("text", "tidied"), ONE_READING.items())
-def test_a_reply_with_one_reading_is_read_and_what_was_tidied_is_named(text, tidied):
-    found = object_in(text, NAMES)
-    assert found.fields == FIELDS
-    assert sorted(found.tidied) == sorted(tidied)
-    assert set(found.tidied) <= set(TIDIED)
+def test_a_text_with_one_reading_is_a_decision_and_what_was_tidied_is_named(text, tidied):
+    decision = parse_reply(text, LATER)
+    assert (decision.joint, decision.claimed, decision.hypothesis) == ("B", "moved", "B's lock")
+    assert decision.replies == (text,)
+    assert decision.tidied == tuple(sorted(tidied, key=[*TIDIED].index))
 
 
 @pytest.mark.parametrize(
@@ -109,12 +115,80 @@ def test_a_reply_with_one_reading_is_read_and_what_was_tidied_is_named(text, tid
         (f'{OBJECT[:-1]}, "Joint": "C"}}', "joint: two values"),
         ("[" * 100_000, "not one JSON object"),
         ('{"a":' * 50_000 + "1" + "}" * 50_000, "not one JSON object"),
+        ('["moved", "B"]', "not one JSON object"),
+        ('{"joint": "B"}', "last_action: Field required"),
+        ('{"last_action": null, "joint": "B"}', "last_action: Field required"),
+        ('{"last_action": "moved", "joint": null}', "joint: Field required"),
+        ('{"last_action": "none", "joint": "B"}', "last_action: 'none' is none of moved, did not move"),
+        ('{"last_action": "moved", "joint": 3}', "joint: 3 is none of C, A, B, left slider"),
     ],
 )
-def test_a_reply_with_none_or_two_readings_is_refused_and_said_why(text, why):
+def test_a_text_with_none_or_two_readings_is_refused_and_said_why(text, why):
     with pytest.raises(ReplyFault) as fault:
-        object_in(text, NAMES)
+        parse_reply(text, LATER)
     assert str(fault.value) == why
+
+
+def read(now=LATER, **fields):
+    return parse_reply(json.dumps({"last_action": "moved", "hypothesis": "", "joint": "B"} | fields), now)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "meant"),
+    [
+        *(("joint", value, "A") for value in ("a", " A ", "'A'", "A.", "joint A", "the A", "the joint A", "A!", ["A"])),
+        *(("joint", value, "left slider") for value in ("Left Slider", "left_slider", "LEFT-SLIDER", "leftSlider")),
+        *(("joint", f"left{hyphen}slider", "left slider") for hyphen in "\u2010\u2011\u2012\u2013\u2014\u2212"),
+        *(("claimed", value, "moved") for value in ("Moved", "moved.", "MOVED", "it moved", "A moved", ["moved"])),
+        *(("claimed", value, "blocked") for value in ("did not move.", "Did_Not-Move", "didn't move", "didn\u2019t move")),
+        *(("claimed", value, "blocked") for value in ("It did not move!", "Joint A did not move", "not moved")),
+        ("hypothesis", None, ""),
+        ("hypothesis", ["A", "B"], '["A", "B"]'),
+        ("hypothesis", "it\ud83d opens", "it? opens"),
+    ],
+)  # fmt: skip
+def test_another_spelling_is_read_and_noted(name, value, meant):
+    decision = read(**{"last_action" if name == "claimed" else name: value})
+    assert (getattr(decision, name), decision.tidied) == (meant, ("spelling",))
+    assert read().tidied == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("joint", value) for value in ("A or B", "A, B", "AB", "", "D", ["A", "B"], {"A": "B"}, True, 1.5, "\u0410")),
+        *(("last_action", value) for value in ("moved or did not move", "B moved", "none", True, "true", "yes", 1, "")),
+        ("hypothesis", "x" * 4001),
+    ],
+)
+def test_a_value_that_has_no_reading_or_two_is_refused_by_its_name(name, value):
+    with pytest.raises(ReplyFault, match=f"^{name}: "):
+        read(**{name: value})
+
+
+@pytest.mark.parametrize("value", ["None", "none.", None, "", "null"])
+def test_in_the_first_step_there_is_one_claim_however_it_is_spelled(value):
+    decision = read(FIRST, last_action=value)
+    assert (decision.claimed, decision.tidied) == (None, ("spelling",))
+    with pytest.raises(ReplyFault, match="^last_action: 'moved' is none of none$"):
+        read(FIRST)
+
+
+def test_labels_that_differ_in_what_does_not_matter_are_told_apart_or_refused():
+    now = replace(UNASKED, task=Task(joints=("a", "A", "a-1", "a1"), target="a", budget=9, assessment=False))
+    for joint in now.task.joints:
+        assert read(now, joint=joint).joint == joint
+    for joint in ("A.", "A 1"):
+        with pytest.raises(ReplyFault, match="^joint: "):
+            read(now, joint=joint)
+
+
+@pytest.mark.parametrize("volunteered", [{}, {"last_action": "moved"}, {"last_action": "perhaps"}])
+def test_what_nobody_asks_for_is_neither_needed_nor_read(volunteered):
+    decision = parse_reply(json.dumps(volunteered | {"hypothesis": "h", "joint": "B"}), UNASKED)
+    assert (decision.joint, decision.claimed, decision.hypothesis) == ("B", None, "h")
+    mute = replace(UNASKED, briefing=Briefing(hypothesis="off"))
+    assert parse_reply('{"joint": "B", "hypothesis": "h"}', mute).hypothesis == ""
 
 
 @pytest.mark.parametrize(
@@ -124,21 +198,17 @@ def test_the_longest_replies_of_any_kind_take_no_longer_than_a_moment(piece):
     began = time.process_time()
     for text in (piece * (100_000 // len(piece)), "{" + piece * 20_000 + "}"):
         try:
-            object_in(text, NAMES)
+            object_in(text, [*FIELDS])
         except ReplyFault:
             without_marks(text)
     assert time.process_time() - began < 2
 
 
-def test_text_without_marks_is_left_as_it_is():
-    for text in (
-        "a reply\n",
-        f" {OBJECT}",
-        "a < b",
-        "[A]",
-        json.dumps({"hypothesis": "the </think> tag", "joint": "A"}),
-    ):
-        assert without_marks(text) == (text, ())
+def test_text_without_marks_stands_in_the_conversation_as_it_is():
+    tagged = json.dumps({"hypothesis": "the </think> tag", "joint": "A"})
+    for text in ("a reply\n", f" {OBJECT}", "a < b", "[A]", tagged):
+        assert (spoken(text), without_marks(text)) == (text, (text, ()))
+    assert spoken("<think>Hm") == "(empty)"
 
 
 def test_the_first_mark_is_quoted():
@@ -148,9 +218,7 @@ def test_the_first_mark_is_quoted():
 
 
 def test_names_are_compared_without_what_does_not_matter():
-    assert {
-        plain_form(name)
-        for name in ("left_slider", "Left-Slider", "left\u2011slider", " left slider. ", "'LEFT SLIDER'")
-    } == {"leftslider"}
+    spellings = ("left_slider", "Left-Slider", "left\u2011slider", " left slider. ", "'LEFT SLIDER'")
+    assert {plain_form(name) for name in spellings} == {"leftslider"}
     assert plain_form("\uff21") == "a"
     assert plain_form("A1") != plain_form("A2")
