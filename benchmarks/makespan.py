@@ -33,7 +33,7 @@ import httpx2
 import numpy as np
 
 from lockprobe.agents.llm import model as _  # noqa: F401 - so that nobody is charged for importing it
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.agents.prompt import conversation, reply_schema
 from lockprobe.agents.reply import parse_reply
 from lockprobe.studies.options.study_options import StudyOptions

@@ -106,6 +106,10 @@ def mixed(share, *, http=2 / 3):
     }
 
 
+ASKED = ("ANTHROPIC", "FAKE", "OPENAI", "OPENROUTER")
+"""How the variables of those begin that are asked at a server here."""
+
+
 class Server(ScriptedProvider):
     """Answers chat completions with latency and faults, and counts.
 

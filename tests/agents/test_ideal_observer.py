@@ -10,6 +10,7 @@ from lockprobe import run_trial
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.spec import with_options
 from lockprobe.simulation.exact import propagate
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
@@ -36,7 +37,7 @@ def start(target="B", joints=("C", "B", "A", "D")):
     ],
 )
 def test_steps_to_solve_the_papers_chain_when_told_the_truth(options, steps, by_80, last):
-    course = propagate(IdealObserver.from_options(options), listing="panel")
+    course = propagate(with_options(IdealObserver, "ideal-observer", options), listing="panel")
     assert course.steps == pytest.approx(steps)
     assert (course.by(0.8), course.by(1)) == (by_80, last)
 
@@ -127,7 +128,7 @@ def test_what_it_is_stands_in_the_record():
 )
 def test_options_that_do_not_exist_are_refused(options, kind, said):
     with pytest.raises(kind, match=said):
-        IdealObserver.from_options(options)
+        with_options(IdealObserver, "ideal-observer", options)
 
 
 def test_a_box_too_large_for_its_plan_is_refused_at_the_first_step():

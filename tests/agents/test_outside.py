@@ -1,15 +1,43 @@
-"""An agent outside of the loop decides when it is told to, in order, and says how it was reached."""
+"""An agent outside of the loop is a person or a client by its spec, and decides when it is told to."""
 
 import asyncio
 from dataclasses import replace
 
 import pytest
 
-from lockprobe.agents.outside import OutsideAgent
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.outside import OutsideAgent, check_client, client_spec, participant_spec
 from lockprobe.agents.prompt import example
-from lockprobe.foundation.errors import ChannelFault
+from lockprobe.foundation.errors import BadValue, ChannelFault
+from lockprobe.foundation.spec import group_of
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Decision
+
+
+@pytest.mark.parametrize("name", ["a", "claude-code", "gpt_5.1", "A" * 64])
+def test_a_client_is_an_agent_that_no_run_plays_and_that_stands_alone(name):
+    spec = client_spec(name)
+    found = resolve(spec)
+    assert (found.spec, found.engine, found.senses, group_of(spec)) == (spec, "client", "pictures", spec)
+
+
+@pytest.mark.parametrize("name", ["", "-a", "a b", "a/b", "a?b=1", "é", "A" * 65, "a\n", "a:b"])
+def test_a_name_has_letters_digits_and_signs(name):
+    with pytest.raises(BadValue, match="mcp:NAME"):
+        client_spec(name)
+
+
+@pytest.mark.parametrize("spec", ["mcp", "mcp:", "claude", "mcp:a:b"])
+def test_other_specs_name_no_client(spec):
+    with pytest.raises(BadValue, match="mcp:NAME"):
+        check_client(spec)
+
+
+def test_a_person_has_an_identity_in_small_letters_and_digits():
+    assert [resolve(spec).engine for spec in ("participant", participant_spec("3f9a01bc"))] == ["person"] * 2
+    for identity in ("", "abc", "ABCD", "a" * 33, "abcd:e"):
+        with pytest.raises(BadValue, match="participant:ID with 4 to 32"):
+            resolve(participant_spec(identity))
 
 
 def test_a_decision_waits_until_it_is_said():
@@ -27,15 +55,14 @@ def test_a_decision_waits_until_it_is_said():
 
 
 def test_who_reads_words_alone_is_asked_for_nothing_else():
-    asked = {"instruction": "{joints}"}
-
     async def decides(briefing, **settings):
         agent = OutsideAgent(**settings)
         agent.say("A")
         return await agent.decide(replace(example(), briefing=briefing), None)
 
     words = Briefing(remark="Look.", warning="Mind.")
-    for briefing, settings in ((words, {"words_alone": True}), (replace(words, **asked), {})):
+    asked = replace(words, instruction="{joints}")
+    for briefing, settings in ((words, {"words_alone": True}), (asked, {})):
         assert asyncio.run(decides(briefing, **settings)).joint == "A"
     with pytest.raises(ChannelFault, match="more than a remark or a warning"):
-        asyncio.run(decides(replace(words, **asked), words_alone=True))
+        asyncio.run(decides(asked, words_alone=True))

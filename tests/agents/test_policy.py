@@ -1,16 +1,23 @@
-"""What every policy has in common: a memory that is a value, and one draw from its probabilities."""
+"""What every policy has in common: a memory that is a value, and one draw from its probabilities, which are checked."""
 
 import asyncio
 from bisect import bisect_right
+from dataclasses import dataclass
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lockprobe import run_trial
+from lockprobe import Policy, propagate, run_trial
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.policy import Told, draw, opened_after, running_sums, tell, view_of
+from lockprobe.agents.human_inspired import HumanInspired
+from lockprobe.agents.local import LocalModel
+from lockprobe.agents.policy import Told, View, draw, opened_after, refuse_pictures, running_sums, tell, view_of
+from lockprobe.foundation.errors import BadValue, UserMistake
+from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 POLICIES = (
@@ -24,6 +31,7 @@ POLICIES = (
     "cognitive:random-map?window=2&avoid=failed&lapse=0.1",
 )
 TASK = Task(joints=("C", "A", "B"), target="B", budget=20, places=((0.1, 0.5), (0.5, 0.5), (0.9, 0.5)))
+REPORT = st.tuples(st.sampled_from("ABC"), st.booleans(), st.sets(st.sampled_from("ABC")))
 
 
 def situation(reports, positions=True):
@@ -32,36 +40,35 @@ def situation(reports, positions=True):
     percepts = [Percept(positions=start if positions else None)]
     for label, moved, shifted in reports:
         now = tuple(at ^ (joint in shifted) for joint, at in zip(TASK.joints, start, strict=True))
-        percepts.append(
-            Percept(joint=label, outcome="moved" if moved else "blocked", positions=now if positions else None)
-        )
+        outcome = "moved" if moved else "blocked"
+        percepts.append(Percept(joint=label, outcome=outcome, positions=now if positions else None))
     past = tuple(Turn(percept=percept, decision=Decision(joint=after.joint)) for percept, after in pairwise(percepts))
     return Situation(task=TASK, past=past, percept=percepts[-1])
 
 
-def turn(percept):
-    return Turn(percept=percept, decision=Decision(joint="A"))
+OPENING = Percept(positions=(True, False, False))
+MOVED = Percept(joint="A", positions=(True, True, False))
+SILENT = Percept(joint="B")
 
 
-def test_a_report_of_positions_alone_tells_what_moved():
-    opening, first = Percept(positions=(True, False, False)), Percept(joint="A", positions=(True, True, False))
-    silent = Percept(joint="B")
-    assert tell(TASK, first, [turn(opening)]) == Told(joint=1, moved=True, shifted=0b010, states_only=True)
-    assert tell(TASK, first, [turn(opening), turn(first), turn(silent)]) == Told(
-        joint=1, moved=False, shifted=0b010, states_only=True
-    )
-    assert tell(TASK, silent, [turn(opening)]) is None
-    assert tell(TASK, first, [turn(silent)]) is None  # where it stood before is not known
-    assert tell(TASK, opening, []) is None
-
-
-def test_a_report_in_numbers():
-    opening = Percept(positions=(True, False, False))
-    percept = Percept(joint="A", outcome="moved", positions=(True, True, False))
-    assert tell(TASK, percept, [turn(opening)]) == Told(joint=1, moved=True, shifted=0b010)
-    assert tell(TASK, Percept(joint="C", outcome="blocked"), [turn(Percept())]) == Told(
-        joint=0, moved=False, shifted=None
-    )
+@pytest.mark.parametrize(
+    ("percept", "past", "told"),
+    [
+        (MOVED, [OPENING], Told(joint=1, moved=True, shifted=0b010, states_only=True)),
+        (MOVED, [OPENING, MOVED, SILENT], Told(joint=1, moved=False, shifted=0b010, states_only=True)),
+        (SILENT, [OPENING], None),
+        (MOVED, [SILENT], None),  # where it stood before is not known
+        (OPENING, [], None),
+        (
+            Percept(joint="A", outcome="moved", positions=(True, True, False)),
+            [OPENING],
+            Told(joint=1, moved=True, shifted=0b010),
+        ),
+        (Percept(joint="C", outcome="blocked"), [Percept()], Told(joint=0, moved=False)),
+    ],
+)
+def test_a_report_in_numbers(percept, past, told):
+    assert tell(TASK, percept, [Turn(percept=one, decision=Decision(joint="A")) for one in past]) == told
     assert (view_of(TASK).joints, view_of(TASK).target) == (3, 2)
 
 
@@ -84,19 +91,23 @@ def test_a_draw_inverts_the_running_sum_and_never_takes_the_impossible(weights, 
     assert number <= sum(probabilities[: joint + 1]) + 1e-9
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=60)
 @given(
     spec=st.sampled_from(POLICIES),
-    reports=st.lists(st.tuples(st.sampled_from("ABC"), st.booleans(), st.sets(st.sampled_from("ABC"))), max_size=8),
+    reports=st.lists(REPORT, max_size=8),
+    otherwise=st.lists(REPORT, max_size=2),
     positions=st.booleans(),
 )
-def test_a_memory_is_a_value_and_recalled_the_same_step_by_step_and_at_once(spec, reports, positions):
-    stepwise, fresh = resolve(spec).make(), resolve(spec).make()
+def test_a_memory_is_a_value_and_recalled_the_same_step_by_step_at_once_and_after_another_trial(
+    spec, reports, otherwise, positions
+):
+    agent, fresh = resolve(spec).make(), resolve(spec).make()
     for i in range(len(reports) + 1):
-        found = stepwise.recall(situation(reports[:i], positions))
-    at_once = fresh.recall(situation(reports, positions))
-    assert found == at_once
+        found = agent.recall(situation(reports[:i], positions))
+    assert found == fresh.recall(situation(reports, positions))
     hash(found[1])
+    other = situation([*reports[:-1], *otherwise], positions)
+    assert agent.recall(other) == resolve(spec).make().recall(other)
 
 
 def test_agents_that_look_at_nothing_say_nothing():
@@ -111,28 +122,120 @@ def test_trials_that_are_played_in_turns_are_played_as_one_by_one():
     assert [run_trial(agent=agent, trial=i, p=0.4).actions for i in (1, 2, 3)] == alone
 
 
-@settings(max_examples=60, deadline=None)
-@given(
-    spec=st.sampled_from(POLICIES),
-    reports=st.lists(st.tuples(st.sampled_from("ABC"), st.booleans(), st.sets(st.sampled_from("ABC"))), max_size=4),
-    last=st.lists(st.tuples(st.sampled_from("ABC"), st.booleans(), st.sets(st.sampled_from("ABC"))), max_size=2),
-)
-def test_a_trial_that_was_told_otherwise_last_is_another_trial(spec, reports, last):
-    agent, fresh = resolve(spec).make(), resolve(spec).make()
-    agent.recall(situation(reports, True))
-    other = situation([*reports[:-1], *last], True)
-    assert agent.recall(other) == fresh.recall(other)
-
-
 def test_random_no_repeat_never_repeats():
     for trial in [run_trial(agent="random-no-repeat", trial=i) for i in range(1, 21)]:
-        assert all(a != b for a, b in zip(trial.actions, trial.actions[1:], strict=False))
+        assert all(a != b for a, b in pairwise(trial.actions))
 
 
-def test_round_robin_goes_through_the_listing_and_always_solves_chain_4():
-    for trial in [run_trial(agent="round-robin", trial=i, p=0.6) for i in range(1, 31)]:
-        labels = dict(zip(trial.joints, trial.labels, strict=True))
-        told = [labels[joint] for joint in trial.actions]
-        assert told == (list(trial.listing) * 5)[: len(told)]
+@pytest.mark.parametrize("spec", ["round-robin", "right-to-left"])
+def test_who_goes_in_turn_always_solves_chain_4(spec):
+    for trial in [run_trial(agent=spec, trial=i, p=0.6) for i in range(1, 31)]:
+        of = dict(zip(trial.labels, trial.joints, strict=True))
+        order = [of[label] for label in trial.listing] if spec == "round-robin" else [*reversed(trial.joints)]
+        assert list(trial.actions) == (order * 5)[: len(trial.actions)]
         assert trial.solved
         assert len(trial.steps) <= 13
+
+
+PICTURES = (Picture(kind="rgb", png=b"a box"),)
+SEEN = Situation(task=TASK, past=(), percept=Percept(pictures=PICTURES))
+
+
+def test_who_reads_reports_refuses_pictures_alone_in_one_line_and_who_heeds_none_plays_on():
+    for agent, name in (
+        (resolve("human-inspired").make(), "HumanInspired"),
+        (LocalModel.__new__(LocalModel), "a local model"),
+    ):
+        with pytest.raises(BadValue) as refused:
+            asyncio.run(agent.decide(SEEN, np.random.default_rng(1)))
+        expected = f"reports: {name} cannot read pictures; viewer:STRATEGY can"
+        assert str(refused.value) == f"modality: got 'pictures', expected {expected}"
+    for enough in (
+        Percept(),
+        Percept(pictures=PICTURES, outcome="moved"),
+        Percept(pictures=PICTURES, positions=(True,)),
+    ):
+        refuse_pictures(enough, "Reader")
+    assert asyncio.run(resolve("random").make().decide(SEEN, np.random.default_rng(1))).joint in "ABC"
+
+
+class Returning(Policy[None]):
+    """Returns one value again and again."""
+
+    def __init__(self, value):
+        self.value = value
+
+    def begin(self, view):
+        return None
+
+    def remember(self, view, memory, told):
+        return None
+
+    def probabilities(self, view, memory):
+        return self.value
+
+
+FOUR = View(joints=4, target=0)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ((0.5, 0.2, 0.2, 0.2), "(0.5, 0.2, 0.2, 0.2)"),
+        ((0.5, 0.5), "(0.5, 0.5)"),
+        ((2, -1, 0, 0), "(2, -1, 0, 0)"),
+        ((0, 0, 0, 0), "(0, 0, 0, 0)"),
+        ((float("nan"), 1, 0, 0), "(nan, 1, 0, 0)"),
+        ((float("inf"), 0, 0, 0), "(inf, 0, 0, 0)"),
+        ((1 + 2e-6, 0, 0, 0), "(1.000002, 0, 0, 0)"),
+        ((), "()"),
+        ("1000", "'1000'"),
+        (0.25, "0.25"),
+        (None, "None"),
+    ],
+)
+def test_a_return_that_is_no_probabilities_stops_in_one_line(value, said):
+    for using in (
+        lambda policy: run_trial(agent=policy),
+        lambda policy: propagate(policy, "chain-4", p=0),
+        lambda policy: policy.probabilities(FOUR, None),
+    ):
+        with pytest.raises(UserMistake) as caught:
+            using(Returning(value))
+        expected = f"Returning.probabilities returned {said}: 4 numbers >= 0 that sum to 1 are expected"
+        assert str(caught.value) == expected
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        [0.7, 0.1, 0.1, 0.1],
+        (True, False, False, False),
+        (1 - 9e-7, 0, 0, 0),
+        np.array([0.5, 0.5, 0, 0], dtype=np.float32),
+        (Fraction(1, 3), Fraction(2, 3), 0, 0),
+    ],
+)
+def test_numbers_of_any_kind_pass_as_floats(value):
+    found = Returning(value).probabilities(FOUR, None)
+    assert found == tuple(float(number) for number in value)
+    assert {type(number) for number in found} == {float}
+
+
+def test_every_class_of_others_is_checked_however_it_came_to_its_methods():
+    class Mixed:
+        def probabilities(self, view, memory):
+            return (1.0,)
+
+    class WithMixed(Mixed, Returning):
+        pass
+
+    @dataclass(frozen=True, slots=True)
+    class Slotted(HumanInspired):
+        def probabilities(self, view, memory):
+            return (1.0,)
+
+    for policy in (WithMixed(None), Slotted()):
+        with pytest.raises(UserMistake, match="4 numbers"):
+            policy.probabilities(FOUR, None)
+    assert not hasattr(HumanInspired.probabilities, "checked")

@@ -15,7 +15,7 @@ from typed import in_process
 
 from lockprobe import run_study, study
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.report.verify.verification import verify
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.running.runner import Limits

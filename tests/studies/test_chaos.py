@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from provider_server import ENDS, HTTP_FAULTS, REPLY_FAULTS, Manner, here, mixed, truthful
 
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import Missing
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions

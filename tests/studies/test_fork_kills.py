@@ -11,7 +11,7 @@ import pytest
 from killed import KILLS, ended, settled, start
 from provider_server import Manner, account, elsewhere
 
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.costs.budget import Budget

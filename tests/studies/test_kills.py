@@ -20,7 +20,7 @@ import pytest
 from killed import KILLS, MOMENTS, begun, ended, settled, start
 from provider_server import Manner, account, elsewhere
 
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.studies.costs.call_log import logged_calls, read_calls, unanswered
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study

@@ -13,7 +13,7 @@ from killed import KILLS, ended, settled, start
 from provider_server import Manner, account, counted, elsewhere, here
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls, unanswered

@@ -12,20 +12,15 @@ installed packages add by an entry point in the group ``lockprobe.agents``. Opti
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from inspect import iscoroutinefunction, isfunction
 from typing import Any, Literal
 
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.human_inspired import PRESETS, HumanInspired
-from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.settings import ModelSettings, read_settings
-from lockprobe.agents.mcp_client import check_client
-from lockprobe.agents.modalities import Senses
-from lockprobe.agents.model_access import Access
-from lockprobe.agents.outside import OutsideAgent
-from lockprobe.agents.participant import check_participant
+from lockprobe.agents.llm.settings import Access, Model, ModelSettings
+from lockprobe.agents.outside import OutsideAgent, check_client, check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RightToLeft, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.foundation.docstrings import first_line
@@ -39,7 +34,10 @@ Engine = Literal["inline", "process", "network", "person", "client"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a
 person or a client with tools, who are waited for by a server and never by a run."""
 
-_STRATEGIES: dict[str, Callable[[], Agent]] = {
+Senses = Literal["reports", "pictures"]
+"""What an agent can read: only reports in words, or pictures too."""
+
+_STRATEGIES: Mapping[str, Callable[[], Agent]] = {
     "random": RandomAgent,
     "random-no-repeat": RandomNoRepeat,
     "round-robin": RoundRobin,
@@ -49,13 +47,18 @@ _ACCESS = Access()
 _VIEWED = "human-inspired:target-first"
 
 
+def _options(kind: type[Any]) -> list[str]:
+    return [field.name for field in fields(kind)]
+
+
 def _described(kind: type[Any]) -> str:
     """The first line of a class's docstring, and its fields as options."""
-    options = f" Options: {', '.join(field.name for field in fields(kind))}." if fields(kind) else ""
+    options = f" Options: {', '.join(_options(kind))}." if _options(kind) else ""
     return f"{first_line(kind)}{options}"
 
 
-_OTHERS = {
+_KNOWN: Mapping[str, str] = {
+    **{name: first_line(make) for name, make in _STRATEGIES.items()},
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
     "ideal-observer": "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
     "Options: prior, noise, plan, reading.",
@@ -63,16 +66,15 @@ _OTHERS = {
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "viewer[:STRATEGY]": "Reads pictures and plays any strategy with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
-    f"Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
+    f"Options: {', '.join(_options(Eyesight))}, and its strategy's.",
     "llm:local": "SmolLM2-135M-Instruct, a very small language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that is served, hosted or on a machine of your own, such as llm:openai/gpt-4o. "
-    f"Options: {', '.join(field.name for field in fields(ModelSettings))}.",
+    f"Options: {', '.join(_options(ModelSettings))}.",
     "participant": "People, on the page of lockprobe serve.",
     "mcp:NAME": "An agent with tools, which connects to lockprobe mcp.",
     "python:module:Name": "Your own class with the Agent protocol.",
 }
-
 
 _CHARACTERS = {
     "cognitive:careful": "Turns to what has neither moved nor failed, the target first.",
@@ -98,13 +100,13 @@ class AgentSource:
     spec: str
     engine: Engine
     make: Callable[[], Agent]
-    check: Callable[[], None] = lambda: None
+    check: Callable[[], object] = lambda: None
     senses: Senses = "reports"
 
 
 def known_specs() -> dict[str, str]:
     """The forms of all specs of Lockprobe's own agents, with descriptions."""
-    return {name: first_line(make) for name, make in _STRATEGIES.items()} | _OTHERS
+    return dict(_KNOWN)
 
 
 def description(spec: str) -> str:
@@ -113,13 +115,12 @@ def description(spec: str) -> str:
     >>> description("llm:local")
     'SmolLM2-135M-Instruct, a very small language model.'
     """
-    form, kinds = Spec.parse(spec), dict[str, str]()
+    form = Spec.parse(spec)
     if not form.options and form.full_name in _CHARACTERS:
         return _CHARACTERS[form.full_name]
     if form.kind in (PEOPLE, "python"):
         return ""
-    for name, said in known_specs().items():
-        kinds[name.partition("[")[0].removesuffix(":NAME").removesuffix(":CHARACTER")] = said
+    kinds = {name.partition("[")[0].removesuffix(":NAME").removesuffix(":CHARACTER"): of for name, of in _KNOWN.items()}
     found = kinds.get(form.full_name) or kinds.get(form.kind, "")
     return f"{found.partition('. ')[0].removesuffix('.')}." if found else ""
 
@@ -144,11 +145,17 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
     if spec.kind in _PARAMETRIC:
         agent = _PARAMETRIC[spec.kind](spec)
         return AgentSource(spec=text, engine="inline", make=lambda: agent)
-    if spec.kind in _SOURCES:
-        return _SOURCES[spec.kind](spec, access)
+    if spec.kind == "viewer":
+        return _viewer(spec)
+    if spec.kind in (PEOPLE, MCP):
+        (check_participant if spec.kind == PEOPLE else check_client)(text)
+        engine: Engine = "person" if spec.kind == PEOPLE else "client"
+        return AgentSource(spec=text, engine=engine, senses="pictures", make=OutsideAgent)
+    if spec.kind == "llm":
+        return _language_model(spec, access)
     if (plugin := find_plugin("agent", text)) is not None:
         return _of_another_package(spec, plugin)
-    raise UnknownName("agent", text, [*known_specs(), *plugin_names("agent")], near=_meant(spec))
+    raise UnknownName("agent", text, [*_KNOWN, *plugin_names("agent")], near=_meant(spec))
 
 
 def is_strategy(spec: str) -> bool:
@@ -189,45 +196,34 @@ def _cognitive(spec: Spec) -> Agent:
 
 def _ideal_observer(spec: Spec) -> Agent:
     if spec.name:
-        raise UnknownName("agent", str(spec), known_specs())
+        raise UnknownName("agent", str(spec), _KNOWN)
     from lockprobe.agents.ideal_observer import IdealObserver
 
-    return IdealObserver.from_options(spec.options)
+    return with_options(IdealObserver, spec.kind, spec.options)
 
 
-_PARAMETRIC: dict[str, Callable[[Spec], Agent]] = {
+_PARAMETRIC: Mapping[str, Callable[[Spec], Agent]] = {
     "human-inspired": _human_inspired,
     "cognitive": _cognitive,
     "ideal-observer": _ideal_observer,
 }
-"""The kinds of agents with parameters in their spec."""
+"""The kinds of strategies with parameters in their spec."""
 
 
-def _viewer(spec: Spec, access: Access) -> AgentSource:
+def _viewer(spec: Spec) -> AgentSource:
     """A viewer with its strategy. Options of its eyesight are its own; all others belong to the strategy."""
     strategy = Spec.parse(spec.name or _VIEWED)
     if spec.name not in ("", *_STRATEGIES) and strategy.kind not in _PARAMETRIC:
         raise UnknownName("strategy of viewer", spec.name, [*_STRATEGIES, *_PARAMETRIC])
-    seeing = sorted(field.name for field in fields(Eyesight))
-    plain = resolve(strategy).make()
-    deciding: list[str] = [field.name for field in fields(plain)] if is_dataclass(plain) else []
+    seeing, plain = sorted(_options(Eyesight)), resolve(strategy).make()
+    known = [*seeing, *(_options(type(plain)) if is_dataclass(plain) else [])]
     for option in spec.options:
-        if option not in {*seeing, *deciding}:
-            raise UnknownName(f"option of {spec.full_name}", option, [*seeing, *deciding])
+        if option not in known:
+            raise UnknownName(f"option of {spec.full_name}", option, known)
     sight = with_options(Eyesight, spec.kind, {name: text for name, text in spec.options.items() if name in seeing})
     strategy = strategy.adding(spec.without(seeing).options)
     viewer = Viewer(strategy=resolve(strategy).make(), name=str(strategy), sight=sight)
     return AgentSource(spec=str(spec), engine="inline", senses="pictures", make=lambda: viewer)
-
-
-def _people(spec: Spec, access: Access) -> AgentSource:
-    check_participant(str(spec))
-    return AgentSource(spec=str(spec), engine="person", senses="pictures", make=OutsideAgent)
-
-
-def _client(spec: Spec, access: Access) -> AgentSource:
-    check_client(str(spec))
-    return AgentSource(spec=str(spec), engine="client", senses="pictures", make=OutsideAgent)
 
 
 def _language_model(spec: Spec, access: Access) -> AgentSource:
@@ -235,44 +231,24 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
     if spec.name == "local" or spec.name.startswith("gguf:"):
         from lockprobe.agents import local
 
-        local.read_options(text)
+        local.LocalSettings.parse(spec)
         return AgentSource(
             spec=text,
             engine="process",
-            make=lambda: local.LocalModel.from_spec(text),
-            check=lambda: local.check(text),
+            make=lambda: local.LocalModel.from_spec(spec),
+            check=lambda: local.check(spec),
         )
-    if "/" in spec.name.strip("/"):
-        name, _ = read_settings(text)
-        blind = facts_of(name).images is False  # of one that is not known its provider has to say so
+    if "/" not in spec.name.strip("/"):
+        raise UnknownName("language model", text, [name for name in _KNOWN if spec_kind(name) == spec.kind])
+    blind = Model.parse(text).facts.images is False  # of one that is not known its provider has to say so
 
-        def make() -> Agent:
-            from lockprobe.agents.llm.model import HostedModel
+    def make() -> Agent:
+        from lockprobe.agents.llm.model import HostedModel
 
-            return HostedModel(text, access)
+        return HostedModel(text, access)
 
-        def check() -> None:
-            from lockprobe.agents.llm.servers import server_of
-
-            server_of(name)
-
-        return AgentSource(
-            spec=text,
-            engine="network",
-            senses="reports" if blind else "pictures",
-            make=make,
-            check=check,
-        )
-    raise UnknownName("language model", text, [name for name in _OTHERS if spec_kind(name) == spec.kind])
-
-
-_SOURCES: dict[str, Callable[[Spec, Access], AgentSource]] = {
-    "viewer": _viewer,
-    PEOPLE: _people,
-    MCP: _client,
-    "llm": _language_model,
-}
-"""The other kinds of Lockprobe's own agents."""
+    senses: Senses = "reports" if blind else "pictures"
+    return AgentSource(spec=text, engine="network", senses=senses, make=make, check=make)
 
 
 def _is_agent(found: object) -> bool:
@@ -297,7 +273,4 @@ def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
         agent: Agent = found
         return agent
 
-    def check() -> None:
-        make()
-
-    return AgentSource(spec=str(spec), engine="inline", senses="pictures", make=make, check=check)
+    return AgentSource(spec=str(spec), engine="inline", senses="pictures", make=make, check=make)

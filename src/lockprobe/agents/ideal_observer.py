@@ -13,13 +13,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.agents.policy import Policy, Told, View, draw, told_outcome
+from lockprobe.agents.policy import Policy, Told, View, draw
 from lockprobe.boxes.beliefs.exact import planner
 from lockprobe.boxes.beliefs.planning import PlanGoal, best_joints
 from lockprobe.boxes.beliefs.posterior import Belief, KnownReading, ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import PRIORS, interlocks
 from lockprobe.foundation.errors import UnknownName
-from lockprobe.foundation.spec import with_options
 from lockprobe.trial.record import Decision, Fact, Situation
 
 _EVEN = 1e-9
@@ -58,15 +57,6 @@ class IdealObserver(Policy[Belief]):
             raise UnknownName("prior", self.prior, PRIORS)
         noise_model(self.noise, self.reading)
 
-    @classmethod
-    def from_options(cls, options: Mapping[str, str]) -> IdealObserver:
-        """The agent with the options of a spec.
-
-        Raises:
-            UserMistake: As :func:`lockprobe.foundation.spec.with_options` and the class.
-        """
-        return with_options(cls, "ideal-observer", options)
-
     @property
     def facts(self) -> Mapping[str, Fact]:
         """Its prior, its noise model and its plan."""
@@ -93,9 +83,9 @@ class IdealObserver(Policy[Belief]):
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose from the posterior, by one draw, and say what the last action probably did."""
-        view, belief = self.recall(situation)
-        probabilities = self.probabilities(view, belief)
-        claimed = told_outcome(situation)
+        known = self._recalled(situation)
+        belief, probabilities = known.memory, self.probabilities(known.view, known.memory)
+        claimed = None if known.told is None else known.told.outcome
         if belief.moved is not None and abs(belief.moved - 0.5) >= _EVEN:
             claimed = "moved" if belief.moved > 0.5 else "blocked"
         joint = situation.task.joints[draw(probabilities, rng.random())]

@@ -9,24 +9,22 @@ machine. Figures stand in ``docs/embedded-model.md``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Literal, get_args
+from dataclasses import asdict, dataclass
+from math import inf
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from lockprobe.agents import weights
-from lockprobe.agents.modalities import refuse_pictures
-from lockprobe.agents.policy import draw
+from lockprobe.agents.policy import draw, refuse_pictures
 from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.agents.reply import CLAIMS
-from lockprobe.foundation.errors import BadValue, Conflict, ModelFault, UnknownName
-from lockprobe.foundation.spec import Spec
-from lockprobe.foundation.validation import check_choice
+from lockprobe.foundation.errors import BadValue, Conflict, ModelFault
+from lockprobe.foundation.spec import Spec, with_options
 from lockprobe.trial.record import Decision, Fact, Situation
 
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
-
-Calibration = Literal["none", "first"]
 
 _PROBLEM = """\
 A lockbox has several joints. Each joint has two positions, 0 and 1. The joints lock each other in a hidden way. \
@@ -46,43 +44,41 @@ _CONTEXT = 4096
 _CLAIMS = {f" {words}": outcome for words, outcome in CLAIMS.items() if outcome}
 
 
-def check(spec: str) -> None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LocalSettings:
+    """The options of a local model: ``llm:local?temperature=0.7&calibration=first``.
+
+    Attributes:
+        temperature: Above 0; probabilities are raised to 1/temperature and normalised, so 1 leaves the model's own.
+        calibration: With ``first`` the probabilities are divided from step 2 on by those of step 1, where nothing has
+            happened yet, and normalised; this takes out a preference for a name or a place.
+
+    Raises:
+        BadValue: If the temperature is not above 0.
+    """
+
+    temperature: float = 1.0
+    calibration: Literal["none", "first"] = "none"
+
+    def __post_init__(self) -> None:
+        if not 0 < self.temperature < inf:
+            raise BadValue("temperature", self.temperature, "a number above 0")
+
+    @classmethod
+    def parse(cls, spec: Spec) -> LocalSettings:
+        """The options of a spec."""
+        return with_options(cls, "a local model", spec.options)
+
+
+def check(spec: Spec) -> None:
     """Check whether a local model can be loaded.
 
     Raises:
-        UserMistake: If its runtime or its file is missing or damaged, or an option is unknown.
+        UserMistake: If its runtime or its file is missing or damaged.
     """
     import lockprobe.agents.engine  # noqa: F401 - raises if the runtime is missing
 
-    name, _ = read_options(spec)
-    weights.locate(name)
-
-
-def read_options(spec: str) -> tuple[str, dict[str, str]]:
-    """Split ``llm:local?temperature=0.7&calibration=first`` into the model and its options.
-
-    Options: ``temperature`` (above 0; 1 is the model's own distribution) and ``calibration`` (``none`` or
-    ``first``: from step 2 on the probabilities are divided by those of step 1, where nothing has happened yet, and
-    normalised; this takes out a preference for a name or a place).
-
-    Raises:
-        UnknownName: If there is no such option.
-        BadValue: If a value is not allowed.
-    """
-    asked = Spec.parse(spec)
-    options = {"temperature": "1", "calibration": "none"}
-    for key, value in asked.options.items():
-        if key not in options:
-            raise UnknownName("option of a local model", key, options)
-        options[key] = value
-    check_choice("calibration", options["calibration"], get_args(Calibration))
-    try:
-        positive = 0 < float(options["temperature"]) < float("inf")
-    except ValueError:
-        positive = False
-    if not positive:
-        raise BadValue("temperature", options["temperature"], "a number above 0")
-    return asked.full_name, options
+    weights.locate(spec.full_name)
 
 
 class LocalModel:
@@ -91,32 +87,21 @@ class LocalModel:
     Args:
         engine: The loaded model.
         facts: The facts of the model, for the record.
-        temperature: Probabilities are raised to 1/temperature and normalised.
-        calibration: As in :func:`read_options`.
+        settings: Its options.
     """
 
-    def __init__(
-        self,
-        engine: Engine,
-        facts: Mapping[str, Fact],
-        *,
-        temperature: float = 1.0,
-        calibration: Calibration = "none",
-    ) -> None:
-        self._engine = engine
-        self._temperature = temperature
-        self._calibration = calibration
+    def __init__(self, engine: Engine, facts: Mapping[str, Fact], settings: LocalSettings | None = None) -> None:
+        self._engine, self._settings = engine, settings or LocalSettings()
         self.facts: Mapping[str, Fact] = {
             **facts,
             "prompt": f"log {fingerprint(*_segments(example()))}",
             "prompt_unasked": f"log {fingerprint(*_segments(example(assessment=False)))}",
             "decoding": "scored answers",
-            "temperature": temperature,
-            "calibration": calibration,
+            **asdict(self._settings),
         }
 
     @classmethod
-    def from_spec(cls, spec: str) -> LocalModel:
+    def from_spec(cls, spec: Spec) -> LocalModel:
         """Load the model that a spec names.
 
         Raises:
@@ -124,13 +109,10 @@ class LocalModel:
         """
         from lockprobe.agents.engine import Engine
 
-        name, options = read_options(spec)
-        path = weights.locate(name)
+        path = weights.locate(spec.full_name)
         engine = Engine(path, context=_CONTEXT)
-        called = path.stem if name == "llm:local" else weights.model_name(path)
-        facts = {"model": called, "sha256": weights.sha256_of(path)} | engine.facts()
-        calibration: Calibration = "first" if options["calibration"] == "first" else "none"
-        return cls(engine, facts, temperature=float(options["temperature"]), calibration=calibration)
+        facts = {"model": weights.model_name(path), "sha256": weights.sha256_of(path)} | engine.facts()
+        return cls(engine, facts, LocalSettings.parse(spec))
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Say what the last action did, then choose; two draws from the stream per step."""
@@ -138,42 +120,35 @@ class LocalModel:
         if situation.briefing.instruction:
             raise Conflict("prompt", "a local model", "local models play from a log without an instruction")
         task, last = situation.task, situation.percept.joint
-        prompt = self._prompt(situation)
+        constant, *rest = _segments(situation)
+        if not situation.past:
+            self._engine.restart(constant)
+        prompt = [*self._engine.opening(constant), *self._tokens(*rest)]
+        if len(prompt) > _CONTEXT - 64:
+            raise BadValue("max_steps", task.budget, f"a trial that fits this model's {_CONTEXT} tokens")
         said, claim_probability, number = "", None, float(rng.random())
         if last is not None and task.assessment:
             chances = self._engine.score(prompt, [self._engine.tokens(claim) for claim in _CLAIMS])
             claim_probability = chances[0]
             said = _said(number, claim_probability)
-            prompt = self._extend(prompt, said, ".")
-        prompt = self._extend(prompt, " Next joint:")
+            prompt += self._tokens(said, ".")
+        prompt += self._tokens(" Next joint:")
         raw = self._engine.score(prompt, [self._engine.tokens(f" {joint}") for joint in task.joints])
         return _drawn(situation, said, claim_probability, self._adjusted(raw, situation), rng)
+
+    def _tokens(self, *segments: str) -> list[int]:
+        """Segments are turned into tokens one by one, so that equal segments give equal tokens everywhere."""
+        return [token for segment in segments if segment for token in self._engine.tokens(segment)]
 
     def _adjusted(self, raw: list[float], situation: Situation) -> list[float]:
         chances = np.array(raw)
         first = situation.past[0].decision.probabilities if situation.past else None
-        if self._calibration == "first" and first is not None:
+        if self._settings.calibration == "first" and first is not None:
             chances = chances / np.maximum(first, 1e-9)
-        if self._temperature != 1:
-            chances = (chances / chances.max()) ** (1 / self._temperature)  # of which one is 1, however low it is
+        if self._settings.temperature != 1:
+            chances = (chances / chances.max()) ** (1 / self._settings.temperature)  # one is 1, however low it is
         adjusted: list[float] = (chances / chances.sum()).tolist()
         return adjusted
-
-    def _prompt(self, situation: Situation) -> list[int]:
-        constant, *rest = _segments(situation)
-        if not situation.past:
-            self._engine.restart(constant)
-        prompt = self._extend([*self._engine.opening(constant)], *rest)
-        if len(prompt) > _CONTEXT - 64:
-            raise BadValue("max_steps", situation.task.budget, f"a trial that fits this model's {_CONTEXT} tokens")
-        return prompt
-
-    def _extend(self, prompt: list[int], *segments: str) -> list[int]:
-        """Segments are turned into tokens one by one, so that equal segments give equal tokens everywhere."""
-        for segment in segments:
-            if segment:
-                prompt = [*prompt, *self._engine.tokens(segment)]
-        return prompt
 
 
 class ReplayedLocalModel:
@@ -224,7 +199,15 @@ def _drawn(
 
 def _segments(situation: Situation) -> list[str]:
     """The log up to the point where the model has to say what its last action did, or to choose."""
-    segments = [CONSTANT if situation.task.assessment else UNASKED, *_introduction(situation)]
+    task = situation.task
+    segments = [
+        CONSTANT if task.assessment else UNASKED,
+        f" The joints are: {', '.join(task.joints)}.",
+        f" The target joint is: {task.target}.",
+        f" The given steps are: {task.budget}.",
+        f" {situation.briefing.warning}".rstrip(),
+        "\n\nStep log:",
+    ]
     for turn in situation.past:
         segments += _observation(turn.percept.text, turn.remark)
         said = next((words for words, outcome in _CLAIMS.items() if outcome == turn.decision.claimed), "")
@@ -232,21 +215,10 @@ def _segments(situation: Situation) -> list[str]:
         segments += ["Last joint:", f" {turn.percept.joint}", said, "."] if said else []
         segments += [" Next joint:", f" {turn.decision.joint}", "."]
     segments += _observation(situation.percept.text, situation.briefing.remark)
-    if situation.percept.joint is not None and situation.task.assessment:
+    if situation.percept.joint is not None and task.assessment:
         segments += ["Last joint:", f" {situation.percept.joint}"]
     return segments
 
 
 def _observation(report: str, remark: str) -> tuple[str, ...]:
     return ("\nObservation:", f" {report}".rstrip(), f" {remark}".rstrip(), "\n")
-
-
-def _introduction(situation: Situation) -> tuple[str, ...]:
-    task = situation.task
-    return (
-        f" The joints are: {', '.join(task.joints)}.",
-        f" The target joint is: {task.target}.",
-        f" The given steps are: {task.budget}.",
-        f" {situation.briefing.warning}".rstrip(),
-        "\n\nStep log:",
-    )

@@ -1,17 +1,70 @@
-"""An agent outside of the loop: a person at a page, or a client with tools. Each decision arrives when it is made."""
+"""Agents outside of the loop: people at a page (``participant``, ``participant:ID``) and clients with tools.
+
+A client connects to ``lockprobe mcp``, and whoever starts that server chooses its name: ``mcp:NAME``.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lockprobe.foundation.errors import ChannelFault
+from lockprobe.foundation.errors import BadValue, ChannelFault
+from lockprobe.foundation.spec import MCP, PEOPLE
 from lockprobe.trial.record import Decision, Fact, Outcome, Situation
 
 if TYPE_CHECKING:
     import asyncio
 
     import numpy as np
+
+SAME_IN_ALL_TRIALS = ("client", "wording")
+"""Facts of a client that may not change under its name: records that differ in them are different conditions."""
+
+_ID = re.compile(r"[a-z0-9]{4,32}")
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+
+
+def participant_spec(identity: str) -> str:
+    """The agent spec of one person.
+
+    >>> participant_spec("3f9a01bc")
+    'participant:3f9a01bc'
+    """
+    return f"{PEOPLE}:{identity}"
+
+
+def client_spec(name: str) -> str:
+    """The agent spec of a client.
+
+    >>> client_spec("claude-code")
+    'mcp:claude-code'
+
+    Raises:
+        BadValue: As :func:`check_client`.
+    """
+    check_client(spec := f"{MCP}:{name}")
+    return spec
+
+
+def check_client(spec: str) -> None:
+    """Refuse a spec that names no client.
+
+    Raises:
+        BadValue: If it is not ``mcp:NAME``.
+    """
+    if not _NAME.fullmatch(spec.removeprefix(f"{MCP}:")) or ":" not in spec:
+        raise BadValue("agent", spec, f"{MCP}:NAME with at most 64 letters, digits, dots, hyphens and underscores")
+
+
+def check_participant(spec: str) -> None:
+    """Refuse a spec that is no participant.
+
+    Raises:
+        BadValue: If it is neither ``participant`` nor ``participant:ID``.
+    """
+    if spec != PEOPLE and not _ID.fullmatch(spec.removeprefix(f"{PEOPLE}:")):
+        raise BadValue("agent", spec, "participant, or participant:ID with 4 to 32 lower-case letters and digits")
 
 
 class OutsideAgent:
@@ -25,14 +78,10 @@ class OutsideAgent:
     def __init__(self, facts: Mapping[str, Fact] | None = None, *, words_alone: bool = False) -> None:
         import asyncio  # listing the agents needs none, and it takes long
 
-        self._facts, self._words_alone = dict(facts or {}), words_alone
+        self.facts: Mapping[str, Fact] = dict(facts or {})
+        self._words_alone = words_alone
         self._asked: asyncio.Queue[Situation] = asyncio.Queue()
         self._said: asyncio.Queue[Decision] = asyncio.Queue()
-
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        """How the agent was reached."""
-        return self._facts
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Wait for the decision.

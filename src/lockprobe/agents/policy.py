@@ -9,19 +9,27 @@ hashable value, so the same policy can be played here step by step, propagated e
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from itertools import accumulate
-from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
+from numbers import Real
+from reprlib import Repr
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
-from lockprobe.agents.modalities import refuse_pictures
-from lockprobe.agents.policy_check import check_returns
+from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
 
 if TYPE_CHECKING:
     import numpy as np
 
 Memory = TypeVar("Memory", bound=Hashable)
+
+_TOLERANCE = 1e-6
+"""How far a sum of probabilities may be from 1."""
+
+_short = Repr()
+_short.maxother, _short.maxtuple, _short.maxlist = 80, 12, 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +68,11 @@ class Told:
     remarked: bool = False
 
     @property
+    def outcome(self) -> Outcome:
+        """What was told, as a claim."""
+        return "moved" if self.moved else "blocked"
+
+    @property
     def odd(self) -> bool:
         """Whether its form is odd: it corrects what it said first, or a remark comes with it."""
         return self.corrects is not None or self.remarked
@@ -82,9 +95,10 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
     joint, positions, outcome = task.joints.index(percept.joint), percept.positions, percept.outcome
     if outcome is not None:
         moved = outcome == "moved"
-    elif positions is None or (last := _last_positions(past)) is None:
-        return None
     else:
+        earlier = (turn.percept.positions for turn in reversed(past) if turn.percept.positions is not None)
+        if positions is None or (last := next(earlier, None)) is None:
+            return None
         moved = positions[joint] != last[joint]
     shifted = None
     if positions is not None:
@@ -102,25 +116,14 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
     )
 
 
-def _last_positions(past: Sequence[Turn]) -> tuple[bool, ...] | None:
-    """The last positions that were told and are remembered; None without any."""
-    for turn in reversed(past):
-        if turn.percept.positions is not None:
-            return turn.percept.positions
-    return None
+def refuse_pictures(percept: Percept, reader: str) -> None:
+    """Refuse pictures to an agent that reads only reports.
 
-
-def told_outcome(situation: Situation) -> Outcome | None:
-    """The reported outcome of the last attempt, from outcome or positions; None if nothing is reported."""
-    percept = situation.percept
-    return _outcome(percept, tell(situation.task, percept, situation.past) if percept.outcome is None else None)
-
-
-def _outcome(percept: Percept, told: Told | None) -> Outcome | None:
-    """The same, of a percept that was read already."""
-    if percept.outcome is not None:
-        return percept.outcome
-    return None if told is None else "moved" if told.moved else "blocked"
+    Raises:
+        BadValue: If there are pictures and neither an outcome nor positions.
+    """
+    if percept.pictures and percept.positions is None and percept.outcome is None:
+        raise BadValue("modality", "pictures", f"reports: {reader} cannot read pictures; viewer:STRATEGY can")
 
 
 def opened_after(opened: int, told: Told) -> int:
@@ -164,7 +167,8 @@ class Policy(Generic[Memory]):
     ``exact`` says whether its probabilities go into the record. ``heeds_remarks`` says whether a remark changes it, and
     ``heeds_panel`` whether it matters where the joints lie on the panel.
 
-    What classes of others return is checked at every call (:mod:`lockprobe.agents.policy_check`).
+    What ``probabilities`` of classes of others returns is checked at every call, so that a mistake in one is a message
+    and never a success rate.
     """
 
     looks: ClassVar[bool] = True
@@ -175,7 +179,11 @@ class Policy(Generic[Memory]):
 
     def __init_subclass__(cls, **given: object) -> None:
         super().__init_subclass__(**given)
-        check_returns(cls)
+        method = cls.probabilities
+        ours = str(getattr(method, "__module__", "")).partition(".")[0] == __name__.partition(".")[0]
+        if not ours and not hasattr(method, "checked"):
+            checked: Any = _checked(method)
+            cls.probabilities, checked.checked = checked, True  # type: ignore[method-assign]
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -204,7 +212,7 @@ class Policy(Generic[Memory]):
         chances = self.probabilities(known.view, known.memory)
         return Decision(
             joint=situation.task.joints[draw(chances, rng.random())],
-            claimed=_outcome(situation.percept, known.told) if self.looks else None,
+            claimed=known.told.outcome if self.looks and known.told else None,
             probabilities=chances if self.exact else None,
         )
 
@@ -244,6 +252,26 @@ class Policy(Generic[Memory]):
         if not past:
             return memory
         return self.remember_silence(view, memory, task.joints.index(past[-1].decision.joint))
+
+
+def _checked(method: Callable[..., Any]) -> Callable[..., tuple[float, ...]]:
+    """The method with a check that it returns probabilities."""
+
+    @wraps(method)
+    def probabilities(self: Any, view: View, memory: Any) -> tuple[float, ...]:
+        found = method(self, view, memory)
+        try:
+            parts = tuple(found)
+        except TypeError:
+            parts = ()
+        numbers = [float(part) for part in parts if isinstance(part, Real) and math.isfinite(part)]
+        fit = len(numbers) == len(parts) == view.joints and min(numbers) >= 0
+        if fit and abs(math.fsum(numbers) - 1) <= _TOLERANCE:
+            return tuple(numbers)
+        wanted = f"{view.joints} numbers >= 0 that sum to 1 are expected"
+        raise UserMistake(f"{type(self).__name__}.probabilities returned {_short.repr(found)}: {wanted}")
+
+    return probabilities
 
 
 class _Recall(NamedTuple, Generic[Memory]):

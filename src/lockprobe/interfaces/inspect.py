@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import numpy as np
     from inspect_ai.model import Content, Model
 
-    from lockprobe.agents.llm.reply import ModelReply
+    from lockprobe.agents.llm.answer import ModelReply
     from lockprobe.agents.prompt import Message
     from lockprobe.studies.study import Study
     from lockprobe.trial.record import Decision, Fact, Situation
@@ -143,16 +143,16 @@ class _ModelOfTheEval:
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         from lockprobe.agents.llm.model import decided
-        from lockprobe.agents.llm.settings import ModelSettings
+        from lockprobe.agents.llm.settings import Model
 
         try:
-            return await decided(situation, ModelSettings(), self._ask)
+            return await decided(situation, Model(name=str(self._model)), self._ask)
         except Exception as error:
             self.broke = error  # so that the limits and retries of Inspect apply
             raise
 
     async def _ask(self, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
-        from lockprobe.agents.llm.reply import ModelReply
+        from lockprobe.agents.llm.answer import ModelReply
         from lockprobe.trial.model_call import Usage
 
         asked, began = [_sent(message) for message in messages], time.perf_counter()

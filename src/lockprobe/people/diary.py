@@ -16,7 +16,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from lockprobe.agents.participant import check_participant, participant_spec
+from lockprobe.agents.outside import check_participant, participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import PEOPLE

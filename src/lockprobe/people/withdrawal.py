@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from lockprobe.agents.participant import participant_spec
+from lockprobe.agents.outside import participant_spec
 from lockprobe.foundation.inputs import is_there
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM

@@ -1,12 +1,11 @@
 """What one request shows of a model and its server."""
 
 import json
-import os
 import socket
 import time
 
 import pytest
-from provider_server import completion, failure, here
+from provider_server import completion, failure
 from typed import in_process
 
 from lockprobe.foundation.errors import BadValue, Missing
@@ -16,27 +15,21 @@ MODEL = "llm:openai-api/fake/model"
 GOOD = {"joint": "A", "colour": "red"}
 
 
-@pytest.fixture(autouse=True)
-def own_environment(monkeypatch):
-    for name in os.environ:
-        if name.endswith(("_API_KEY", "_BASE_URL")):
-            monkeypatch.delenv(name)
-    for provider in ("FAKE", "OPENAI"):
-        monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
-
-
-def found(monkeypatch, answer, model=MODEL):
+@pytest.fixture
+def found(served):
     """What the command says, by what it is about, and the requests that it made."""
-    with here(answer, keep=True) as server:
-        for provider in ("FAKE", "OPENAI"):
-            monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
-        said = [json.loads(line) for line in in_process("doctor", model, "--json").stdout.splitlines()]
-    assert "private" not in repr(said)
-    return {one["what"]: (one["ok"], one["detail"]) for one in said}, server.requests
+
+    def ask(answer, model=MODEL):
+        with served(answer) as server:
+            said = [json.loads(line) for line in in_process("doctor", model, "--json").stdout.splitlines()]
+        assert "private" not in repr(said)
+        return {one["what"]: (one["ok"], one["detail"]) for one in said}, server.requests
+
+    return ask
 
 
-def test_a_model_that_does_all_is_asked_once(monkeypatch):
-    shown, requests = found(monkeypatch, lambda request: completion(json.dumps(GOOD)))
+def test_a_model_that_does_all_is_asked_once(found):
+    shown, requests = found(lambda request: completion(json.dumps(GOOD)))
     assert len(requests) == len(pictures(requests[0]["messages"][0])) == 1
     assert shown["server"][1].endswith(" s, fake")
     assert {what: detail for what, (_, detail) in shown.items() if what != "server"} == {
@@ -81,8 +74,8 @@ def thinking(request):
         (lambda request: completion(None, refusal="No."), MODEL, "form of the reply", False, "refused: No.", 1),
     ],
 )  # fmt: skip
-def test_what_does_not_work_is_said_with_what_helps(monkeypatch, answer, model, what, ok, detail, times):
-    shown, requests = found(monkeypatch, answer, model)
+def test_what_does_not_work_is_said_with_what_helps(found, answer, model, what, ok, detail, times):
+    shown, requests = found(answer, model)
     assert shown[what][0] is ok
     assert shown[what][1].startswith(detail)
     assert len(requests) == times

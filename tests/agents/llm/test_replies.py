@@ -6,15 +6,14 @@ and one retry, so that a fault of the server is asked for twice, an unusable rep
 
 import asyncio
 import json
-import os
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from provider_server import Manner, completion, failure, here
+from provider_server import ASKED, Manner, completion, failure, here
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.agents.prompt import example
 from lockprobe.foundation.errors import TrialFault
 
@@ -60,19 +59,11 @@ def server():
         yield running
 
 
-@pytest.fixture(autouse=True)
-def own_environment(monkeypatch, server):
-    for name in os.environ:
-        if name.endswith(("_API_KEY", "_BASE_URL")):
-            monkeypatch.delenv(name)
-    for provider in ("ANTHROPIC", "FAKE", "OPENAI", "OPENROUTER"):
-        monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
-        monkeypatch.setenv(f"{provider}_API_KEY", "sk-private-0123456789")
-
-
 @pytest.fixture
-def step(server):
+def step(server, monkeypatch):
     """Plays one step against a server that gives these answers, the last one again and again."""
+    for provider in ASKED:
+        monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
 
     def play(*answers, spec=SPEC, **access):
         course = list(answers)

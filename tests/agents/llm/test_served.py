@@ -10,9 +10,8 @@ from prefixes import repeated_prefix
 
 from lockprobe.agents import weights
 from lockprobe.agents.llm.model_facts import ModelFacts
-from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.llm.settings import Access, ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
-from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import conversation
 from lockprobe.agents.reply import parse_reply
 from lockprobe.studies.costs.call_log import read_calls
@@ -23,7 +22,7 @@ from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Percept, Situation, Task, Turn
 
 pytest.importorskip("xllamacpp")
-pytestmark = pytest.mark.skipif(weights.find(weights.EMBEDDED) is None, reason="the embedded model is not installed")
+pytestmark = pytest.mark.skipif(weights.embedded() is None, reason="the embedded model is not installed")
 
 SERVE = """
 import sys, xllamacpp

@@ -10,7 +10,7 @@ from seen import PhotographedPlant
 from stored import contents, records, sql, timings
 from tool_player import AGENT, SPEC, Player, calls, plain_records
 
-from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
+from lockprobe.agents.outside import SAME_IN_ALL_TRIALS
 from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.interfaces.mcp import wording
 from lockprobe.interfaces.mcp.session import CallRefused, Connection, ToolSession, facts_of

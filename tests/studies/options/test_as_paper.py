@@ -8,7 +8,7 @@ import pytest
 from provider_server import here
 from stored import records
 
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.boxes.families import box
 from lockprobe.boxes.layouts import locking_pairs, neighbours
 from lockprobe.foundation.errors import Conflict

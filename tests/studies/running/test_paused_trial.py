@@ -7,7 +7,7 @@ import pytest
 from seated import as_played, people_study, without_page
 from seen import PhotographedPlant
 
-from lockprobe.agents.participant import participant_spec
+from lockprobe.agents.outside import participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.interventions.conditions import flips
 from lockprobe.plants import catalogue

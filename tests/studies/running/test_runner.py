@@ -13,7 +13,7 @@ from provider_server import Manner, failure, here, truthful
 from stored import records, rewrite, sql
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import (
     AgentsGivenUp,
     BadFile,

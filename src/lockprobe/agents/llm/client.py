@@ -1,7 +1,7 @@
 """The client for language models: one request, one reply, by HTTP.
 
 All waiting is here, and counted. A failed attempt is made again after a pause that doubles from
-:attr:`lockprobe.agents.model_access.Access.pause` up to a minute, or as long as the server asks for. A provider may
+:attr:`lockprobe.agents.llm.settings.Access.pause` up to a minute, or as long as the server asks for. A provider may
 charge for attempts to which no reply came, so they are announced before the next one is made.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import random
 import time
 from collections.abc import Awaitable, Callable, Sequence
@@ -18,13 +19,11 @@ from urllib.request import getproxies
 
 import httpx2 as httpx
 
-from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.reply import ModelReply, NoReply, read_reply
-from lockprobe.agents.llm.servers import request_body, server_of
-from lockprobe.agents.llm.settings import ModelSettings
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.answer import ModelReply, NoReply, read_answer
+from lockprobe.agents.llm.servers import Server, request_body
+from lockprobe.agents.llm.settings import Access, Model
 from lockprobe.agents.prompt import Message
-from lockprobe.foundation.errors import ModelFault
+from lockprobe.foundation.errors import BadValue, ModelFault
 from lockprobe.foundation.redaction import without_secrets
 from lockprobe.trial.model_call import Usage
 
@@ -44,6 +43,9 @@ _NOT_SENT = (httpx.ConnectError, httpx.ConnectTimeout, httpx.PoolTimeout)
 
 _PACKED = {"", "identity", "gzip", "deflate"}
 """The allowed compressions of an answer. Others decompress so much at once that no limit would help."""
+
+_NETWORK = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY", "SSL_CERT_FILE", "SSL_CERT_DIR")
+"""The variables that the HTTP library reads."""
 
 
 class Attempts(NamedTuple):
@@ -73,21 +75,38 @@ class ModelClient:
     """An open client of one model.
 
     Attributes:
-        server: Where the model is served.
+        model: What is asked.
+        server: Where it is served.
         slots: Free slots for concurrent requests; each request holds one.
 
     Raises:
-        UserMistake: As :func:`lockprobe.agents.llm.servers.server_of`.
+        UserMistake: As :class:`lockprobe.agents.llm.servers.Server`, or if proxies or certificates cannot be used.
     """
 
-    def __init__(self, name: str, settings: ModelSettings, access: Access) -> None:
-        self.server, self._settings, self._facts = server_of(name), settings, facts_of(name)
-        self._access = access
-        secure = any(url.startswith("https:") for url in (self.server.url, *getproxies().values()))
-        self._trust = httpx.create_ssl_context() if secure else False  # which takes a tenth of a second
+    def __init__(self, model: Model, access: Access) -> None:
+        self.model, self.server, self._access = model, Server.of(model.name), access
         self._idle: list[httpx.AsyncClient] = []
         self._made: list[httpx.AsyncClient] = []
         self.slots = asyncio.Semaphore(access.connections)
+        try:
+            secure = any(url.startswith("https:") for url in (self.server.url, *getproxies().values()))
+            self._trust = httpx.create_ssl_context() if secure else False  # which takes a tenth of a second
+            self._open()
+        except (ImportError, OSError, ValueError, httpx.InvalidURL) as error:
+            named = [f"{name}={value}" for name, value in os.environ.items() if name.upper() in _NETWORK and value]
+            said = without_secrets(" ".join(named))
+            raise BadValue("network", said, f"proxies and certificates that can be used ({error})") from None
+
+    def _open(self) -> None:
+        self._idle.append(
+            httpx.AsyncClient(
+                verify=self._trust,
+                timeout=httpx.Timeout(None, connect=self._access.connect),
+                follow_redirects=True,
+                event_hooks={"response": [_check]},
+            )
+        )
+        self._made += self._idle
 
     async def ask(
         self, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None
@@ -99,7 +118,7 @@ class ModelClient:
         Raises:
             ModelFault: If the provider gives no answer, after all retries, or the conversation is too long.
         """
-        content = request_body(self.server, messages, schema, self._settings, self._facts)
+        content = request_body(self.server, self.model, messages, schema)
         began, failed, told = time.perf_counter(), Attempts(), Attempts()
         while True:
             if again is not None and failed[1:] != told[1:]:
@@ -124,7 +143,7 @@ class ModelClient:
     def _hides(self, reply: ModelReply, schema: dict[str, object]) -> bool:
         """Whether a reply is empty and the object that a schema asks for stands at the end of the reasoning."""
         names = schema.get("required")
-        if reply.text.strip() or self._settings.form(self._facts) == "none" or not isinstance(names, list):
+        if reply.text.strip() or self.model.form == "none" or not isinstance(names, list):
             return False
         try:
             last = json.loads(reply.thoughts[reply.thoughts.rfind("{") :])
@@ -166,15 +185,7 @@ class ModelClient:
         connections whenever a request begins or ends, which with a hundred of them costs more than the request.
         """
         if not self._idle:
-            self._idle.append(
-                httpx.AsyncClient(
-                    verify=self._trust,
-                    timeout=httpx.Timeout(None, connect=self._access.connect),
-                    follow_redirects=True,
-                    event_hooks={"response": [_check]},
-                )
-            )
-            self._made += self._idle
+            self._open()
         http = self._idle.pop()
         try:
             async with (
@@ -190,13 +201,16 @@ class ModelClient:
                 status, headers = answer.status_code, answer.headers
         except TimeoutError:
             raise NoReply(f"no reply within {self._access.timeout:g} s", charged=True) from None
-        except (httpx.HTTPError, OSError) as error:
-            said = " ".join(without_secrets(str(_cause(error)) or type(error).__name__).split())
-            charged = not isinstance(error, _NOT_SENT)
+        except (httpx.HTTPError, OSError, OverflowError) as error:
+            cause: BaseException = error
+            while (behind := cause.__cause__ or cause.__context__) is not None:
+                cause = behind
+            said = " ".join(without_secrets(str(cause) or type(error).__name__).split())
+            charged = not isinstance(error, (*_NOT_SENT, OverflowError))
             raise NoReply(f"no connection to the provider: {said}", charged=charged) from error
         finally:
             self._idle.append(http)
-        return read_reply(status, headers, b"".join(parts))
+        return read_answer(status, headers, b"".join(parts))
 
     async def aclose(self) -> None:
         """Close the connections."""
@@ -220,10 +234,3 @@ async def _check(response: httpx.Response) -> None:
     if not {part.strip() for part in packed.split(",")} <= _PACKED:
         said = f"an answer compressed with {packed[:40]}, which was not requested"
         raise NoReply(f"the provider answered with {said}", again=False, charged=True)
-
-
-def _cause(error: BaseException) -> BaseException:
-    """What lies behind an error of a library."""
-    while (behind := error.__cause__ or error.__context__) is not None:
-        error = behind
-    return error

@@ -17,21 +17,12 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
+from lockprobe.agents.llm.answer import MENDING, ModelReply
 from lockprobe.agents.llm.client import IN_REASONING, Attempts, ModelClient
-from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
-from lockprobe.agents.llm.reply import ModelReply
-from lockprobe.agents.llm.servers import host_of
-from lockprobe.agents.llm.settings import ModelSettings, read_settings
+from lockprobe.agents.llm.model_facts import Effort, Schema
+from lockprobe.agents.llm.settings import Access, Model
 from lockprobe.agents.llm.token_bounds import PER_MESSAGE, at_most
-from lockprobe.agents.model_access import MENDING, Access
-from lockprobe.agents.prompt import (
-    Message,
-    chat_fingerprint,
-    conversation,
-    picture_fingerprint,
-    repair,
-    reply_schema,
-)
+from lockprobe.agents.prompt import Message, chat_fingerprint, conversation, picture_fingerprint, repair, reply_schema
 from lockprobe.agents.reply import parse_reply, spoken, without_marks
 from lockprobe.foundation.errors import ModelFault, RefusalFault, ReplyFault
 from lockprobe.foundation.formatting import count
@@ -57,9 +48,6 @@ _WHITE_SPACE = 100
 _ALIKE, _ALIKE_TRIALS = 12, 3
 """Unusable replies in a row with the same words, and trials that got them, after which they are its server's."""
 
-_UNKNOWN = ModelFacts()
-"""Of a model about which only its record says something."""
-
 Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[ModelReply]]
 """From the turn, from 1, the conversation and the form of the reply to the reply."""
 
@@ -72,25 +60,22 @@ class HostedModel:
     Attributes:
         unseeded: Its luck is the provider's; see :class:`lockprobe.trial.protocols.Agent`.
         facts: Model name, form of requests, prompt and settings; the host, where it is not the provider's own.
-        settings: Its options.
         line: The client that all its trials share.
-        known: What is known of it.
         alike: What its trials got in the place of replies.
     """
 
     unseeded = True
 
     def __init__(self, spec: str, access: Access | None = None) -> None:
-        name, self.settings = read_settings(spec)
-        self.line = ModelClient(name, self.settings, access or Access())
-        self.known, self.alike = facts_of(name), _Alike()
-        host = host_of(name)
+        model = Model.parse(spec)
+        self.line, self.alike = ModelClient(model, access or Access()), _Alike()
+        host = self.line.server.host
         self.facts: Mapping[str, Fact] = {
-            "model": name,
+            "model": model.name,
             "runtime": self.line.server.runtime,
             "prompt": f"chat {chat_fingerprint()}",
             "picture_prompt": f"chat {picture_fingerprint()}",
-            **self.settings.sent(self.known),
+            **model.sent(),
             **({} if host is None else {"host": host}),
         }
 
@@ -106,7 +91,7 @@ class HostedModel:
             async with self.line.slots:
                 return await self.line.ask(messages, schema)
 
-        return await decided(situation, self.settings, ask, self.known)
+        return await decided(situation, self.line.model, ask)
 
     async def aclose(self) -> None:
         """Close the provider's connections."""
@@ -118,21 +103,20 @@ class _InOneTrial:
 
     unseeded = True
 
-    def __init__(self, model: HostedModel, key: str, book: CallBook) -> None:
-        self.facts, self._key, self._book = model.facts, key, book
-        self._settings, self._line, self._known, self._alike = model.settings, model.line, model.known, model.alike
-        self._before = _Read()
+    def __init__(self, hosted: HostedModel, key: str, book: CallBook) -> None:
+        self.facts, self._line, self._alike = hosted.facts, hosted.line, hosted.alike
+        self._key, self._book, self._before = key, book, _Read()
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        step = len(situation.past) + 1
+        step, model = len(situation.past) + 1, self._line.model
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
-            request = _fingerprint(messages, schema, self._settings, self._known)
+            request = fingerprint(model, messages, schema)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
                 self._note(_Read.of(messages, known), turn)
                 return _recalled(known, known.reply)
             await self._line.pause(turn - 1)
-            worst = at_most(messages, self._settings, self._known)
+            worst = at_most(messages, model)
             async with self._line.slots:
                 asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
                 await self._book.reserve(asked)
@@ -164,7 +148,7 @@ class _InOneTrial:
                 self._book.write(replace(asked, most=None, **result))
             return answer
 
-        return await decided(situation, self._settings, ask, self._known)
+        return await decided(situation, model, ask)
 
     def _check(self, answer: ModelReply, situation: Situation, messages: Sequence[Message], turn: int) -> None:
         """Refuse a reply to half of a conversation, and words that all trials get now that had replies before.
@@ -179,7 +163,7 @@ class _InOneTrial:
         except RefusalFault:
             pass
         except ReplyFault:
-            if self._alike.unusable(self._key, answer.text) and turn > self._settings.repairs:
+            if self._alike.unusable(self._key, answer.text) and turn > self._line.model.settings.repairs:
                 why = f"all trials get the same words in the place of replies: {answer.text[:200]!r}"
         if read.cuts(self._before):
             why = (
@@ -265,8 +249,15 @@ class ReplayedModel:
     unseeded = True
 
     def __init__(self, facts: Mapping[str, Fact], spec: str, recall: Callable[[int, int, str], Call | None]) -> None:
-        self.facts, self._recall = facts, recall
-        self._settings = _recorded_settings(read_settings(spec)[1], facts)
+        self.facts, self._recall, given = facts, recall, Model.parse(spec)
+        kinds: dict[str, tuple[object, ...]] = {"effort": get_args(Effort), "schema": get_args(Schema)}
+        there: dict[str, Any] = {name: facts.get(name) for name in ("temperature", "top_p", "max_tokens", *kinds)}
+        for name, value in there.items():
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            there[name] = value if (value in kinds[name] if name in kinds else number) else None
+        repairs = facts.get("repairs")
+        there["repairs"] = repairs if isinstance(repairs, int) else given.settings.repairs
+        self._model = Model(name=given.name, settings=replace(given.settings, **there))
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Decide as on record.
@@ -277,27 +268,12 @@ class ReplayedModel:
         step = len(situation.past) + 1
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
-            request = _fingerprint(messages, schema, self._settings, _UNKNOWN)
-            if (known := self._recall(step, turn, request)) is None or known.reply is None:
+            known = self._recall(step, turn, fingerprint(self._model, messages, schema))
+            if known is None or known.reply is None:
                 raise ModelFault("there is no such reply")
             return _recalled(known, known.reply)
 
-        return await decided(situation, self._settings, ask)
-
-
-def _recorded_settings(given: ModelSettings, facts: Mapping[str, Fact]) -> ModelSettings:
-    """The settings that a record names, with those of the spec that no record holds."""
-    numbers: dict[str, Any] = {name: _number(facts.get(name)) for name in ("temperature", "top_p", "max_tokens")}
-    effort, schema, repairs = (facts.get(name) for name in ("effort", "schema", "repairs"))
-    words: dict[str, Any] = {
-        "effort": effort if effort in get_args(Effort) else None,
-        "schema": schema if schema in get_args(Schema) else None,
-    }
-    return replace(given, **numbers, **words, repairs=repairs if isinstance(repairs, int) else given.repairs)
-
-
-def _number(fact: Fact) -> float | int | None:
-    return fact if isinstance(fact, int | float) and not isinstance(fact, bool) else None
+        return await decided(situation, self._model, ask)
 
 
 def _recalled(call: Call, text: str) -> ModelReply:
@@ -306,24 +282,21 @@ def _recalled(call: Call, text: str) -> ModelReply:
     return ModelReply(text=text, **came)
 
 
-def _fingerprint(
-    messages: Sequence[Message], schema: dict[str, object], settings: ModelSettings, facts: ModelFacts
-) -> str:
+def fingerprint(model: Model, messages: Sequence[Message], schema: dict[str, object]) -> str:
     """A fingerprint of a request: sixteen hexadecimal digits."""
     said = [[message.role, message.text, *(picture.name for picture in message.pictures)] for message in messages]
-    asked = [settings.parameters(facts), settings.form(facts), settings.detail]
-    text = json.dumps([said, schema, asked], sort_keys=True)
+    text = json.dumps([said, schema, [model.parameters(), model.form, model.settings.detail]], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-async def decided(situation: Situation, settings: ModelSettings, ask: Ask, known: ModelFacts = _UNKNOWN) -> Decision:
-    """Ask until a reply is well formed. ``known`` is what is known of the model besides its settings.
+async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
+    """Ask until a reply is well formed.
 
     Raises:
         RefusalFault: If the model or its provider refused.
         ReplyFault: If too many replies were malformed, or the limit left no room for one.
     """
-    messages = conversation(situation, images=settings.images)
+    messages = conversation(situation, images=model.settings.images)
     schema = reply_schema(situation)
     replies: list[str] = []
     usage, cut_off = Usage(), 0
@@ -338,11 +311,11 @@ async def decided(situation: Situation, settings: ModelSettings, ask: Ask, known
             raise RefusalFault(str(fault), tuple(replies), asdict(usage)) from None
         except ReplyFault as fault:
             said = without_marks(answer.text)[0].strip()
-            by_form = "" if settings.form(known) == "none" else _by_form(answer)
+            by_form = "" if model.form == "none" else _by_form(answer)
             if answer.stop == _CUT_OFF:
                 cut_off += 1 if said else _MOST_CUT_OFF
-            if by_form or len(replies) > settings.repairs or cut_off >= _MOST_CUT_OFF:
-                cause = by_form or _cause(answer, settings.most_tokens(known), empty=not said)
+            if by_form or len(replies) > model.settings.repairs or cut_off >= _MOST_CUT_OFF:
+                cause = by_form or _cause(answer, model.most_tokens, empty=not said)
                 why = f"no usable reply in {count(len(replies), 'turn')}: {fault}{cause}"
                 raise ReplyFault(why, tuple(replies), asdict(usage)) from None
             messages = [

@@ -8,11 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lockprobe.agents.llm.answer import ModelReply
 from lockprobe.agents.llm.client import IN_REASONING, ModelClient
-from lockprobe.agents.llm.model_facts import ModelFacts, facts_of
-from lockprobe.agents.llm.reply import ModelReply
-from lockprobe.agents.llm.settings import ModelSettings, read_settings
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access, Model
 from lockprobe.agents.prompt import Message
 from lockprobe.agents.reply import REFUSED, object_in
 from lockprobe.foundation.errors import ModelFault, ReplyFault
@@ -52,20 +50,19 @@ async def probe(spec: str) -> list[Shown]:
     Raises:
         UserMistake: If nothing can be asked: of a wrong spec, a missing key, a wrong address.
     """
-    name, settings = read_settings(spec)
-    facts, line = facts_of(name), ModelClient(name, settings, _ACCESS)
+    line = ModelClient(Model.parse(spec), _ACCESS)
     asked, refused = Message(role="user", text=_ASKED), ""
     try:
-        if facts.images is not False:
+        if line.model.facts.images is not False:
             try:
                 answer = await line.ask([replace(asked, pictures=(_RED,))], _FORM)
-                return _shown(line, answer, settings, facts, pictures="")
+                return _shown(line, answer, pictures="")
             except ModelFault as fault:
                 if not re.match(r"the provider answered 4(?!01|03|29)", str(fault)):
                     raise
                 refused = f"refused: {fault}"
         answer = await line.ask([asked], _FORM)
-        return _shown(line, answer, settings, facts, pictures=refused or "not sent: it reads none")
+        return _shown(line, answer, pictures=refused or "not sent: it reads none")
     except ModelFault as fault:
         said, reached = str(fault), not str(fault).startswith("no ")
         found = [Shown("server", reached, line.server.url if reached else f"{line.server.url}: {said}")]
@@ -76,11 +73,9 @@ async def probe(spec: str) -> list[Shown]:
         await line.aclose()
 
 
-def _shown(
-    line: ModelClient, answer: ModelReply, settings: ModelSettings, facts: ModelFacts, *, pictures: str
-) -> list[Shown]:
+def _shown(line: ModelClient, answer: ModelReply, *, pictures: str) -> list[Shown]:
     """What an answer shows. ``pictures`` says what became of the picture, if it was not sent."""
-    usage, form = answer.usage, settings.form(facts)
+    usage, form = answer.usage, line.model.form
     counted = f"{usage.input_tokens} in, {usage.output_tokens} out"
     uncounted = "not counted: a budget takes the most for every call"
     found = [
@@ -103,7 +98,7 @@ def _shown(
     found.append(Shown("pictures", seen == "read" or seen.startswith("not sent"), seen))
     hidden = f"{usage.reasoning_tokens} tokens" if usage.reasoning_tokens else ""
     thought = ", ".join(filter(None, ("shown" if answer.reasoned else "", hidden)))
-    if settings.reasons(facts) and not thought:
+    if line.model.reasons and not thought:
         off = "" if form == "none" else "; schema=none, if the schema turns it off"
         return [*found, Shown("reasoning", ok=False, detail=f"none, although it reasons{off}")]
     return [*found, Shown("reasoning", ok=True, detail=thought or "none")]

@@ -15,9 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlsplit
 
-from lockprobe.agents.llm.model_facts import ModelFacts, Schema
-from lockprobe.agents.llm.network_settings import check_certificates, check_key, check_proxies, is_url
-from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.llm.settings import Model
 from lockprobe.agents.prompt import Message
 from lockprobe.foundation.errors import BadValue, Missing
 
@@ -49,16 +47,21 @@ _THINKING = {"minimal": 2_048, "low": 4_096, "medium": 10_000, "high": 16_000, "
 _BEFORE_EFFORTS = re.compile(r"claude-3|claude-(?:opus|sonnet|haiku)-4(?:-[0-5])?(?:-2\d{7}|$|@)")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Server:
-    """Where a model is served.
+    """Where a model is served, by its name; the environment may say otherwise, and has the key.
 
     Attributes:
-        provider: As the name of the model has it.
-        model: The model as it is sent.
-        url: Where conversations are sent.
-        key: The key; empty if none is sent.
-        messages: Whether it is asked in the form of Anthropic's messages.
+        provider: Its provider, or the word in that place.
+        model: The model, as it is sent.
+        url: What is asked.
+        key: The key; empty for none.
+        messages: Whether it is asked as Anthropic's messages.
+        host: The host that the environment names; None for the provider's own.
+
+    Raises:
+        BadValue: If there is no such provider, or the environment names no server.
+        Missing: If a key is missing, or no request can carry it.
     """
 
     provider: str
@@ -66,6 +69,31 @@ class Server:
     url: str
     key: str
     messages: bool
+    host: str | None
+
+    @classmethod
+    def of(cls, name: str) -> Server:
+        """The server of a model."""
+        provider, _, model = name.partition("/")
+        if provider == "openai-api":
+            provider, _, model = model.partition("/")
+        variables = _KEYS.get(provider, provider).upper().replace("-", "_")
+        own, key = os.environ.get(f"{variables}_BASE_URL"), os.environ.get(f"{variables}_API_KEY", "")
+        url = own or PROVIDERS.get(provider)
+        if url is None:
+            known = f"PROVIDER/MODEL with one of {', '.join(PROVIDERS)}"
+            raise BadValue("language model", name, f"{known}, or {variables}_BASE_URL with the URL of its server")
+        if not _host(url) or not url.startswith(("http://", "https://")) or " " in url or not url.isprintable():
+            raise BadValue(f"{variables}_BASE_URL", url, "a URL such as http://localhost:8080/v1")
+        if key != key.strip() or not key.isascii() or not key.isprintable():
+            said = "no request can carry a key with line breaks, blanks around it or letters outside ASCII"
+            raise Missing(f"{variables}_API_KEY: {said}", f"export {variables}_API_KEY=… without them and run again")
+        if not key and url.startswith("https:"):
+            raise Missing(f"llm:{name} needs {variables}_API_KEY", f"export {variables}_API_KEY=… and run again")
+        messages = name.startswith("anthropic/")
+        place, mark, query = url.partition("?")
+        asked = f"{place.rstrip('/')}/{'messages' if messages else 'chat/completions'}{mark}{query}"
+        return cls(provider, model, asked, key, messages, _host(own) if own else None)
 
     @property
     def runtime(self) -> str:
@@ -78,131 +106,80 @@ class Server:
         usual = {"content-type": "application/json", "accept": "application/json", "accept-encoding": "gzip, deflate"}
         if self.messages:
             return usual | {"x-api-key": self.key, "anthropic-version": "2023-06-01"}
-        if _host(self.url).endswith(".azure.com"):
+        if _is_azure(self.url):
             return usual | {"api-key": self.key}
         return usual | ({"authorization": f"Bearer {self.key}"} if self.key else {})
 
 
-def server_of(name: str) -> Server:
-    """The server of a model by its name without options, with what the environment says of it.
-
-    Raises:
-        BadValue: If there is no such provider, or the environment names an invalid server, proxy or certificates.
-        Missing: If a key is missing, or no request can carry it.
-    """
-    provider, variables, model = _parts(name)
-    url = os.environ.get(f"{variables}_BASE_URL") or PROVIDERS.get(provider)
-    if url is None:
-        known = f"PROVIDER/MODEL with one of {', '.join(PROVIDERS)}"
-        raise BadValue("language model", name, f"{known}, or {variables}_BASE_URL with the URL of its server")
-    if not is_url(url, ("http", "https")):
-        raise BadValue(f"{variables}_BASE_URL", url, "a URL such as http://localhost:8080/v1")
-    check_key(f"{variables}_API_KEY")
-    key = os.environ.get(f"{variables}_API_KEY", "")
-    if not key and url.startswith("https:"):
-        raise Missing(f"llm:{name} needs {variables}_API_KEY", f"export {variables}_API_KEY=… and run again")
-    check_proxies()
-    check_certificates()
-    messages = name.startswith("anthropic/")
-    place, mark, query = url.partition("?")
-    path = "messages" if messages else "chat/completions"
-    return Server(
-        provider=provider, model=model, url=f"{place.rstrip('/')}/{path}{mark}{query}", key=key, messages=messages
-    )
-
-
-def host_of(name: str) -> str | None:
-    """The host configured for a model; None for the provider's own."""
-    url = os.environ.get(f"{_parts(name)[1]}_BASE_URL")
-    return _host(url) or None if url else None
-
-
 def _host(url: str) -> str:
+    """The host of a URL; empty if it has none, or an impossible port."""
     try:
-        return urlsplit(url).hostname or ""
+        host, port = urlsplit(url).hostname, urlsplit(url).port
     except ValueError:
         return ""
+    return "" if host is None or port == 0 else host
 
 
-def _parts(name: str) -> tuple[str, str, str]:
-    """Provider, how its variables begin, and the model as it is sent."""
-    provider, _, model = name.partition("/")
-    if provider == "openai-api":
-        provider, _, model = model.partition("/")
-    return provider, _KEYS.get(provider, provider).upper().replace("-", "_"), model
+def _is_azure(url: str) -> bool:
+    return _host(url).endswith(".azure.com")
 
 
-def request_body(
-    server: Server,
-    messages: Sequence[Message],
-    schema: dict[str, object],
-    settings: ModelSettings,
-    facts: ModelFacts,
-) -> bytes:
+def request_body(server: Server, model: Model, messages: Sequence[Message], schema: dict[str, object]) -> bytes:
     """A conversation as it is sent, with the form of the reply and what is set of the model."""
-    sent, form = settings.parameters(facts), settings.form(facts)
-    if server.messages:
-        body = _as_messages(server.model, messages, None if form == "none" else schema, sent)
-    else:
-        said = [{"role": one.role, "content": _content(one, settings.detail)} for one in messages]
-        openai = server.provider == "openai" or _host(server.url).endswith(".azure.com")
-        if openai and "max_tokens" in sent and facts.reasons is not False:  # models that reason refuse the older name
-            sent["max_completion_tokens"] = sent.pop("max_tokens")
-        body = {"messages": said, "model": server.model} | _of_completions(server.provider, schema, sent, form)
+    sent, form = model.parameters(), None if model.form == "none" else schema
+    said = [_message(one, server, model.settings.detail) for one in messages]
+    asked = _as_messages if server.messages else _as_completions
+    body = asked(server, model, sent, form, said)
     return json.dumps(body, ensure_ascii=False, separators=(",", ":")).encode("utf-8", "replace")
 
 
-def _of_completions(
-    provider: str, schema: dict[str, object], sent: dict[str, object], form: Schema
-) -> dict[str, object]:
-    """What is set, and the form of the reply, as chat completions have it."""
-    body = dict(sent)
-    if provider == "openrouter":
+def _message(message: Message, server: Server, detail: str) -> dict[str, Any]:
+    parts: list[dict[str, Any]] = [{"type": "text", "text": message.text}]
+    for picture in message.pictures:
+        data = base64.b64encode(picture.png).decode("ascii")
+        if server.messages:
+            parts.append({"type": "image", "source": {"type": "base64", "media_type": "image/png", "data": data}})
+        else:
+            image = {"url": f"data:image/png;base64,{data}", "detail": detail}
+            parts.append({"type": "image_url", "image_url": image})
+    return {"role": message.role, "content": parts if server.messages or message.pictures else message.text}
+
+
+_Sent = dict[str, Any]
+
+
+def _as_completions(server: Server, model: Model, sent: _Sent, form: _Sent | None, said: list[_Sent]) -> _Sent:
+    openai = server.provider == "openai" or _is_azure(server.url)
+    if openai and "max_tokens" in sent and model.facts.reasons is not False:  # models that reason refuse the older name
+        sent["max_completion_tokens"] = sent.pop("max_tokens")
+    body = {"messages": said, "model": server.model, **sent}
+    if server.provider == "openrouter":
         if upstream := body.pop("upstream", None):
             body["provider"] = {"only": [upstream], "allow_fallbacks": False}
         if effort := body.pop("reasoning_effort", None):
             body["reasoning"] = {"effort": effort}
-    if form != "none" and provider == "deepseek":
+    if form is not None and server.provider == "deepseek":
         body["response_format"] = {"type": "json_object"}
-    elif form != "none":
+    elif form is not None:
         order = ("type", "properties", "additionalProperties", "required")
-        ordered = {name: schema[name] for name in order if name in schema}
-        asked = {"name": "reply", "schema": ordered, "description": None, "strict": form == "strict"}
+        ordered = {name: form[name] for name in order if name in form}
+        asked = {"name": "reply", "schema": ordered, "description": None, "strict": model.form == "strict"}
         body["response_format"] = {"type": "json_schema", "json_schema": asked}
     return body
 
 
-def _content(message: Message, detail: str) -> str | list[dict[str, Any]]:
-    if not message.pictures:
-        return message.text
-    parts: list[dict[str, Any]] = [{"type": "text", "text": message.text}]
-    for picture in message.pictures:
-        url = f"data:image/png;base64,{base64.b64encode(picture.png).decode('ascii')}"
-        parts.append({"type": "image_url", "image_url": {"url": url, "detail": detail}})
-    return parts
-
-
-def _as_messages(
-    model: str, messages: Sequence[Message], schema: dict[str, object] | None, sent: dict[str, object]
-) -> dict[str, object]:
-    said = []
-    for one in messages:
-        parts: list[dict[str, Any]] = [{"type": "text", "text": one.text}]
-        for picture in one.pictures:
-            data = base64.b64encode(picture.png).decode("ascii")
-            parts.append({"type": "image", "source": {"type": "base64", "media_type": "image/png", "data": data}})
-        said.append({"role": one.role, "content": parts})
+def _as_messages(server: Server, model: Model, sent: _Sent, form: _Sent | None, said: list[_Sent]) -> _Sent:
     effort, most = sent.pop("reasoning_effort", None), sent.pop("max_tokens")
     # what every request of a trial begins with is put into the cache, and read from there in the next step
-    body = {"model": model, "max_tokens": most, "messages": said, "cache_control": {"type": "ephemeral"}, **sent}
-    output: dict[str, Any] = {}
+    body = {"model": server.model, "max_tokens": most, "messages": said, "cache_control": {"type": "ephemeral"}, **sent}
+    output: _Sent = {}
     if effort == "none":
-        body["thinking"] = {"type": "between_tools" if "sonnet-5-5" in model else "disabled"}
-    elif effort is not None and _BEFORE_EFFORTS.search(model):
-        body["thinking"] = {"type": "enabled", "budget_tokens": min(_THINKING[str(effort)], int(str(most)) - 1)}
+        body["thinking"] = {"type": "between_tools" if "sonnet-5-5" in server.model else "disabled"}
+    elif effort is not None and _BEFORE_EFFORTS.search(server.model):
+        body["thinking"] = {"type": "enabled", "budget_tokens": min(_THINKING[effort], most - 1)}
     elif effort is not None:
         body["thinking"] = {"type": "adaptive"}
         output["effort"] = "low" if effort == "minimal" else effort
-    if schema is not None:
-        output["format"] = {"type": "json_schema", "schema": schema}
+    if form is not None:
+        output["format"] = {"type": "json_schema", "schema": form}
     return body | ({"output_config": output} if output else {})

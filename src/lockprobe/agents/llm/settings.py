@@ -1,8 +1,11 @@
-"""Options of a hosted model in its spec: ``llm:openai/gpt-4o?temperature=0&images=4``."""
+"""A hosted model as it is asked: its options in a spec, what is known of it, and how it is reached.
+
+``llm:openai/gpt-4o?temperature=0&images=4``
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields
 from typing import Literal, get_args
 
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
@@ -29,7 +32,7 @@ class ModelSettings:
         temperature: From 0 to 2.
         top_p: Above 0, at most 1.
         effort: The reasoning effort.
-        max_tokens: The most tokens of a reply, including reasoning. None for the value of :meth:`most_tokens`.
+        max_tokens: The most tokens of a reply, including reasoning. None for that of :attr:`Model.most_tokens`.
         schema: How the form of the reply is requested: as a schema that the provider enforces (``strict``), as one that
             it need not enforce (``loose``), or in words only (``none``). None for the strictest that the model accepts.
         upstream: The provider behind OpenRouter that has to serve it, and no other.
@@ -62,96 +65,136 @@ class ModelSettings:
             raise BadValue("images", self.images, "the number of observations that keep their pictures, 0 for all")
         check_whole("repairs", self.repairs, 0, 20)
 
-    def most_tokens(self, facts: ModelFacts) -> int | None:
-        """The most tokens of a reply; None if it is not known whether the model reasons: its provider decides."""
-        if self.max_tokens is not None or facts.reasons is None:
-            return self.max_tokens
-        most = MOST_REASONED if self.reasons(facts) else MOST_PLAIN
-        return min(most, facts.most_output or most)
 
-    def reasons(self, facts: ModelFacts) -> bool:
-        """Whether a model with these options is known to write hidden reasoning tokens."""
-        return bool(facts.reasons) if self.effort is None else self.effort != "none"
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """A model with its options and what is known of it; it is named without them: ``openai/gpt-4o``.
 
-    def form(self, facts: ModelFacts) -> Schema:
+    Raises:
+        BadValue: If it is known to refuse one of the options.
+    """
+
+    name: str
+    settings: ModelSettings = ModelSettings()
+    facts: ModelFacts = field(default_factory=ModelFacts)
+
+    @classmethod
+    def parse(cls, spec: str) -> Model:
+        """The model of a spec, with or without ``llm:``.
+
+        Raises:
+            UnknownName: If there is no such option.
+            BadValue: If it names no model, or an option has an invalid value or one that this model refuses.
+            BadFile: If the user's file of facts cannot be used.
+        """
+        asked = Spec.parse(spec.removeprefix("llm:"))
+        name = asked.full_name
+        parts = name.split("/")
+        if len(parts) < 2 or any(part.strip() != part or part in ("", ".", "..") for part in parts):
+            raise BadValue("language model", name, "PROVIDER/MODEL, for example openai/gpt-4o")
+        return cls(name=name, settings=with_options(ModelSettings, f"llm:{name}", asked.options), facts=facts_of(name))
+
+    def __post_init__(self) -> None:
+        asked, known, name = self.settings, self.facts, f"llm:{self.name}"
+        if known.sampling is not None:
+            effort = asked.effort
+            may = {"free": True, "no effort": effort in (None, "none"), "effort none": effort == "none"}
+            for option in ("temperature", "top_p"):
+                if (value := getattr(asked, option)) is not None and not may.get(known.sampling, False):
+                    where = ", which fixes it" if known.sampling == "fixed" else " unless with effort=none"
+                    raise BadValue(option, value, f"no {option} with {name}{where}")
+        if asked.upstream is not None and not self.name.startswith("openrouter/"):
+            raise Conflict("upstream", name, "only OpenRouter chooses between providers")
+        if asked.effort is not None and known.efforts is not None and asked.effort not in known.efforts:
+            taken = f"one of {', '.join(known.efforts)}" if known.efforts else "no effort"
+            raise BadValue("effort", asked.effort, f"{taken} with {name}")
+        if asked.max_tokens is not None and known.most_output is not None and asked.max_tokens > known.most_output:
+            raise BadValue("max_tokens", asked.max_tokens, f"at most {known.most_output} with {name}")
+        kinds = get_args(Schema)
+        allowed = kinds if known.schema is None else kinds[kinds.index(known.schema) :]
+        if asked.schema is not None and asked.schema not in allowed:
+            raise BadValue("schema", asked.schema, f"{' or '.join(allowed)} with {name}")
+        if known.images is False and (asked.images, asked.detail) != (0, "high"):
+            raise Conflict("images or detail", name, "this model cannot read pictures")
+
+    @property
+    def most_tokens(self) -> int | None:
+        """The most tokens of a reply; None where its provider decides, as it is not known whether the model reasons."""
+        known = self.facts
+        if self.settings.max_tokens is not None:
+            return self.settings.max_tokens
+        if known.reasons is None:
+            return known.most_output or UNBOUNDED if self.name.startswith("anthropic/") else None  # which needs one
+        most = MOST_REASONED if self.reasons else MOST_PLAIN
+        return min(most, known.most_output or most)
+
+    @property
+    def reasons(self) -> bool:
+        """Whether it is known to write hidden reasoning tokens, with these options."""
+        return bool(self.facts.reasons) if self.settings.effort is None else self.settings.effort != "none"
+
+    @property
+    def form(self) -> Schema:
         """How the form of the reply is requested."""
-        return self.schema or facts.schema or "strict"
+        return self.settings.schema or self.facts.schema or "strict"
 
-    def parameters(self, facts: ModelFacts) -> dict[str, object]:
-        """The parameters sent with the conversation, in the order and with the names of chat completions."""
+    def parameters(self) -> dict[str, object]:
+        """What is sent with a conversation, in the order and with the names of chat completions."""
+        asked = self.settings
         given: dict[str, object] = {
-            "max_tokens": self.most_tokens(facts),
-            "temperature": self.temperature,
-            "top_p": self.top_p,
-            "reasoning_effort": self.effort,
-            "upstream": self.upstream,
+            "max_tokens": self.most_tokens,
+            "temperature": asked.temperature,
+            "top_p": asked.top_p,
+            "reasoning_effort": asked.effort,
+            "upstream": asked.upstream,
         }
         return {name: value for name, value in given.items() if value is not None}
 
-    def sent(self, facts: ModelFacts) -> dict[str, Fact]:
+    def sent(self) -> dict[str, Fact]:
         """The parameters of every request, and those left to the provider, for the record."""
-        left = "provider default"
-        sampling = "fixed by the model" if facts.sampling == "fixed" else left
+        asked, known, left = self.settings, self.facts, "provider default"
+        sampling = "fixed by the model" if known.sampling == "fixed" else left
         found: dict[str, Fact] = {
-            "temperature": sampling if self.temperature is None else self.temperature,
-            "top_p": sampling if self.top_p is None else self.top_p,
-            "effort": self.effort or ("not taken" if facts.efforts == () else left),
-            "max_tokens": self.most_tokens(facts) or left,
-            "schema": self.form(facts),
-            "repairs": self.repairs,
+            "temperature": sampling if asked.temperature is None else asked.temperature,
+            "top_p": sampling if asked.top_p is None else asked.top_p,
+            "effort": asked.effort or ("not taken" if known.efforts == () else left),
+            "max_tokens": self.most_tokens or left,
+            "schema": self.form,
+            "repairs": asked.repairs,
         }
-        for field in fields(self):
-            if field.name in ("upstream", "images", "detail") and (value := getattr(self, field.name)) != field.default:
-                found[field.name] = value
-        if facts.largest_image is not None:
-            found["largest_image"] = facts.largest_image
-        return found
-
-    def check(self, name: str, facts: ModelFacts) -> None:
-        """Refuse options that a model is known to refuse, and no others.
-
-        Raises:
-            BadValue: If it would refuse one of these settings.
-        """
-        self._check_sampling(name, facts)
-        if self.upstream is not None and not name.startswith("llm:openrouter/"):
-            raise Conflict("upstream", name, "only OpenRouter chooses between providers")
-        if self.effort is not None and facts.efforts is not None and self.effort not in facts.efforts:
-            taken = f"one of {', '.join(facts.efforts)}" if facts.efforts else "no effort"
-            raise BadValue("effort", self.effort, f"{taken} with {name}")
-        if self.max_tokens is not None and facts.most_output is not None and self.max_tokens > facts.most_output:
-            raise BadValue("max_tokens", self.max_tokens, f"at most {facts.most_output} with {name}")
-        kinds = get_args(Schema)
-        allowed = kinds if facts.schema is None else kinds[kinds.index(facts.schema) :]
-        if self.schema is not None and self.schema not in allowed:
-            raise BadValue("schema", self.schema, f"{' or '.join(allowed)} with {name}")
-        if facts.images is False and (self.images, self.detail) != (0, "high"):
-            raise Conflict("images or detail", name, "this model cannot read pictures")
-
-    def _check_sampling(self, name: str, facts: ModelFacts) -> None:
-        if facts.sampling is None:
-            return
-        may = {"free": True, "no effort": self.effort in (None, "none"), "effort none": self.effort == "none"}
-        for option in ("temperature", "top_p"):
-            if (value := getattr(self, option)) is not None and not may.get(facts.sampling, False):
-                where = ", which fixes it" if facts.sampling == "fixed" else " unless with effort=none"
-                raise BadValue(option, value, f"no {option} with {name}{where}")
+        for option in fields(asked):
+            value = getattr(asked, option.name)
+            if option.name in ("upstream", "images", "detail") and value != option.default:
+                found[option.name] = value
+        return found if known.largest_image is None else found | {"largest_image": known.largest_image}
 
 
-def read_settings(spec: str) -> tuple[str, ModelSettings]:
-    """The model's name and options from its spec, with or without ``llm:``.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Access:
+    """How hosted models are reached: concurrency and retries. It changes no request.
+
+    Attributes:
+        connections: Concurrent requests, at least 1.
+        timeout: Seconds after which a hanging request is repeated.
+        retries: How often an unanswered request is repeated before its trial ends as ``error``.
+        pause: Seconds before the first retry, doubled for every further one up to a minute. A waiting time given by the
+            provider takes precedence.
+        connect: Seconds within which a server has to take a connection.
 
     Raises:
-        UnknownName: If there is no such option.
-        BadValue: If an option has an invalid value, or one that this model is known to refuse.
-        BadFile: If the user's file of facts cannot be used.
+        BadValue: If a number is out of range.
     """
-    asked = Spec.parse(spec.removeprefix("llm:"))
-    name = asked.full_name
-    if len(parts := name.split("/")) < 2 or any(part.strip() != part or part in ("", ".", "..") for part in parts):
-        raise BadValue("language model", name, "PROVIDER/MODEL, for example openai/gpt-4o")
-    settings, facts = with_options(ModelSettings, f"llm:{name}", asked.options), facts_of(name)
-    settings.check(f"llm:{name}", facts)
-    if parts[0] == "anthropic" and settings.most_tokens(facts) is None:  # which needs one
-        settings = replace(settings, max_tokens=facts.most_output or UNBOUNDED)
-    return name, settings
+
+    connections: int = 10
+    timeout: float = 120.0
+    retries: int = 6
+    pause: float = 0.5
+    connect: float = 10.0
+
+    def __post_init__(self) -> None:
+        check_whole("connections", self.connections, 1, 10_000)
+        if not 0.01 <= self.timeout <= 86_400:
+            raise BadValue("timeout", self.timeout, "seconds from 0.01 to a day")
+        check_whole("retries", self.retries, 0, 100)
+        if not 0 <= self.pause <= 60:
+            raise BadValue("pause", self.pause, "seconds from 0 to 60")

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import ceil
 
-from lockprobe.agents.llm.model_facts import ModelFacts
-from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.llm.settings import Model
 from lockprobe.agents.prompt import Message
 from lockprobe.trial.model_call import Usage
 
@@ -38,7 +37,7 @@ def tokens(text: str) -> float:
     return len(text) / CHARACTERS
 
 
-def at_most(messages: Sequence[Message], settings: ModelSettings, facts: ModelFacts) -> Usage:
+def at_most(messages: Sequence[Message], model: Model) -> Usage:
     """The maximum tokens of one call, whatever the model replies.
 
     A tokenizer makes no more tokens of a text than the text has bytes.
@@ -47,8 +46,11 @@ def at_most(messages: Sequence[Message], settings: ModelSettings, facts: ModelFa
     blocks = sum(_blocks(picture.png) for message in messages for picture in message.pictures)
     return Usage(
         calls=1,
-        input_tokens=text + PER_MESSAGE * len(messages) + FORM + (facts.picture_tokens or MOST_PER_PICTURE) * blocks,
-        output_tokens=settings.most_tokens(facts) or facts.most_output or MOST_OUTPUT,
+        input_tokens=text
+        + PER_MESSAGE * len(messages)
+        + FORM
+        + (model.facts.picture_tokens or MOST_PER_PICTURE) * blocks,
+        output_tokens=model.most_tokens or model.facts.most_output or MOST_OUTPUT,
     )
 
 

@@ -17,7 +17,7 @@ from itertools import chain
 from pathlib import Path
 
 from lockprobe.agents.catalogue import is_strategy, resolve
-from lockprobe.agents.llm.settings import read_settings
+from lockprobe.agents.llm.settings import Model
 from lockprobe.agents.policy import Policy
 from lockprobe.foundation.errors import LockprobeError, UserMistake
 from lockprobe.foundation.inputs import is_there, read_input
@@ -208,7 +208,7 @@ def _another_model(trial: Trial) -> str:
     if kind_of(trial.agent) != "hosted" or not trial.facts:
         return ""
     try:
-        name, _ = read_settings(trial.agent)
+        name = Model.parse(trial.agent).name
     except UserMistake as mistake:
         return str(mistake)
     for fact, value in {"model": name, **Spec.parse(trial.agent).options}.items():

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.agents.llm.model_facts import ModelFacts
-from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.llm.settings import Model
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, reply_schema
 from lockprobe.agents.reply import LONGEST_HYPOTHESIS
@@ -69,19 +69,19 @@ class DryTrial:
     most_output: Array
 
     @classmethod
-    def of(cls, plan: Plan, settings: ModelSettings, facts: ModelFacts) -> DryTrial:
+    def of(cls, plan: Plan, model: Model) -> DryTrial:
         """Count the requests of a plan."""
         course, last = made_up_steps(plan), _longest(plan)
-        size = _Size(_picture_tokens(plan, facts))
-        form = 0.0 if settings.form(facts) == "none" else tokens(json.dumps(reply_schema(course[-1])))
+        size = _Size(_picture_tokens(plan, model.facts))
+        form = 0.0 if model.form == "none" else tokens(json.dumps(reply_schema(course[-1])))
         steps = np.unique(np.linspace(1, plan.budget, _COUNTED).round()).astype(int)
         sent, repeated, most = list[float](), list[float](), list[tuple[int, int]]()
         for step in steps:
-            now = conversation(course[step - 1], images=settings.images)
+            now = conversation(course[step - 1], images=model.settings.images)
             sent.append(form + size.of(now))
-            before = conversation(course[step - 2], images=settings.images) if step > 1 else None
+            before = conversation(course[step - 2], images=model.settings.images) if step > 1 else None
             repeated.append(0.0 if before is None else form + size.of_start(before, now))
-            bound = at_most(conversation(_up_to(last, step), images=settings.images), settings, facts)
+            bound = at_most(conversation(_up_to(last, step), images=model.settings.images), model)
             most.append((bound.input_tokens, bound.output_tokens))
         every = np.arange(1, plan.budget + 1)
         above = np.array(most, dtype=np.float64)[np.searchsorted(steps, every)]  # requests grow from step to step

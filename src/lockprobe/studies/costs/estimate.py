@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lockprobe.agents.llm.model_facts import Price, facts_of, price_of
-from lockprobe.agents.llm.settings import read_settings
+from lockprobe.agents.llm.model_facts import Price, price_of
+from lockprobe.agents.llm.settings import Model
 from lockprobe.boxes.solve import random_curve
 from lockprobe.studies.costs.dry_trial import Array, DryTrial
 from lockprobe.studies.costs.spending import hosted, most_dollars
@@ -98,8 +98,8 @@ class _AgentEstimator:
 
     def __init__(self, study: Study, agent: str, done: Mapping[str, OnRecord]) -> None:
         self._study, self._agent = study, agent
-        name, self._settings = read_settings(agent)
-        self._facts, self._price = facts_of(name), price_of(name)
+        self._model = Model.parse(agent)
+        self._price = price_of(self._model.name)
         self._shown = {plan.key: plan.condition for plan in study.plans(agent)}
         self._trials = done
         self._done = {
@@ -109,7 +109,7 @@ class _AgentEstimator:
             if key in self._shown and not trial.owed_again
         }
         self._dry = {
-            condition: DryTrial.of(study.plan(agent, condition, 1, 1), self._settings, self._facts)
+            condition: DryTrial.of(study.plan(agent, condition, 1, 1), self._model)
             for condition in study.conditions_of(agent)
         }
         self._made: Counter[str] = Counter()
@@ -198,9 +198,9 @@ class _AgentEstimator:
 
     def _assumed_output(self, dry: DryTrial) -> float:
         """Assumed tokens of a reply for an agent without history."""
-        reasons = self._facts.reasons or self._settings.effort not in (None, "none")
+        reasons = self._model.facts.reasons or self._model.settings.effort not in (None, "none")
         output = dry.output + (_REASONING if reasons else 0)
-        return min(output, self._settings.most_tokens(self._facts) or output)
+        return min(output, self._model.most_tokens or output)
 
     def _survival(self) -> list[float]:
         """Kaplan-Meier survival: for every step from 0 the share of trials that reach it."""

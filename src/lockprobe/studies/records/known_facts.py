@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
+from lockprobe.agents.outside import SAME_IN_ALL_TRIALS
 from lockprobe.foundation.spec import MCP, spec_kind
 from lockprobe.trial.record import Fact, Trial
 

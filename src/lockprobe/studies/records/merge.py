@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
-from lockprobe.agents.participant import check_participant
+from lockprobe.agents.outside import check_participant
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input

@@ -25,7 +25,7 @@ from itertools import product
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, is_strategy, resolve
-from lockprobe.agents.model_access import Access
+from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import (
     FINAL,
     AgentsGivenUp,

@@ -11,17 +11,19 @@ from __future__ import annotations
 import json
 import re
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from email.utils import mktime_tz, parsedate_tz
 from typing import Any, NamedTuple
 
-from lockprobe.agents.model_access import MENDING
 from lockprobe.agents.reply import REFUSED
 from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.model_call import Usage
+
+MENDING = "; to mend it, "
+"""Stands in the error of a call between what was said and what has to be done before the same request can succeed."""
 
 LONGEST_REPLY = 100_000
 """The most characters kept of a reply; typical replies have a few hundred."""
@@ -158,7 +160,7 @@ class NoReply(Exception):
         self.usage = Usage() if usage is None else replace(usage, calls=0)
 
 
-def read_reply(status: int, headers: Mapping[str, str], content: bytes) -> ModelReply:
+def read_answer(status: int, headers: Mapping[str, str], content: bytes) -> ModelReply:
     """The reply in an answer.
 
     Raises:
@@ -166,28 +168,27 @@ def read_reply(status: int, headers: Mapping[str, str], content: bytes) -> Model
     """
     try:
         came = json.loads(content)
+        said = str(came)
     except (ValueError, RecursionError) as error:
-        if status < 400:
-            raise NoReply(f"a reply that cannot be read ({error})", charged=True) from None
-        came = {"error": content.decode("utf-8", "replace")}
+        came, said = None, str(error) if status < 400 else content.decode("utf-8", "replace")
     if not isinstance(came, dict):
         if status < 400:
-            raise NoReply(f"a reply that cannot be read ({_line(str(came))})", charged=True)
-        came = {"error": str(came)}
+            raise NoReply(f"a reply that cannot be read ({_line(said)})", charged=True)
+        came = {"error": said}
     if status >= 400:
         return _of_status(status, headers, came)
     if "stop_reason" in came:
         came = _of_messages(came)
     usage, choices = _usage(came), came.get("choices")
-    if not isinstance(choices, list) or not choices:
-        if (said := _error_in(came, "error", "errors", "detail", "message")) is None:
-            raise _fault("no reply in its answer", usage, charged=True)
-        if not said.refused:
-            raise _said_no(said, usage)
-        return _made(came, said.words, REFUSED, usage)
-    choice = _mapping(choices[0])
-    text, stop, thoughts = _choice(choice, _error_in(choice, "error") or _error_in(came, "error"), usage)
-    return _made(came, text, stop, usage, thoughts)
+    if isinstance(choices, list) and choices:
+        choice = _mapping(choices[0])
+        text, stop, thoughts = _choice(choice, _error_in(choice, "error") or _error_in(came, "error"), usage)
+        return _made(came, text, stop, usage, thoughts)
+    if (why := _error_in(came, "error", "errors", "detail", "message")) is None:
+        raise _fault("no reply in its answer", usage, charged=True)
+    if not why.refused:
+        raise _said_no(why, usage)
+    return _made(came, why.words, REFUSED, usage)
 
 
 def _made(came: Mapping[str, Any], text: str, stop: str, usage: Usage | None, thoughts: str = "") -> ModelReply:
@@ -372,25 +373,14 @@ def _said(content: object) -> _Said:
         return _Said(json.dumps(content))
     if not isinstance(content, list | dict):
         return _Said(str(content))
-    kinds: dict[str, list[str]] = {"text": [], "refusal": [], "reasoning": []}
-    for kind, text in _parts(content if isinstance(content, list) else [content]):
-        if kind in kinds:
-            kinds[kind].append(text)
-    texts, refusals, thoughts = ("".join(kinds[kind]) for kind in ("text", "refusal", "reasoning"))
-    return _Said(texts if kinds["text"] else None, refusals, thoughts)
-
-
-def _parts(content: list[Any]) -> Iterator[tuple[str, str]]:
-    """The parts of a content, by kind."""
-    for part in content:
-        if isinstance(part, str):
-            yield "text", part
-            continue
-        of = _mapping(part)
+    kinds: dict[str, str] = {}
+    for part in content if isinstance(content, list) else [content]:
+        of = {"text": part} if isinstance(part, str) else _mapping(part)
         kind = str(of.get("type") or "text").removeprefix("output_")
         kind = "reasoning" if kind in ("thinking", "reasoning", "reasoning_text", "redacted_thinking") else kind
         names = (kind, "text", "thinking", "content", "summary", "data")
-        yield kind, _text_of(next((held for name in names if (held := of.get(name))), ""))
+        kinds[kind] = kinds.get(kind, "") + _text_of(next((held for name in names if (held := of.get(name))), ""))
+    return _Said(kinds.get("text"), kinds.get("refusal", ""), kinds.get("reasoning", ""))
 
 
 def _text_of(value: object) -> str:
@@ -411,20 +401,22 @@ def _usage(came: Mapping[str, Any]) -> Usage | None:
     if type(total) is int:
         written = max(written, total - read)  # xAI leaves out those of reasoning
     of_read, of_written = (_mapping(counts.get(f"{name}_tokens_details")) for name in ("prompt", "completion"))
-    counted = {
-        "input_tokens": read,
-        "output_tokens": written,
-        "cached_tokens": _count(of_read, "cached_tokens"),
-        "stored_tokens": _count(of_read, "cache_write_tokens"),
-        "reasoning_tokens": _count(of_written, "reasoning_tokens"),
-    }
-    possible = counted["cached_tokens"] + counted["stored_tokens"] <= read
-    return Usage(calls=1, **counted) if possible and all(0 <= n < _MOST_COUNTED for n in counted.values()) else None
-
-
-def _count(counts: Mapping[str, Any], name: str) -> int:
-    number = counts.get(name)
-    return number if type(number) is int else 0
+    said = (of_read.get("cached_tokens"), of_read.get("cache_write_tokens"), of_written.get("reasoning_tokens"))
+    cached, stored, reasoned = (number if type(number) is int else 0 for number in said)
+    if not all(0 <= number < _MOST_COUNTED for number in (read, written, cached, stored, reasoned)):
+        return None
+    return (
+        None
+        if cached + stored > read
+        else Usage(
+            calls=1,
+            input_tokens=read,
+            output_tokens=written,
+            cached_tokens=cached,
+            stored_tokens=stored,
+            reasoning_tokens=reasoned,
+        )
+    )
 
 
 def _mapping(value: object) -> Mapping[str, Any]:

@@ -1,0 +1,285 @@
+"""From a spec and the environment to the bytes that are sent and the facts that are kept, or to a refusal in one line."""
+
+import json
+
+import pytest
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.llm.client import ModelClient
+from lockprobe.agents.llm.model_facts import ModelFacts
+from lockprobe.agents.llm.servers import PROVIDERS, Server, request_body
+from lockprobe.agents.llm.settings import Access, Model
+from lockprobe.agents.prompt import Message
+from lockprobe.foundation.errors import BadValue, Missing, UnknownName, UserMistake
+from lockprobe.plants.catalogue import known_plants
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.trial.pictures.picture import Picture
+
+FORM = {
+    "type": "object",
+    "properties": {"joint": {"enum": ["Ä"]}},
+    "required": ["joint"],
+    "additionalProperties": False,
+}
+SENT_FORM = '{"type":"object","properties":{"joint":{"enum":["Ä"]}},"additionalProperties":false,"required":["joint"]}'
+SAID = [
+    Message(role="user", text="Now?", pictures=(Picture(kind="rgb", png=b"png"),)),
+    Message(role="assistant", text="A"),
+    Message(role="user", text="It moved."),
+]
+KEY = "sk-private-0123456789"
+
+
+@pytest.fixture(autouse=True)
+def keys(monkeypatch, own_environment):
+    monkeypatch.setenv("AZURE_BASE_URL", "https://x.openai.azure.com/openai/v1")
+    monkeypatch.setenv("FAKE_BASE_URL", "http://127.0.0.1:9/v1")
+    for name in (*PROVIDERS, "AZURE", "XAI"):
+        monkeypatch.setenv(f"{name.upper()}_API_KEY", KEY)
+
+
+def sent(spec):
+    """The body of a request as text."""
+    model = Model.parse(spec)
+    return request_body(Server.of(model.name), model, SAID, FORM).decode()
+
+
+def test_a_request_of_chat_completions_byte_for_byte():
+    picture = '{"type":"image_url","image_url":{"url":"data:image/png;base64,cG5n","detail":"%s"}}'
+    said = '{"messages":[{"role":"user","content":[{"type":"text","text":"Now?"},' + picture + "]},"
+    said += '{"role":"assistant","content":"A"},{"role":"user","content":"It moved."}],'
+    form = '"response_format":{"type":"json_schema","json_schema":{"name":"reply","schema":%s,"description":null,"strict":%s}}}'
+    assert sent("openai/gpt-4o?temperature=0.5&top_p=0.3") == (
+        said % "high" + '"model":"gpt-4o","max_tokens":1000,"temperature":0.5,"top_p":0.3,' + form % (SENT_FORM, "true")
+    )
+    assert sent("openai-api/fake/m?temperature=0&effort=low&max_tokens=7&schema=loose&detail=low") == (
+        said % "low"
+        + '"model":"m","max_tokens":7,"temperature":0.0,"reasoning_effort":"low",'
+        + form % (SENT_FORM, "false")
+    )
+    assert sent("openai-api/fake/m?schema=none") == said % "high" + '"model":"m"}'
+    assert sent("deepseek/deepseek-chat").endswith('"max_tokens":1000,"response_format":{"type":"json_object"}}')
+
+
+@pytest.mark.parametrize(
+    ("spec", "there", "gone"),
+    [
+        ("openai/o1?effort=low", {"max_completion_tokens": 25_000, "reasoning_effort": "low"}, "max_tokens temperature"),
+        ("openai/gpt-5.1?effort=none&temperature=0", {"max_completion_tokens": 1000, "temperature": 0.0}, "max_tokens"),
+        ("openai/new?max_tokens=5", {"max_completion_tokens": 5}, "max_tokens"),
+        ("openai-api/azure/o1?max_tokens=5", {"max_completion_tokens": 5}, "max_tokens"),
+        ("openrouter/a/b?effort=low", {"model": "a/b", "reasoning": {"effort": "low"}}, "reasoning_effort provider"),
+        ("openrouter/a/b?upstream=DeepInfra", {"provider": {"only": ["DeepInfra"], "allow_fallbacks": False}}, "upstream"),
+        ("grok/grok-4.5?effort=low", {"max_tokens": 25_000, "reasoning_effort": "low"}, "max_completion_tokens"),
+        ("vllm/Qwen/Q", {"model": "Qwen/Q"}, "max_tokens max_completion_tokens temperature top_p reasoning_effort"),
+    ],
+)  # fmt: skip
+def test_what_a_provider_calls_otherwise_is_sent_under_its_name(spec, there, gone):
+    body = json.loads(sent(spec))
+    assert body.items() >= there.items()
+    assert not set(gone.split()) & body.keys()
+
+
+@pytest.mark.parametrize(
+    ("spec", "there", "output"),
+    [
+        ("claude-sonnet-4-5", {"max_tokens": 1000}, {}),
+        ("claude-sonnet-4-5?effort=high", {"max_tokens": 25_000, "thinking": {"type": "enabled", "budget_tokens": 16_000}}, {}),
+        ("claude-3-7-sonnet?effort=max&max_tokens=9", {"thinking": {"type": "enabled", "budget_tokens": 8}}, {}),
+        ("claude-opus-5?effort=high", {"max_tokens": 25_000, "thinking": {"type": "adaptive"}}, {"effort": "high"}),
+        ("claude-opus-5?effort=none", {"max_tokens": 1000, "thinking": {"type": "disabled"}}, {}),
+        ("claude-sonnet-5-5?effort=none", {"thinking": {"type": "between_tools"}}, {}),
+        ("claude-unheard-9?temperature=1", {"max_tokens": 32_000, "temperature": 1.0}, {}),
+    ],
+)  # fmt: skip
+def test_anthropic_is_asked_in_its_own_form_with_its_cache_and_the_form_of_the_reply(spec, there, output):
+    body, name = json.loads(sent(f"anthropic/{spec}")), spec.partition("?")[0]
+    image = {"type": "image", "source": {"type": "base64", "media_type": "image/png", "data": "cG5n"}}
+    assert body["messages"][0] == {"role": "user", "content": [{"type": "text", "text": "Now?"}, image]}
+    assert [message["role"] for message in body["messages"]] == ["user", "assistant", "user"]
+    assert (body["model"], body["cache_control"]) == (name, {"type": "ephemeral"})
+    assert body["output_config"] == output | {"format": {"type": "json_schema", "schema": FORM}}
+    assert body.items() >= there.items()
+    server = Server.of(f"anthropic/{name}")
+    assert server.url == "https://api.anthropic.com/v1/messages"
+    assert server.headers.items() >= {"x-api-key": KEY, "anthropic-version": "2023-06-01"}.items()
+    assert "authorization" not in server.headers
+    assert "output_config" not in sent("anthropic/claude-sonnet-4-5?schema=none")
+
+
+LEFT = dict.fromkeys(("temperature", "top_p", "effort", "max_tokens"), "provider default")
+
+
+@pytest.mark.parametrize(
+    ("facts", "options", "kept"),
+    [
+        ({}, "", LEFT | {"schema": "strict", "repairs": 4}),
+        ({}, "temperature=0&top_p=0.5&effort=low&max_tokens=77", {"temperature": 0.0, "top_p": 0.5, "effort": "low", "max_tokens": 77}),
+        ({}, "images=2&detail=low", {"images": 2, "detail": "low"}),
+        ({"sampling": "fixed"}, "", {"temperature": "fixed by the model", "top_p": "fixed by the model"}),
+        ({"efforts": ()}, "", {"effort": "not taken"}),
+        ({"schema": "loose"}, "", {"schema": "loose"}),
+        ({"largest_image": 768}, "", {"largest_image": 768}),
+        ({"reasons": False, "most_output": 16_384}, "", {"max_tokens": 1000}),
+        ({"reasons": False, "most_output": 16_384}, "effort=high", {"max_tokens": 16_384}),
+        ({"reasons": True, "most_output": 100_000}, "", {"max_tokens": 25_000}),
+        ({"reasons": True, "most_output": 100_000}, "effort=none", {"max_tokens": 1000}),
+        ({"reasons": True}, "max_tokens=5", {"max_tokens": 5}),
+        ({"price": None, "picture_tokens": 9, "context": 9, "most_output": 9}, "", LEFT),
+    ],
+)  # fmt: skip
+def test_the_record_says_what_was_sent_what_is_fixed_and_what_the_provider_decides(facts, options, kept):
+    settings = Model.parse(f"a/b?{options}" if options else "a/b").settings
+    model = Model(name="a/b", settings=settings, facts=ModelFacts(**facts))
+    assert model.sent().items() >= kept.items()
+    if options == "" and not facts:
+        assert (model.sent(), model.parameters()) == (kept, {})
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        # what cannot be
+        ("a/b?heat=1", "no option of llm:a/b is called 'heat'"),
+        ("openai-api/a/b?image=4", "no option of llm:openai-api/a/b is called 'image' (did you mean 'images'?)"),
+        ("a/b?temperature=warm", "temperature: got 'warm', expected a number"),
+        ("a/b?temperature=nan", "temperature: got nan, expected a number from 0 to 2"),
+        ("a/b?temperature=2.1", "temperature: got 2.1, expected a number from 0 to 2"),
+        ("a/b?top_p=0", "top_p: got 0.0, expected a number above 0, at most 1"),
+        ("a/b?max_tokens=0", "max_tokens: got 0, expected a whole number from 1 to 10000000"),
+        ("a/b?max_tokens=1.5", "max_tokens: got '1.5', expected a whole number"),
+        ("a/b?effort=huge", "effort: got 'huge', expected one of none, minimal, low, medium, high, xhigh, max"),
+        ("a/b?schema=hard", "schema: got 'hard', expected one of strict, loose, none"),
+        ("a/b?repairs=21", "repairs: got 21, expected a whole number from 0 to 20"),
+        ("a/b?images=-1", "images: got -1, expected the number of observations that keep their pictures, 0 for all"),
+        ("a/b?detail=fine", "detail: got 'fine', expected one of auto, low, high"),
+        ("a//b", "language model: got 'a//b', expected PROVIDER/MODEL, for example openai/gpt-4o"),
+        # what this model is known to refuse
+        ("openai/o1?temperature=0", "temperature: got 0.0, expected no temperature with llm:openai/o1, which fixes it"),
+        ("openai/o3?top_p=0.9", "top_p: got 0.9, expected no top_p with llm:openai/o3, which fixes it"),
+        ("anthropic/claude-sonnet-4-5?temperature=1", "temperature: got 1.0, expected no temperature with"),
+        ("openai/gpt-5.1?temperature=0&effort=low", "temperature: got 0.0, expected no temperature with llm:openai/gpt-5.1"),
+        ("openai/gpt-5.5?temperature=0", "temperature: got 0.0, expected no temperature with llm:openai/gpt-5.5 unless"),
+        ("openai/o3?effort=minimal", "effort: got 'minimal', expected one of low, medium, high with llm:openai/o3"),
+        ("openai/gpt-4o?effort=low", "effort: got 'low', expected no effort with llm:openai/gpt-4o"),
+        ("openai/gpt-4o?max_tokens=20000", "max_tokens: got 20000, expected at most 16384 with llm:openai/gpt-4o"),
+        ("deepseek/deepseek-chat?schema=strict", "schema: got 'strict', expected loose or none with"),
+        ("openai/o3-mini?images=4", "images or detail cannot be combined with llm:openai/o3-mini"),
+        ("openai/gpt-4o?upstream=x", "upstream cannot be combined with llm:openai/gpt-4o"),
+    ],
+)  # fmt: skip
+def test_an_option_that_cannot_be_or_that_a_model_refuses_is_one_line_before_anything_is_played(spec, message):
+    with pytest.raises(UserMistake) as wrong:
+        resolve(f"llm:{spec}")
+    assert isinstance(wrong.value, UnknownName if message.startswith("no ") else BadValue)
+    assert str(wrong.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        "openai-api/mine/model?temperature=0&top_p=1&effort=max&max_tokens=999999&schema=strict&images=3&detail=low",
+        "openai/gpt-4o?temperature=0.7&top_p=0.9&schema=loose&images=4",
+        "openai/o1?effort=high&max_tokens=100000",
+        "openai/gpt-5.1?temperature=0",
+        "openai/gpt-5.5?temperature=0&effort=none",
+        "openai/gpt-4o?schema=none",
+    ],
+)
+def test_whatever_else_is_let_through(spec):
+    assert resolve(f"llm:{spec}").engine == "network"
+
+
+def test_a_model_known_to_be_blind_is_refused_where_there_are_only_pictures():
+    assert "fast-twin" in known_plants()
+    pictured = StudyOptions(study="modalities", plant="fast-twin", modality=["rgb"], agent=["llm:openai/o3-mini"])
+    with pytest.raises(BadValue, match="symbolic too for llm:openai/o3-mini, which reads reports and looks at no pict"):
+        study(pictured)
+    assert study(pictured.model_copy(update={"agent": ["llm:openai/gpt-4o"]})).has_pictures
+    assert study(pictured.model_copy(update={"agent": ["llm:ollama/llava"]})).has_pictures
+
+
+@pytest.mark.parametrize(
+    ("name", "url", "there", "header", "host"),
+    [
+        ("openai/gpt-4o", None, "https://api.openai.com/v1/chat/completions", "authorization", None),
+        ("openai-api/fake/m", "http://127.0.0.1:1/v1/", "http://127.0.0.1:1/v1/chat/completions", "authorization", "127.0.0.1"),
+        ("fake/m", "http://h/v1?api-version=2", "http://h/v1/chat/completions?api-version=2", "authorization", "h"),
+        ("fake/m", "https://x.openai.azure.com/openai/v1", "https://x.openai.azure.com/openai/v1/chat/completions", "api-key", "x.openai.azure.com"),
+        ("fake/m", "http://user:password@h:8/v1", "http://user:password@h:8/v1/chat/completions", "authorization", "h"),
+        ("ollama/llama3.2", None, "http://localhost:11434/v1/chat/completions", "authorization", None),
+        ("grok/grok-4.5", None, "https://api.x.ai/v1/chat/completions", "authorization", None),
+    ],
+)  # fmt: skip
+def test_the_server_is_the_providers_own_or_the_one_that_the_environment_names(
+    monkeypatch, name, url, there, header, host
+):
+    if url:
+        monkeypatch.setenv("FAKE_BASE_URL", url)
+    server = Server.of(name)
+    assert (server.url, KEY in server.headers[header], server.host) == (there, True, host)
+
+
+def test_a_server_on_http_needs_no_key_and_the_record_says_where_a_model_was_asked(monkeypatch):
+    monkeypatch.delenv("OLLAMA_API_KEY")
+    assert "authorization" not in Server.of("ollama/llama3.2").headers
+    assert "host" not in resolve("llm:openai/gpt-4o").make().facts
+    monkeypatch.setenv("OPENAI_BASE_URL", "https://gateway.example/v1")
+    assert resolve("llm:openai/gpt-4o").make().facts["host"] == "gateway.example"
+
+
+@pytest.mark.parametrize(
+    ("name", "variables", "kind", "message"),
+    [
+        ("openai/gpt-4o", {"OPENAI_API_KEY": ""}, Missing, "llm:openai/gpt-4o needs OPENAI_API_KEY: export OPENAI_API_KEY=… and run again"),
+        ("grok/grok-4.5", {"XAI_API_KEY": ""}, Missing, "llm:grok/grok-4.5 needs XAI_API_KEY: "),
+        ("nosuch/x", {}, BadValue, "language model: got 'nosuch/x', expected PROVIDER/MODEL with one of anthropic, "),
+        *(
+            ("fake/m", {"FAKE_API_KEY": key}, Missing, "FAKE_API_KEY: no request can carry a key with line breaks")
+            for key in (" ", "sk-secret\n", "sk-\r\nsecret", "sk-secret\u2026", "\ufeffsk-secret")
+        ),
+        *(
+            ("fake/m", {"FAKE_BASE_URL": url}, BadValue, f"FAKE_BASE_URL: got {url!r}, expected a URL such as http://localhost:8080/v1")
+            for url in ("http://localhost:80a0/v1", "http://x:99999/v1", "http://x:0/v1", "localhost:8080/v1", "http://[::1/v1", "http://", "http://a b/v1", "ftp://x/v1", "http://x\x01y/v1")
+        ),
+        ("fake/m", {"HTTPS_PROXY": "http://me:hidden@x:y"}, BadValue, "HTTPS_PROXY=http://[secret]@x:y', expected proxies and certificates that can be used (Invalid port: 'y')"),
+        ("fake/m", {"https_proxy": "localhost:31z8"}, BadValue, "https_proxy=localhost:31z8', expected proxies and certificates that can be used"),
+        ("fake/m", {"ALL_PROXY": "ftp://x:1"}, BadValue, "ALL_PROXY=ftp://x:1', expected proxies and certificates"),
+        ("openai/gpt-4o", {"SSL_CERT_FILE": "/nowhere.pem"}, BadValue, "network: got 'SSL_CERT_FILE=/nowhere.pem'"),
+        ("openai/gpt-4o", {"SSL_CERT_FILE": "/tmp"}, BadValue, "network: got 'SSL_CERT_FILE=/tmp'"),
+    ],
+)  # fmt: skip
+def test_an_environment_that_cannot_be_used_is_one_line_without_keys(monkeypatch, name, variables, kind, message):
+    for variable, value in variables.items():
+        monkeypatch.setenv(variable, value)
+    with pytest.raises(kind) as wrong:
+        resolve(f"llm:{name}").check()
+    assert message in str(wrong.value)
+    assert "\n" not in str(wrong.value)
+    assert "hidden" not in str(wrong.value)
+    assert "sk-" not in str(wrong.value)
+
+
+@pytest.mark.parametrize("url", ["localhost:3128", "http://me:word@localhost:3128", "https://[::1]:1", ""])
+def test_proxies_are_urls_with_or_without_a_scheme(monkeypatch, url):
+    monkeypatch.setenv("http_proxy", url)
+    monkeypatch.setenv("NO_PROXY", "localhost,127.0.0.1,::1,.a.org,*.b.org,10.0.0.0/8")
+    assert ModelClient(Model.parse("fake/m"), Access()).server.model == "m"
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [
+        ("connections", 0), ("connections", 10_001), ("timeout", 0.0), ("timeout", float("nan")), ("timeout", 86_401.0),
+        ("retries", -1), ("retries", 101), ("pause", -0.1), ("pause", 61.0),
+    ],
+)  # fmt: skip
+def test_what_is_out_of_range_is_one_line(setting, value):
+    with pytest.raises(BadValue, match=f"^{setting}: got .*, expected "):
+        Access(**{setting: value})
+
+
+def test_as_they_come_a_provider_that_is_down_is_given_up_on_after_about_half_a_minute():
+    access = Access()
+    assert 25 <= sum(access.pause * 2**number for number in range(access.retries)) <= 40
