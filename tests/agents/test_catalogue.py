@@ -5,24 +5,51 @@ import sys
 
 import pytest
 
-from lockprobe.agents.catalogue import known_specs, resolve
+from lockprobe import run_trial
+from lockprobe.agents.catalogue import description, is_strategy, known_specs, resolve
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import allow
 
 
-@pytest.mark.parametrize("spec", ["random", "random-no-repeat", "round-robin", "human-inspired:target-first"])
-def test_strategies_resolve(spec):
+@pytest.mark.parametrize(
+    ("spec", "engine", "senses"),
+    [
+        ("random", "inline", "reports"),
+        ("random-no-repeat", "inline", "reports"),
+        ("round-robin", "inline", "reports"),
+        ("right-to-left", "inline", "reports"),
+        ("human-inspired", "inline", "reports"),
+        ("human-inspired:target-first", "inline", "reports"),
+        ("ideal-observer", "inline", "reports"),
+        ("cognitive:careful", "inline", "reports"),
+        ("viewer", "inline", "pictures"),
+        ("viewer:random?acuity=9", "inline", "pictures"),
+        ("llm:local", "process", "reports"),
+        ("llm:gguf:some.gguf", "process", "reports"),
+        ("llm:openai/gpt-4o?images=4", "network", "pictures"),
+        ("llm:openai/o3-mini", "network", "reports"),
+        ("python:any:Thing", "inline", "pictures"),
+    ],
+)
+def test_a_spec_says_where_its_time_goes_and_what_it_can_take_in(spec, engine, senses):
     source = resolve(spec)
-    assert source.engine == "inline"
-    source.check()
-    source.make()
+    assert (source.engine, source.senses) == (engine, senses)
+    assert is_strategy(spec) == (engine == "inline" and "python" not in spec)
+    if is_strategy(spec):
+        source.check()
+        assert source.make().facts is not None
 
 
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
         ("randon", "no agent is called 'randon' (did you mean 'random'?); there are: random, random-no-repeat"),
+        ("proximity", "no agent is called 'proximity' (did you mean 'human-inspired:proximity'?)"),
+        ("softmax-memory?failure=2", "no agent is called 'softmax-memory?failure=2' (did you mean 'cognitive:softmax-memory?failure=2'?)"),
+        ("openai/gpt-4o", "no agent is called 'openai/gpt-4o' (did you mean 'llm:openai/gpt-4o'?)"),
         ("human-inspired:fast", "no preset of human-inspired is called 'fast'; there are: target-first"),
+        ("cognitive:slow", "no cognitive model is called 'slow'; there are: softmax-memory"),
+        ("ideal-observer:x", "no agent is called 'ideal-observer:x'"),
         ("llm:gpt", "no language model is called 'llm:gpt'; there are: llm:local, llm:gguf:PATH, llm:PROVIDER/MODEL"),
         ("random:x", "no agent is called 'random:x'"),
         ("viewers", "no agent is called 'viewers'"),
@@ -30,13 +57,10 @@ def test_strategies_resolve(spec):
         ("viewer:viewer", "no strategy of viewer is called 'viewer'; there are: random"),
         ("viewer:python:os:abort", "no strategy of viewer is called 'python:os:abort'; there are: random"),
         ("viewer:human-inspired:fast", "no preset of human-inspired is called 'fast'"),
-        (
-            "viewer?acuty=9",
-            "no option of viewer is called 'acuty' (did you mean 'acuity'?); there are: acuity, doubt, ",
-        ),
+        ("viewer?acuty=9", "no option of viewer is called 'acuty' (did you mean 'acuity'?); there are: acuity, doubt, "),
         ("viewer:random?lapse=0.1", "no option of viewer:random is called 'lapse'; there are: acuity, doubt"),
     ],
-)
+)  # fmt: skip
 def test_an_unknown_spec_lists_what_exists(spec, message):
     with pytest.raises(UnknownName) as mistake:
         resolve(spec)
@@ -52,30 +76,14 @@ def test_options_of_a_viewer_and_of_its_strategy_stand_side_by_side():
     assert resolve("viewer").make() == resolve("viewer:human-inspired:target-first").make()
 
 
-@pytest.mark.parametrize(
-    ("spec", "senses"),
-    [
-        ("random", "reports"),
-        ("human-inspired", "reports"),
-        ("ideal-observer", "reports"),
-        ("cognitive:careful", "reports"),
-        ("llm:local", "reports"),
-        ("llm:gguf:some.gguf", "reports"),
-        ("viewer", "pictures"),
-        ("viewer:random?acuity=9", "pictures"),
-        ("llm:openai/gpt-4o?images=4", "pictures"),
-        ("python:any:Thing", "pictures"),
-    ],
-)
-def test_a_source_says_what_it_can_take_in(spec, senses):
-    assert resolve(spec).senses == senses
-
-
 def test_every_kind_of_agent_is_described():
     described = known_specs()
     assert all(described.values())
     assert "acuity, doubt" in described["viewer[:STRATEGY]"]
     assert "images" in described["llm:PROVIDER/MODEL"]
+    assert description("cognitive:careful") == "Turns to what has neither moved nor failed, the target first."
+    assert description("human-inspired:proximity").startswith("After every perceived change")
+    assert [description(spec) for spec in ("participant", "python:a:B", "llm:openai/gpt-4o")] == [""] * 3
 
 
 def test_your_own_class(tmp_path, monkeypatch):
@@ -94,8 +102,6 @@ def test_your_own_class(tmp_path, monkeypatch):
         "    decide = staticmethod(First().decide)\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
-    from lockprobe import run_trial
-
     allow("python:mine:NoAgent", "python:mine:Nobody", "python:mine:Plain")
     trial = run_trial(agent="python:mine:First")
     assert len(set(trial.actions)) == 1

@@ -174,26 +174,14 @@ def test_temperature_and_calibration():
             super().score(prompt, options)
             return [0.4, 0.3, 0.2, 0.1] if len(options) == 4 else [0.5, 0.5]
 
-    plain = run_trial(agent=LocalModel(Leaning(), {}), max_steps=2).steps[1].decision.probabilities
-    cold = (
-        run_trial(agent=LocalModel(Leaning(), {}, LocalSettings(temperature=0.5)), max_steps=2)
-        .steps[1]
-        .decision.probabilities
-    )
-    level = (
-        run_trial(agent=LocalModel(Leaning(), {}, LocalSettings(calibration="first")), max_steps=2)
-        .steps[1]
-        .decision.probabilities
-    )
-    assert plain == pytest.approx((0.4, 0.3, 0.2, 0.1))
-    assert cold == pytest.approx([share**2 / 0.3 for share in (0.4, 0.3, 0.2, 0.1)])
-    assert level == pytest.approx((0.25,) * 4)
-    frozen = (
-        run_trial(agent=LocalModel(Leaning(), {}, LocalSettings(temperature=1e-9)), max_steps=2)
-        .steps[1]
-        .decision.probabilities
-    )
-    assert frozen == (1, 0, 0, 0)
+    def chances(**settings):
+        model = LocalModel(Leaning(), {}, LocalSettings(**settings))
+        return run_trial(agent=model, max_steps=2).steps[1].decision.probabilities
+
+    assert chances() == pytest.approx((0.4, 0.3, 0.2, 0.1))
+    assert chances(temperature=0.5) == pytest.approx([share**2 / 0.3 for share in (0.4, 0.3, 0.2, 0.1)])
+    assert chances(calibration="first") == pytest.approx((0.25,) * 4)
+    assert chances(temperature=1e-9) == (1, 0, 0, 0)
 
 
 @pytest.mark.parametrize(

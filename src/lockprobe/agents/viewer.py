@@ -9,9 +9,10 @@ It knows where in a picture each handle can be, so it does not test *finding* jo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, TypeVar
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
 from lockprobe.agents.policy import tell
 from lockprobe.foundation.errors import BadValue
@@ -25,14 +26,11 @@ if TYPE_CHECKING:
     from lockprobe.trial.pictures.picture import Picture
     from lockprobe.trial.pictures.picture_reader import Handles
 
-Key = TypeVar("Key", bound=Hashable)
-Value = TypeVar("Value")
-
 LEAST_ACUITY = 10
 """Pixels across a picture that a viewer resolves by default, unless handles are too small for that."""
 
-REMEMBERED = 512
-"""Size of the cache of readings, so that a picture is not read again at every step."""
+_REMEMBERED = 256
+"""Readings that are kept, so that a picture is not read again at every step."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,12 +69,6 @@ class Viewer:
     strategy: Agent
     name: str
     sight: Eyesight = Eyesight()
-    _read: dict[tuple[tuple[str, ...], Handles, int], tuple[float, ...]] = field(
-        default_factory=dict, init=False, compare=False, repr=False
-    )
-    _needed: dict[tuple[tuple[str, ...], Handles], int] = field(
-        default_factory=dict, init=False, compare=False, repr=False
-    )
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -102,15 +94,20 @@ class Viewer:
         before: tuple[bool, ...] | None = None  # where joints were read, or told, last
         for percept in percepts:
             if percept.pictures:
-                acuity = acuity or self._acuity(percept)
-                reports.append(self._report(task, percept, before, acuity))
+                shown = tuple(picture for picture in percept.pictures if picture.shown)
+                if not percept.handles or not shown:
+                    raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
+                acuity = acuity or _needed_acuity(shown, percept.handles)
+                reports.append(self._report(task, percept, before, _evidence(shown, percept.handles, acuity)))
             else:
                 reports.append(percept)
             before = before if reports[-1].positions is None else reports[-1].positions
         return reports
 
-    def _report(self, task: Task, percept: Percept, before: tuple[bool, ...] | None, acuity: int) -> Percept:
-        found = self._evidence(percept, acuity)
+    def _report(
+        self, task: Task, percept: Percept, before: tuple[bool, ...] | None, found: tuple[float, ...]
+    ) -> Percept:
+        """A percept with what its pictures speak for; ``found`` is above 0 for a joint that is away from its start."""
         before = before or tuple(number > 0 for number in found)
         positions = tuple(
             number > 0 if abs(number) > self.sight.doubt else earlier
@@ -122,38 +119,17 @@ class Viewer:
             outcome = "moved" if positions[j] != before[j] else "blocked"
         return replace(percept, positions=positions, outcome=outcome, pictures=())
 
-    def _acuity(self, percept: Percept) -> int:
-        """The acuity for a trial whose first picture this is."""
-        from lockprobe.trial.pictures.picture_reader import needed_acuity
 
-        shown = _shown(percept)
-        key = (tuple(picture.name for picture in shown), percept.handles)
-        return _remembered(self._needed, key, lambda: needed_acuity(shown, percept.handles, LEAST_ACUITY))
+@lru_cache(_REMEMBERED)
+def _needed_acuity(shown: tuple[Picture, ...], handles: Handles) -> int:
+    """The acuity for a trial whose first pictures these are."""
+    from lockprobe.trial.pictures.picture_reader import needed_acuity
 
-    def _evidence(self, percept: Percept, acuity: int) -> tuple[float, ...]:
-        from lockprobe.trial.pictures.picture_reader import evidence
-
-        shown = _shown(percept)
-        key = (tuple(picture.name for picture in shown), percept.handles, acuity)
-        return _remembered(self._read, key, lambda: evidence(shown, percept.handles, acuity=acuity))
+    return needed_acuity(shown, handles, LEAST_ACUITY)
 
 
-def _shown(percept: Percept) -> tuple[Picture, ...]:
-    """The pictures to look at.
+@lru_cache(_REMEMBERED)
+def _evidence(shown: tuple[Picture, ...], handles: Handles, acuity: int) -> tuple[float, ...]:
+    from lockprobe.trial.pictures.picture_reader import evidence
 
-    Raises:
-        BadValue: If there are none, or they do not say where handles are.
-    """
-    shown = tuple(picture for picture in percept.pictures if picture.shown)
-    if not percept.handles or not shown:
-        raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
-    return shown
-
-
-def _remembered(known: dict[Key, Value], key: Key, read: Callable[[], Value]) -> Value:
-    """What is known, or is read now; the oldest of many is forgotten."""
-    if key not in known:
-        known[key] = read()
-        while len(known) > REMEMBERED:
-            del known[next(iter(known))]
-    return known[key]
+    return evidence(shown, handles, acuity=acuity)

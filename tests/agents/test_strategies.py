@@ -1,0 +1,283 @@
+"""The strategies by their own rules: written anew from their docstrings, choice by choice."""
+
+import asyncio
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lockprobe import population, run_trial
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.cognitive import CHARACTERS, LoopBreaker, RandomMap, SoftmaxMemory
+from lockprobe.agents.human_inspired import PRESETS, HumanInspired
+from lockprobe.agents.ideal_observer import IdealObserver
+from lockprobe.agents.policy import Told, View
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue, UserMistake
+from lockprobe.simulation.exact import propagate
+from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
+
+FOUR = View(joints=4, target=0)
+REPORTS = st.lists(st.tuples(st.integers(0, 3), st.booleans()), max_size=15)
+
+
+def remembered(agent, reports, view=FOUR):
+    """The memory after these reports: joint, whether it moved, and which joints are open if that is told."""
+    memory = agent.begin(view)
+    for joint, moved, *shifted in reports:
+        memory = agent.remember(view, memory, Told(joint=joint, moved=moved, shifted=shifted[0] if shifted else None))
+    return memory
+
+
+def after(agent, reports, view=FOUR):
+    return agent.probabilities(view, remembered(agent, reports, view))
+
+
+LINE = View(joints=4, target=0, places=((0.0, 0.5), (0.3, 0.5), (0.5, 0.5), (0.6, 0.5)))
+BACK = [(1, False, 0), (2, True, 0b100), (2, True, 0)]
+
+
+@pytest.mark.parametrize(
+    ("preset", "view", "reports", "choices"),
+    [
+        ("target-first", FOUR, [], [0]),
+        ("target-first", FOUR, [(0, False)], [1, 2, 3]),
+        ("target-first", FOUR, [(0, False), (2, True)], [0]),
+        ("target-first", FOUR, [(0, False), (2, True), (0, False)], [1, 3]),
+        ("target-last", FOUR, [], [1, 2, 3]),
+        ("target-last", FOUR, [(1, False), (3, False)], [2]),
+        ("target-last", FOUR, [(1, False), (3, False), (2, False)], [0]),
+        ("target-last", FOUR, [(1, False), (3, False), (2, False), (0, False)], [0, 1, 2, 3]),
+        ("proximity", LINE, [], [0, 1, 2, 3]),
+        ("proximity", LINE, [(2, False)], [0, 1, 3]),
+        ("proximity", LINE, [(2, True)], [3]),
+        ("proximity", LINE, [(2, True), (3, False)], [1]),
+        ("proximity", LINE, [(2, True), (3, True)], [1]),
+        ("proximity", View(joints=3, target=0, places=((0.2, 0.5), (0.4, 0.5), (0.6, 0.5))), [(1, True)], [0, 2]),
+        ("per-configuration", FOUR, BACK[:1], [0, 2, 3]),
+        ("per-configuration", FOUR, BACK[:2], [0, 1, 3]),
+        ("per-configuration", FOUR, BACK, [0, 3]),
+        ("per-configuration", FOUR, [*BACK, (0, False, 0), (3, False, 0)], [0, 1, 2, 3]),
+        ("per-configuration", FOUR, [(2, True, 0b100), (0, False, 0b100)], [1, 3]),
+        ("per-configuration", FOUR, [(2, True, 0b100), *((j, False, 0b100) for j in (0, 1, 3))], [2]),
+    ],
+)  # fmt: skip
+def test_human_inspired_chooses_among_what_its_rules_leave(preset, view, reports, choices):
+    agent = HumanInspired(**PRESETS[preset])
+    assert list(agent.choices(view, remembered(agent, reports, view))) == choices
+
+
+@given(preset=st.sampled_from(list(PRESETS)), lapse=st.sampled_from([0.0, 0.3, 1.0]), reports=REPORTS)
+def test_human_inspired_always_has_a_choice_and_lapses_are_equal_for_all(preset, lapse, reports):
+    agent = HumanInspired(**PRESETS[preset], lapse=lapse)
+    choices = agent.choices(LINE, remembered(agent, reports, LINE))
+    assert choices
+    expected = [lapse / 4 + (1 - lapse) * (joint in choices) / len(choices) for joint in range(4)]
+    assert after(agent, reports, LINE) == pytest.approx(expected)
+
+
+def test_human_inspired_never_retries_a_failed_joint_before_a_perceived_move_and_says_what_it_was_told():
+    for trial in [run_trial(agent="human-inspired", p=0.3, trial=i, seed=3) for i in range(1, 31)]:
+        failed, claims = set(), [None]
+        for step in trial.steps:
+            assert step.joint not in failed or len(failed) == len(trial.joints)
+            failed = set() if step.told_moved else failed | {step.joint}
+            claims.append("moved" if step.told_moved else "blocked")
+        assert [step.decision.claimed for step in trial.steps] == claims[:-1]
+    assert trial.facts == {}
+    assert run_trial(agent="human-inspired:target-last").facts["target"] == "last"
+
+
+@given(pulls=st.tuples(*[st.floats(-5, 5)] * 6), decay=st.floats(0, 1), reset=st.floats(0, 1), reports=REPORTS)
+def test_the_softmax_is_its_formula(pulls, decay, reset, reports):
+    """From the whole past at once."""
+    names = ("target", "closed", "failure", "recent", "stay", "position")
+    target, closed, failure, recent, stay, position = pulls
+    weights = []
+    for j in range(4):
+        trace = 0.0
+        for i, (joint, moved) in enumerate(reports):
+            if joint == j and not moved:
+                later = reports[i + 1 :]
+                trace = decay ** len(later) * (1 - reset) ** sum(m for _, m in later)
+        was_opened = sum(moved for joint, moved in reports if joint == j) % 2
+        pull = target * (j == FOUR.target) + closed * (not was_opened) - failure * trace - position * j / 3
+        if reports and reports[-1][0] == j:
+            pull += recent + stay * reports[-1][1]
+        weights.append(math.exp(pull))
+    agent = SoftmaxMemory(**dict(zip(names, pulls, strict=True)), decay=decay, reset=reset)
+    assert after(agent, reports) == pytest.approx([weight / sum(weights) for weight in weights], abs=1e-12)
+
+
+KINDS = [(window, avoid) for window in range(4) for avoid in ("none", "last", "failed") if window or avoid != "last"]
+
+
+@given(reports=REPORTS, kind=st.sampled_from(KINDS))
+def test_the_map_repeats_what_it_did_first(reports, kind):
+    window, avoid = kind
+    agent, seen = RandomMap(window=window, avoid=avoid, lapse=0.1), {}
+    for i in range(len(reports) + 1):
+        past, failed = reports[:i], set()
+        for joint, moved in past:
+            failed = set() if moved else failed | {joint}
+        state = (tuple(past[len(past) - min(window, len(past)) :]), frozenset(failed) if avoid == "failed" else None)
+        barred = failed if avoid == "failed" else {past[-1][0]} if avoid == "last" and past else set()
+        meant = [seen[state]] if state in seen else [j for j in range(4) if j not in barred] or list(range(4))
+        assert after(agent, past) == pytest.approx([0.025 + 0.9 * (j in meant) / len(meant) for j in range(4)])
+        if i < len(reports):
+            seen.setdefault(state, reports[i][0])
+
+
+def test_a_map_is_drawn_anew_for_every_trial_and_kept_within_it():
+    trials = [run_trial(agent="cognitive:random-map?window=0", trial=i, shuffle="never") for i in range(1, 101)]
+    assert min(Counter(trial.actions[0] for trial in trials).values()) > 10
+    for trial in trials[:10]:
+        done = {}
+        for step in trial.steps:
+            assert done.setdefault(step.state, step.joint) == step.joint
+
+
+def share(agent, n, **settings):
+    """Of the trials of a study, played without records."""
+    return population(agent, trials=n, seed=5, **settings).success
+
+
+def test_lies_rescue_a_map_and_mislead_it():
+    """What the paper finds in a model (Sec. 3.2), in an agent without any thought: up, and down again at p = 1."""
+    told_truth, half, all_lies = (
+        share("cognitive:random-map?window=1&avoid=last", p=p, flip="outcome-only", n=300) for p in (0.0, 0.5, 1.0)
+    )
+    assert half > max(told_truth, all_lies) + 0.1
+
+
+@pytest.mark.slow
+def test_characters_are_helped_hurt_and_both():
+    at = {name: [share(f"cognitive:{name}", p=p, n=1000) for p in (0.0, 0.4, 1.0)] for name in CHARACTERS}
+    assert at["careful"][0] > at["careful"][1] > at["careful"][2] + 0.05
+    assert at["perseverant"][0] + 0.2 < at["perseverant"][1] < at["perseverant"][2]
+    assert at["insistent"][0] + 0.02 < at["insistent"][1] > at["insistent"][2] + 0.15
+
+
+FALSE, TRUE = Told(joint=1, moved=True), Told(joint=1, moved=False)
+
+
+@pytest.mark.parametrize(
+    ("told", "free"),
+    [
+        (FALSE, 3), (Told(joint=1, moved=False, corrects=TRUE), 3), (Told(joint=1, moved=False, corrects=FALSE), 3),
+        (Told(joint=1, moved=True, corrects=TRUE), 3), (Told(joint=1, moved=False, remarked=True), 3), (TRUE, 0),
+    ],
+)  # fmt: skip
+def test_any_odd_report_frees_a_loop_breaker(told, free):
+    policy = LoopBreaker()
+    round_ = remembered(policy, [(1, False), (2, False), (3, False)])
+    assert policy.probabilities(FOUR, round_) == (0, 1, 0, 0)
+    assert policy.remember(FOUR, round_, told).free == free
+    assert policy.remember_silence(FOUR, round_, 1).free == 3
+
+
+def test_once_free_a_loop_breaker_has_forgotten_and_draws_a_new_cycle():
+    policy = LoopBreaker()
+    memory = policy.remember(FOUR, remembered(policy, [(1, False), (2, False), (3, False)]), FALSE)
+    for joint in (0, 1, 2):
+        assert policy.probabilities(FOUR, memory)[memory.last] == 0
+        memory = policy.remember(FOUR, memory, Told(joint=joint, moved=joint == 1))
+    assert memory == policy.begin(FOUR)
+    with pytest.raises(BadValue, match="at least 3 joints"):
+        policy.begin(View(joints=2, target=0))
+
+
+@pytest.mark.parametrize(
+    ("options", "steps", "by_80", "last"),
+    [
+        ("prior=chains&noise=naive", 5.5, 6, 7),
+        ("prior=single-parent&noise=naive", 8.5, 9, 10),
+        ("prior=single-parent&noise=naive&plan=information", 95 / 12, 8, 10),
+        ("noise=aware", 25 / 3, 9, 10),
+    ],
+)
+def test_the_ideal_observer_solves_the_papers_chain_when_told_the_truth(options, steps, by_80, last):
+    course = propagate(f"ideal-observer?{options}", listing="panel")
+    assert course.steps == pytest.approx(steps)
+    assert (course.by(0.8), course.by(1)) == (by_80, last)
+
+
+def told(*attempts):
+    """A situation after attempts: label, moved as told, positions as told."""
+    task = Task(joints=("C", "B", "A", "D"), target="B", budget=20)
+    past, percept = [], Percept(positions=(False,) * 4)
+    for label, moved, bits in attempts:
+        past.append(Turn(percept=percept, decision=Decision(joint=label)))
+        positions = tuple(bit == "1" for bit in bits)
+        percept = Percept(joint=label, outcome="moved" if moved else "blocked", positions=positions)
+    return Situation(task=task, past=tuple(past), percept=percept)
+
+
+@pytest.mark.parametrize(
+    ("options", "attempts", "claimed"),
+    [
+        ({}, [], None),
+        ({}, [("B", True, "0100")], "blocked"),  # a target that moved would have ended the trial
+        ({"noise": "naive"}, [("C", True, "1000")], "moved"),
+        ({"noise": "naive"}, [("C", False, "0000")], "blocked"),
+        ({"noise": "1"}, [("C", False, "0000")], "moved"),  # reports that are always false are turned round
+        # one chain of three frees this joint, and the report says nothing
+        ({"noise": "0.5", "prior": "chains"}, [("C", True, "1000")], "blocked"),
+    ],
+)
+def test_the_ideal_observer_says_what_it_thinks_its_action_did_and_draws_one_number(options, attempts, claimed):
+    rng, fresh = np.random.default_rng(1), np.random.default_rng(1)
+    agent = IdealObserver(**options)
+    decision = asyncio.run(agent.decide(told(*attempts), rng))
+    fresh.random()
+    assert (decision.claimed, rng.random()) == (claimed, fresh.random())
+    asyncio.run(agent.decide(told(("A", False, "0000"), ("D", True, "0001")), rng))
+    again = asyncio.run(agent.decide(told(*attempts), np.random.default_rng(1)))
+    assert again == decision  # it keeps nothing between calls
+
+
+@pytest.mark.parametrize(
+    ("spec", "facts"),
+    [
+        ("ideal-observer?prior=chains&plan=information", {"prior": "chains", "noise": "aware", "plan": "information", "reading": "outcomes"}),
+        ("cognitive:softmax-memory?failure=2&target=1", {"failure": 2, "target": 1, "decay": 1}),
+        ("cognitive:random-map?window=2", {"window": 2, "avoid": "none", "lapse": 0}),
+    ],
+)  # fmt: skip
+def test_what_it_is_and_the_probabilities_that_were_drawn_from_stand_in_the_record(spec, facts):
+    trial = run_trial(agent=spec, p=0.3)
+    assert trial.facts.items() >= facts.items()
+    assert all(sum(step.decision.probabilities) == pytest.approx(1) for step in trial.steps)
+
+
+@pytest.mark.parametrize(
+    ("spec", "said"),
+    [
+        ("human-inspired?lapse=1.5", "lapse: got 1.5, expected a number from 0 to 1"),
+        ("human-inspired?lapse=nan", "lapse: got nan"),
+        ("cognitive:softmax-memory?failure=inf", "failure: got inf, expected a finite number"),
+        ("cognitive:random-map?window=4", "window: got 4, expected 0 to 3"),
+        ("cognitive:random-map?window=0&avoid=last", "avoid: got 'last', expected none or failed"),
+        ("ideal-observer?prior=chain", "no prior is called 'chain' (did you mean 'chains'"),
+        ("ideal-observer?priors=chains", "no option of ideal-observer is called 'priors'"),
+        ("ideal-observer?noise=2", "noise: got '2'"),
+        ("ideal-observer?plan=best", "plan: got 'best', expected one of steps, information"),
+        ("ideal-observer?reading=outcome-only", "reading: got 'outcome-only'"),
+    ],
+)
+def test_options_that_cannot_be_are_refused(spec, said):
+    with pytest.raises(UserMistake) as wrong:
+        resolve(spec)
+    assert str(wrong.value).startswith(said)
+
+
+def test_a_box_too_large_for_its_plan_is_refused_at_the_first_step():
+    with pytest.raises(BadValue, match="720 interlocks of prior chains over 7 joints.*plan=information"):
+        run_trial(agent="ideal-observer?prior=chains&noise=naive", box="chain-7")
+    with pytest.raises(BadValue, match="prior single-parent over 6 joints: got '46656 interlocks'"):
+        run_trial(agent="ideal-observer", box="chain-6")
+    assert run_trial(agent="ideal-observer?prior=chains&noise=naive&plan=information", box="chain-7").solved
+    assert run_trial(agent="ideal-observer?prior=chains", box=box("chain-6")).solved
