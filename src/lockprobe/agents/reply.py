@@ -100,10 +100,12 @@ _SPELLED: Mapping[str, Collection[str]] = {
 _NOTHING = ("", "none", "null", "nothing", "na", "n/a")
 
 
-class _Pairs(tuple[tuple[str, object], ...]):
-    """A JSON object as it stands in a text, with repeated names."""
+class _Object(dict[str, object]):
+    """A JSON object, and its pairs as they stand in the text, with repeated names."""
 
-    __slots__ = ()
+    def __init__(self, pairs: list[tuple[str, object]]) -> None:
+        super().__init__(pairs)
+        self.pairs = pairs
 
 
 Found = tuple[dict[str, object], set[Tidied]]
@@ -217,7 +219,7 @@ def object_in(text: str, names: Sequence[str]) -> Found:
 
 
 def _object_in(text: str, names: Sequence[str]) -> Found:
-    if isinstance(whole := _loaded(text), _Pairs):
+    if isinstance(whole := _loaded(text), _Object):
         return _fields_of(whole, names)
     if isinstance(whole, str) and whole.strip():
         fields, tidied = _object_in(whole, names)
@@ -271,11 +273,11 @@ def without_marks(text: str) -> tuple[str, tuple[Tidied, ...]]:
     A whole JSON object is left as it is. Of reasoning that ends nowhere, or after which nothing comes, nothing is left,
     unless one object is all that there is besides the tags.
     """
-    if not _MARKED.search(text) or isinstance(_loaded(text), _Pairs):
+    if not _MARKED.search(text) or isinstance(_loaded(text), _Object):
         return text, ()
     channel, others = _final_channel(text)
     said = _after_reasoning(channel)
-    if not said.strip() and isinstance(_loaded(bare := _without_tokens(_TAG.sub("", text))), _Pairs):
+    if not said.strip() and isinstance(_loaded(bare := _without_tokens(_TAG.sub("", text))), _Object):
         return bare.strip(), ("reasoning",)
     spoken = _without_tokens(said)
     tidied: list[Tidied] = ["reasoning"] if others or said != channel else []
@@ -333,9 +335,9 @@ def _without_tokens(text: str) -> str:
 
 
 def _loaded(text: str) -> object:
-    """The JSON value that a text is, an object as :class:`_Pairs`; None if it is none."""
+    """The JSON value that a text is, an object as :class:`_Object`; None if it is none."""
     try:
-        return json.loads(text, object_pairs_hook=_Pairs)
+        return json.loads(text, object_pairs_hook=_Object)
     except (ValueError, RecursionError):
         return None
 
@@ -365,18 +367,18 @@ def _groups(text: str) -> Iterator[tuple[int, int]]:
         raise ReplyFault("a JSON object that does not end")
 
 
-def _read(group: str) -> tuple[_Pairs | None, bool]:
+def _read(group: str) -> tuple[_Object | None, bool]:
     """A group in braces as an object, and whether its JSON was bent; None if it has no reading."""
     inner = group[1:-1].strip()
     doubled = [inner] if inner.startswith("{") and inner.endswith("}") else []  # as in a template, or those of \boxed
     for one in (group, *doubled):
-        if isinstance(exact := _loaded(one), _Pairs):
+        if isinstance(exact := _loaded(one), _Object):
             return exact, one is not group
         try:
-            value = json.loads(_straightened(_NO_WIDTH.sub("", one)), strict=False, object_pairs_hook=_Pairs)
+            value = json.loads(_straightened(_NO_WIDTH.sub("", one)), strict=False, object_pairs_hook=_Object)
         except ValueError:
             continue
-        if isinstance(value, _Pairs):
+        if isinstance(value, _Object):
             return value, True
     return None, True
 
@@ -402,7 +404,7 @@ def _straightened(group: str) -> str:
     return "".join(pieces)
 
 
-def _fields_of(pairs: _Pairs, names: Sequence[str]) -> Found:
+def _fields_of(found: _Object, names: Sequence[str]) -> Found:
     """The fields that have one of the names; an object that only wraps such an object stands for it.
 
     Raises:
@@ -410,25 +412,18 @@ def _fields_of(pairs: _Pairs, names: Sequence[str]) -> Found:
     """
     known = {plain_form(name): name for name in names}
     fields, tidied = dict[str, object](), set[Tidied]()
-    for key, value in pairs:
+    for key, value in found.pairs:
         if (name := known.get(plain_form(key))) is None:
             continue
-        if name in fields and fields[name] != _plain(value):
+        if name in fields and fields[name] != value:
             raise ReplyFault(f"{name}: two values")
         if name in fields:
             tidied.add("repeated")
         if name != key:
             tidied.add("spelling")
-        fields[name] = _plain(value)
-    inner = [value for _, value in pairs if isinstance(value, _Pairs)]
-    if not fields and len(inner) == 1 and len(pairs) - 1 == sum(key in _OF_A_CALL for key, _ in pairs):
+        fields[name] = value
+    inner = [value for _, value in found.pairs if isinstance(value, _Object)]
+    if not fields and len(inner) == 1 and len(found.pairs) - 1 == sum(key in _OF_A_CALL for key, _ in found.pairs):
         fields, tidied = _fields_of(inner[0], names)
         tidied.add("syntax")
     return fields, tidied
-
-
-def _plain(value: object) -> object:
-    """A value with ordinary objects in it."""
-    if isinstance(value, _Pairs):
-        return {key: _plain(inner) for key, inner in value}
-    return [_plain(inner) for inner in value] if isinstance(value, list) else value

@@ -39,10 +39,10 @@ class RandomNoRepeat(Policy[int]):
         return evenly([joint for joint in range(view.joints) if joint != memory], view)
 
 
-class RightToLeft(Policy[int]):
-    """The joints from right to left on the panel, again and again, whatever happens: what places alone give away."""
+class RoundRobin(Policy[int]):
+    """The joints in listed order, again and again, whatever happens."""
 
-    looks = False
+    looks = heeds_panel = False
 
     def begin(self, view: View) -> int:
         """No step was taken."""
@@ -52,6 +52,16 @@ class RightToLeft(Policy[int]):
         """How many steps were taken, up to one round."""
         return (memory + 1) % view.joints
 
+    def probabilities(self, view: View, memory: int) -> tuple[float, ...]:
+        """One of them."""
+        return evenly([memory], view)
+
+
+class RightToLeft(RoundRobin):
+    """The joints from right to left on the panel, again and again, whatever happens: what places alone give away."""
+
+    heeds_panel = True
+
     def remember_silence(self, view: View, memory: int, joint: int) -> int:
         """The same: it needs no report."""
         return (memory + 1) % view.joints
@@ -60,21 +70,3 @@ class RightToLeft(Policy[int]):
         """One of them; the last in the list where no places are known."""
         order = sorted(range(view.joints), key=lambda joint: (view.places[joint] if view.places else (0.0, 0.0), joint))
         return evenly([order[-1 - memory]], view)
-
-
-class RoundRobin(Policy[int]):
-    """The joints in listed order, again and again, whatever happens."""
-
-    looks = heeds_panel = False
-
-    def begin(self, view: View) -> int:
-        """The first."""
-        return 0
-
-    def remember(self, view: View, memory: int, told: Told) -> int:
-        """The next in the list."""
-        return (memory + 1) % view.joints
-
-    def probabilities(self, view: View, memory: int) -> tuple[float, ...]:
-        """One of them."""
-        return evenly([memory], view)

@@ -292,20 +292,22 @@ def _error_in(holder: Mapping[str, Any], *names: str) -> _Error | None:
 
 
 def _said_no(error: _Error, usage: Usage | None, *, charged: bool = False) -> NoReply:
+    """A fault that came as an error, by the status that its code is, if it is one."""
     if (code := re.match("[45][0-9][0-9] ", error.named)) is None:
         return _fault(error.words, usage, charged=charged)
-    status, words = int(code[0]), f"the provider answered {code[0].strip()}: {error.words}"
-    passes = _passes(status) or status == 429
-    return NoReply(words, again=passes, charged=charged, usage=usage, limited=status == 429)
+    return _answered(int(code[0]), error.words, usage, charged=charged)
 
 
 def _fault(words: str, usage: Usage | None, *, charged: bool) -> NoReply:
     return NoReply(f"the provider answered with an error: {words}", charged=charged, usage=usage)
 
 
-def _passes(status: int) -> bool:
-    """Whether a status says that the same request may succeed later. That of a rate limit can also be a spent quota."""
-    return status in (408, 409, 425) or status >= 500
+def _answered(status: int, words: str, usage: Usage | None, *, charged: bool, wait: float | None = None) -> NoReply:
+    """A fault by a status. That of a rate limit can also be a spent quota, which no later attempt mends."""
+    limited = status == 429
+    again = limited or status in (408, 409, 425) or status >= 500
+    said = f"the provider answered {status}: {words}"
+    return NoReply(said, again=again, charged=charged, usage=usage, limited=limited, wait=wait)
 
 
 def _of_status(status: int, headers: Mapping[str, str], came: Mapping[str, Any]) -> ModelReply:
@@ -321,14 +323,8 @@ def _of_status(status: int, headers: Mapping[str, str], came: Mapping[str, Any])
         return _made(came, words, REFUSED, None)
     if status < 500 and status != 429 and _TOO_LONG.search(f"{named} {words}"):
         raise NoReply(f"the conversation is longer than the model can read: {words}", again=False)
-    limited = status == 429
-    raise NoReply(
-        f"the provider answered {status}: {words}",
-        again=_passes(status) or limited,
-        charged=status in _GAVE_UP_WAITING,
-        limited=limited,
-        wait=_wait(headers.get("retry-after", "")),
-    )
+    wait = _wait(headers.get("retry-after", ""))
+    raise _answered(status, words, None, charged=status in _GAVE_UP_WAITING, wait=wait)
 
 
 def _wait(said: str) -> float | None:
