@@ -67,27 +67,14 @@ def test_an_answer_says_who_gave_it_and_what_it_cost(served, model):
     assert answer.seconds > 0
 
 
-@pytest.mark.parametrize("fault", ["429 with Retry-After", "429", "500", "dropped", "dropped midway", "truncated",
-                                   "malformed", "a string"])  # fmt: skip
-def test_every_failure_that_passes_is_asked_again_and_counted_and_nobody_else_asks_again(served, fault):
-    with served(reply, Faulty(fault, fault)) as server:
-        answer = asked()
-        assert not isinstance(answer, ModelFault), answer
-        assert (answer.text, answer.retries) == ("a reply", 2)
-        assert server.arrived.total() == 3
-        server.arrived.clear()
-        assert isinstance(asked(retries=1), ModelFault)
-        assert server.arrived.total() == 2
-
-
 def test_a_request_that_hangs_is_made_again_and_attempts_that_may_have_been_charged_are_counted(served):
-    with served(reply, Faulty("truncated", "500", "stalled", "dropped")) as server:
+    with served(reply, Faulty("truncated", "500", "stalled", "dropped", "429 with Retry-After")) as server:
         answer = asked(timeout=0.5)
     assert answer.text == "a reply"
     assert answer.seconds >= 0.5
     # where the machine is busy, other attempts may be late
-    assert answer.retries == server.arrived.total() - 1 >= 4
-    assert answer.unanswered == answer.retries - 1  # all but the 500
+    assert answer.retries == server.arrived.total() - 1 >= 5
+    assert answer.unanswered == answer.retries - 2  # all but those with a status
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])

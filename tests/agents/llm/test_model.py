@@ -1,4 +1,4 @@
-"""Hosted models over HTTP: the same loop, runner and journal; faults are bounded and attributed."""
+"""Hosted models over HTTP: the same loop, runner and journal. Faults of all kinds are in ``tests/studies/test_chaos.py``."""
 
 import asyncio
 import json
@@ -6,8 +6,8 @@ import time
 from dataclasses import dataclass, replace
 
 import pytest
-from provider_server import completion, failure, truthful, words
-from stored import contents, records, sql
+from provider_server import completion, truthful, words
+from stored import sql
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm import model as llm
@@ -15,7 +15,7 @@ from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.prompt import Message, picture_fingerprint
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import Missing, SettingsChanged
+from lockprobe.foundation.errors import SettingsChanged
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.symbolic import SymbolicPlant
@@ -92,44 +92,6 @@ def test_a_malformed_reply_is_asked_again_and_recorded(played):
     assert trials[0].solved
     assert "could not be used (not one JSON object)" in server.requests[1]["messages"][-1]["content"]
     assert "could not be used" not in str(server.requests[2])  # the repair is not part of the history
-
-
-def test_a_model_that_never_gives_a_usable_reply_ends_as_error_and_is_not_owed_again(played):
-    trials, server = played(lambda request: completion("no"))
-    assert len(server.requests) == 2 * 5
-    for trial in trials:
-        assert (trial.ending, trial.error.boundary) == ("error", "reply")
-        assert trial.error.message == "no usable reply in 5 turns: not one JSON object"
-        assert trial.error.replies == ("no",) * 5
-    assert [trial.ending for trial in played(truthful)[0]] == ["error"] * 2
-
-
-def test_a_provider_that_refuses_the_key_ends_as_error_and_is_owed_again(tmp_path, played):
-    trials, _ = played(lambda request: failure(401, "Incorrect API key provided: sk-private-0123456789"))
-    assert [trial.error.boundary for trial in trials] == ["model", "model"]
-    assert "Incorrect API key provided: [secret]" in trials[0].error.message
-    assert "private" not in str(contents(tmp_path))
-    again, _ = played(truthful)
-    assert [trial.ending for trial in again] == ["solved", "solved"]
-    assert len(records(tmp_path)) == 4
-
-
-def test_a_provider_that_answers_only_rubbish_breaks_trials_which_then_go_on_where_they_stood(tmp_path, played):
-    def answer(request):
-        return (200, b'{"choices": [') if len(request["messages"]) == 5 else truthful(request)
-
-    broken, _ = played(answer)
-    assert [(trial.error.boundary, len(trial.steps)) for trial in broken] == [("model", 2)] * 2
-    again, server = played(truthful)
-    assert [trial.ending for trial in again] == ["solved"] * 2
-    assert len(server.requests) == sum(len(trial.steps) - 2 for trial in again)
-    calls = [call for call in read_calls(tmp_path) if call.reply is not None]
-    assert len({(call.key, call.step) for call in calls}) == len(calls)
-
-
-def test_a_run_in_which_only_errors_come_stops_and_says_why(played):
-    with pytest.raises(Missing, match=r"broke 10 trials in a row \(.*out of credit.*nothing finished is lost"):
-        played(lambda request: failure(403, "out of credit"), trials=30)
 
 
 @dataclass(frozen=True)
@@ -306,24 +268,6 @@ def test_marks_and_reasoning_are_kept_in_the_record_and_sent_to_nobody(tmp_path,
     assert "im_end" not in sent
     replies = [json.loads(message["content"]) for message in server.requests[-1]["messages"][1::2]]
     assert [reply["joint"] for reply in replies] == [step.decision.joint for step in trial.steps][:-1]
-
-
-@pytest.mark.parametrize(
-    "answer",
-    [
-        completion(None, refusal="I cannot help with opening locks."),
-        (400, {"error": {"code": "content_filter", "message": "The prompt was filtered."}}),
-    ],
-)
-def test_a_refusal_is_an_ending_of_its_own_which_is_paid_for_once(tmp_path, played, answer):
-    for _ in range(2):
-        trials, server = played(lambda request: answer)
-        for trial in trials:
-            assert (trial.ending, trial.error.boundary, trial.owed_again) == ("error", "refusal", False)
-            assert trial.error.message == f"refused: {trial.error.replies[0]}"
-        assert {call.stop for call in read_calls(tmp_path)} == {"content_filter"}
-    assert server.requests == []
-    assert len(list(read_calls(tmp_path))) == 2
 
 
 def test_a_refusal_in_the_middle_of_a_trial_keeps_its_steps_and_the_replies_before_it(played):
