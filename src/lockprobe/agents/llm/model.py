@@ -14,6 +14,7 @@ import hashlib
 import json
 import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
@@ -61,14 +62,15 @@ class HostedModel:
         unseeded: Its luck is the provider's; see :class:`lockprobe.trial.protocols.Agent`.
         facts: Model name, form of requests, prompt and settings; the host, where it is not the provider's own.
         line: The client that all its trials share.
-        alike: What its trials got in the place of replies.
     """
 
     unseeded = True
 
     def __init__(self, spec: str, access: Access | None = None) -> None:
         model = Model.parse(spec)
-        self.line, self.alike = ModelClient(model, access or Access()), _Alike()
+        self.line, self._alike = ModelClient(model, access or Access()), _Alike()
+        self._key, self._before = "", _Read()
+        self._book: CallBook = _NoBook()
         host = self.line.server.host
         self.facts: Mapping[str, Fact] = {
             "model": model.name,
@@ -79,45 +81,28 @@ class HostedModel:
             **({} if host is None else {"host": host}),
         }
 
-    def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
+    def with_calls(self, key: str, book: CallBook) -> HostedModel:
         """The model for one trial: no call is made twice, and every call is recorded."""
-        return _InOneTrial(self, key, book)
-
-    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Ask for the next joint. The stream is not used: a provider draws its own luck."""
-
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
-            await self.line.pause(turn - 1)
-            async with self.line.slots:
-                return await self.line.ask(messages, schema)
-
-        return await decided(situation, self.line.model, ask)
+        one = copy(self)
+        one._key, one._book, one._before = key, book, _Read()  # noqa: SLF001 - its own
+        return one
 
     async def aclose(self) -> None:
         """Close the provider's connections."""
         await self.line.aclose()
 
-
-class _InOneTrial:
-    """A model in one trial, with the earlier calls of that trial."""
-
-    unseeded = True
-
-    def __init__(self, hosted: HostedModel, key: str, book: CallBook) -> None:
-        self.facts, self._line, self._alike = hosted.facts, hosted.line, hosted.alike
-        self._key, self._book, self._before = key, book, _Read()
-
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        step, model = len(situation.past) + 1, self._line.model
+        """Ask for the next joint. The stream is not used: a provider draws its own luck."""
+        step, model = len(situation.past) + 1, self.line.model
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             request = fingerprint(model, messages, schema)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
                 self._note(_Read.of(messages, known), turn)
                 return _recalled(known, known.reply)
-            await self._line.pause(turn - 1)
+            await self.line.pause(turn - 1)
             worst = at_most(messages, model)
-            async with self._line.slots:
+            async with self.line.slots:
                 asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
                 await self._book.reserve(asked)
                 return await made(asked, worst, messages, schema)
@@ -130,7 +115,7 @@ class _InOneTrial:
                 await self._book.reserve(replace(asked, **failed._asdict()))
 
             try:
-                answer = await self._line.ask(messages, schema, again)
+                answer = await self.line.ask(messages, schema, again)
                 self._check(answer, situation, messages, asked.turn)
                 result = {name: getattr(answer, name) for name in _KEPT} | _credible(answer.usage, worst)
                 result["reply"] = answer.text
@@ -163,7 +148,7 @@ class _InOneTrial:
         except RefusalFault:
             pass
         except ReplyFault:
-            if self._alike.unusable(self._key, answer.text) and turn > self._line.model.settings.repairs:
+            if self._alike.unusable(self._key, answer.text) and turn > self.line.model.settings.repairs:
                 why = f"all trials get the same words in the place of replies: {answer.text[:200]!r}"
         if read.cuts(self._before):
             why = (
@@ -180,6 +165,19 @@ class _InOneTrial:
         """Keep what was read, if that was counted; what was asked for again does not stay in the conversation."""
         if read.tokens and turn == 1:
             self._before = read
+
+
+class _NoBook:
+    """Of a trial of which no call is kept."""
+
+    def recall(self, step: int, turn: int, request: str) -> Call | None:
+        return None
+
+    async def reserve(self, asked: Call) -> None:
+        pass
+
+    def write(self, call: Call) -> None:
+        pass
 
 
 class _Alike:
