@@ -279,7 +279,7 @@ def test_a_model_without_a_price_comes_with_the_four_lines_that_give_it_one(tmp_
     (tmp_path / "own.toml").write_text("\n".join(lines))
     (facts,) = read_facts(tmp_path / "own.toml")
     assert facts.match == (name.partition("?")[0],)
-    assert facts.says["price"].input > 0  # where nobody corrects it, the budget ends early
+    assert facts.price.input > 0  # where nobody corrects it, the budget ends early
     estimated = typed(*arguments, "--estimate").stdout.splitlines()
     assert estimated[-4:] == lines
     own = {**os.environ, "LOCKPROBE_MODEL_FACTS": str(tmp_path / "own.toml")}

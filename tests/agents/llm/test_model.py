@@ -98,16 +98,12 @@ def test_a_malformed_reply_is_asked_again_and_recorded(played):
 class Photographs:
     """Made-up files for pictures: which configuration they are of stands in them, and is told nowhere else."""
 
-    depth: bool = False
-
     def perceive(self, percept, past, task, rng):
         state = bytes(percept.positions)
-        seen = [Picture(kind="rgb", png=b"\x89PNG colours \xff" + state)]
-        if self.depth:
-            seen.append(Picture(kind="depth", png=b"\x89PNG depth \xff" + state))
+        shown = [Picture(kind=kind, png=b"\x89PNG \xff" + kind.encode() + state) for kind in ("rgb", "depth")]
         hidden = Picture(kind="depth16", png=b"measured" + state, shown=False)
         text = "The picture shows the box." if percept.joint is None else f"You attempted {percept.joint}."
-        return replace(percept, outcome=None, positions=None, text=text, pictures=(*seen, hidden))
+        return replace(percept, outcome=None, positions=None, text=text, pictures=(*shown, hidden))
 
 
 @pytest.fixture
@@ -131,44 +127,25 @@ def shown(served):
     return play_with
 
 
-@pytest.mark.parametrize("depth", [False, True])
-def test_every_observation_arrives_with_its_pictures_as_they_are(shown, depth):
-    trial, requests = shown(truthful, Photographs(depth=depth))
-    assert trial.solved
-    states = [*(step.state for step in trial.steps)]
-    for turn, request in enumerate(requests):
-        told = [message for message in request["messages"] if message["role"] == "user"]
-        assert len(told) == turn + 1
-        for message, state in zip(told, states, strict=False):
-            by_label = dict(zip(trial.labels, state, strict=True))
-            marks = bytes(int(by_label[label]) for label in trial.listing)
-            kinds = (b"\x89PNG colours \xff", b"\x89PNG depth \xff")[: 1 + depth]
-            assert pictures(message) == [(kind + marks, "data:image/png", "high") for kind in kinds]
-            assert [part["type"] for part in message["content"]] == ["text"] + ["image_url"] * (1 + depth)
-    assert words(requests[0]["messages"][0]).endswith("The picture shows the box.")
-    assert words(requests[1]["messages"][-1]) == f"You attempted {trial.listing[0]}."
-    assert b"measured" not in json.dumps(requests).encode()
-
-
-def test_older_pictures_leave_the_conversation_if_asked(shown):
-    trial, requests = shown(truthful, Photographs(), f"{SPEC}?images=2&detail=low")
-    last = [message for message in requests[-1]["messages"] if message["role"] == "user"]
-    assert len(last) == len(trial.steps) > 4
-    assert [len(pictures(message)) for message in last] == [0] * (len(last) - 2) + [1, 1]
-    assert all(words(message).endswith("(picture no longer shown)") for message in last[:-2])
-    assert [detail for message in last for _, _, detail in pictures(message)] == ["low", "low"]
-    assert (trial.facts["model"], trial.facts["images"], trial.facts["detail"]) == ("openai-api/fake/model", 2, "low")
-
-
-def test_a_repair_keeps_the_pictures(shown):
+def test_the_newest_observations_arrive_with_their_pictures_as_they_are_also_when_a_reply_is_asked_for_again(shown):
     def answer(request):
         repaired = "could not be used" in words(request["messages"][-1])
         return truthful({"messages": request["messages"][:-2]}) if repaired else completion("a knob")
 
-    trial, requests = shown(answer, Photographs())
+    trial, requests = shown(answer, Photographs(), f"{SPEC}?images=2&detail=low")
     assert trial.solved
-    assert len(trial.steps[0].decision.replies) == 2
-    assert [len(pictures(message)) for message in requests[1]["messages"]] == [1, 0, 0]
+    for step, request in zip([step for step in trial.steps for _ in range(2)], requests, strict=True):
+        told = [message for message in request["messages"] if message["role"] == "user"][: step.step]
+        before = [one.state for one in trial.steps[: step.step]]
+        for number, (message, state) in enumerate(zip(told, before, strict=True)):
+            by_label = dict(zip(trial.labels, state, strict=True))
+            marks = bytes(int(by_label[label]) for label in trial.listing)
+            whole = [(b"\x89PNG \xff" + kind + marks, "data:image/png", "low") for kind in (b"rgb", b"depth")]
+            newest = number >= step.step - 2
+            assert pictures(message) == (whole if newest else [])
+            assert words(message).endswith("(pictures no longer shown)") != newest
+    assert b"measured" not in json.dumps(requests).encode()
+    assert (trial.facts["model"], trial.facts["images"], trial.facts["detail"]) == ("openai-api/fake/model", 2, "low")
 
 
 def test_a_model_that_is_told_reports_is_asked_and_recorded_without_a_word_of_pictures(shown):

@@ -64,7 +64,7 @@ def test_what_is_shipped_hangs_together():
             examples = [pattern.replace("*", tail) for tail in ("", "-2026-01-01", "x")]
             assert not any(all(fnmatchcase(name, before) for name in examples) for before in seen), pattern
         seen += entry.match
-        facts = ModelFacts(**entry.says)
+        facts = ModelFacts(**entry.said)
         assert facts.most_output is None or facts.context is None or facts.most_output <= facts.context
         assert facts.images or (facts.largest_image, facts.picture_tokens) == (None, None)
         price = price_of(entry.match[0].replace("*", ""))

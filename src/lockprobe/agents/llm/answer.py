@@ -171,6 +171,12 @@ def read_answer(status: int, headers: Mapping[str, str], content: bytes) -> Mode
         said = str(came)
     except (ValueError, RecursionError) as error:
         came, said = None, str(error) if status < 400 else content.decode("utf-8", "replace")
+    if 300 <= status < 400:
+        there = _line(headers.get("location", "elsewhere"))
+        raise NoReply(
+            f"the provider answered {status}: it sends the conversation to {there}{MENDING}name that server",
+            again=False,
+        )
     if not isinstance(came, dict):
         if status < 400:
             raise NoReply(f"a reply that cannot be read ({_line(said)})", charged=True)

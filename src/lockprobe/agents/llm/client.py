@@ -41,7 +41,7 @@ IN_REASONING = "in_reasoning"
 
 _NOT_SENT = (httpx.ConnectError, httpx.ConnectTimeout, httpx.PoolTimeout)
 
-_PACKED = {"", "identity", "gzip", "deflate"}
+_PACKED = ("identity", "gzip", "deflate")
 """The allowed compressions of an answer. Others decompress so much at once that no limit would help."""
 
 _NETWORK = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY", "SSL_CERT_FILE", "SSL_CERT_DIR")
@@ -102,8 +102,6 @@ class ModelClient:
             httpx.AsyncClient(
                 verify=self._trust,
                 timeout=httpx.Timeout(None, connect=self._access.connect),
-                follow_redirects=True,
-                event_hooks={"response": [_check]},
             )
         )
         self._made += self._idle
@@ -192,6 +190,10 @@ class ModelClient:
                 asyncio.timeout(self._access.timeout),
                 http.stream("POST", self.server.url, content=content, headers=self.server.headers) as answer,
             ):
+                packed = answer.headers.get("content-encoding", "identity").lower()
+                if packed not in _PACKED:
+                    said = f"an answer compressed with {packed[:40]}, which was not requested"
+                    raise NoReply(f"the provider answered with {said}", again=False, charged=True)
                 parts, size = [], 0
                 async for part in answer.aiter_bytes():
                     parts.append(part)
@@ -216,21 +218,3 @@ class ModelClient:
         """Close the connections."""
         for http in self._made:
             await http.aclose()
-
-
-async def _check(response: httpx.Response) -> None:
-    """Refuse an answer that leads elsewhere or is packed as nobody asked, before its body is read.
-
-    Raises:
-        NoReply: If it is one.
-    """
-    if response.has_redirect_location:
-        urls = response.request.url, response.request.url.join(response.headers["location"])
-        here, there = (f"{url.scheme}://{url.netloc.decode('ascii', 'replace').rpartition('@')[2]}" for url in urls)
-        if here != there:
-            said = f"a redirect from {here} to {there}, which must not get the conversation"
-            raise NoReply(f"the provider answered with {said}", again=False)
-    packed = response.headers.get("content-encoding", "").lower()
-    if not {part.strip() for part in packed.split(",")} <= _PACKED:
-        said = f"an answer compressed with {packed[:40]}, which was not requested"
-        raise NoReply(f"the provider answered with {said}", again=False, charged=True)

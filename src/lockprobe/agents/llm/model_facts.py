@@ -13,7 +13,7 @@ from datetime import date
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter, ValidationError
 
@@ -105,36 +105,27 @@ class ModelFacts:
     @property
     def known(self) -> bool:
         """Whether more is known than what changes no request."""
-        return any(getattr(self, one.name) is not None for one in fields(self) if one.name not in _NOT_ASKED)
+        return not self.said.keys() <= {"price", "picture_tokens"}
 
-
-class Entry(NamedTuple):
-    """One entry of a file of facts, for all models whose names match.
-
-    Attributes:
-        match: Patterns of names; ``*`` matches anything.
-        says: The given fields of :class:`ModelFacts`.
-    """
-
-    match: tuple[str, ...]
-    says: dict[str, Any]
+    @property
+    def said(self) -> dict[str, Any]:
+        """The facts that are known."""
+        values = ((one.name, getattr(self, one.name)) for one in fields(ModelFacts))
+        return {name: value for name, value in values if value is not None}
 
 
 _Pattern = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^*?\[\]]*(\*[^*?\[\]]+){0,4}\*?$")]
-_Patterns = Annotated[tuple[_Pattern, ...], Field(min_length=1)]
-_NOT_ASKED = {"price", "picture_tokens"}
-"""Facts that change no request: a study can be resumed after its user adds a price."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Entry(ModelFacts):
+    """One entry of a file of facts, for all models whose names match one of its patterns; ``*`` matches anything."""
+
+    match: Annotated[tuple[_Pattern, ...], Field(min_length=1)]
+
 
 _LEFT_OUT: dict[str, Any] = {"sampling": "free", "efforts": (), "reasons": False, "schema": "strict"}
 """What an entry of the shipped file says by leaving it out; of one's own file it says nothing."""
-
-_SETTABLE = [field.name for field in fields(ModelFacts)]
-
-
-@cache
-def _adapter(kind: Any) -> TypeAdapter[Any]:
-    """Built when a file is read: the agents are listed quickly."""
-    return TypeAdapter(kind)
 
 
 def facts_of(name: str) -> ModelFacts:
@@ -149,7 +140,7 @@ def facts_of(name: str) -> ModelFacts:
     for path in files:
         for entry in _read(path):
             if any(_matches(name, pattern) for pattern in entry.match):
-                said |= entry.says if path != SHIPPED else _LEFT_OUT | entry.says
+                said |= entry.said if path != SHIPPED else _LEFT_OUT | entry.said
                 break
     return ModelFacts(**said)
 
@@ -220,23 +211,23 @@ def read_facts(path: Path) -> tuple[Entry, ...]:
     found = tables.pop("model", [])
     if tables or not isinstance(found, list):
         raise BadFile(path, f"{printable(next(iter(tables), 'model'))}: expected only tables [[model]]")
-    return tuple(_entry(path, number, table) for number, table in enumerate(found, start=1))
-
-
-def _entry(path: Path, number: int, table: Any) -> Entry:
-    where = f"model {number}"
     try:
-        match = _adapter(_Patterns).validate_python(table.pop("match", ()))
-        where = f"model {number} ({match[0]})"
-        facts = _adapter(ModelFacts).validate_python(table, extra="forbid")
-    except AttributeError:
-        raise BadFile(path, f"{where}: expected a table") from None
+        return _entries().validate_python(tuple(found), extra="forbid")
     except ValidationError as error:
         first = error.errors()[0]
-        key = ".".join(map(str, first["loc"])) if "(" in where else "match"
-        known = f"; keys are match, {', '.join(_SETTABLE)}" if first["type"] == "unexpected_keyword_argument" else ""
-        raise BadFile(path, printable(f"{where}: {key}: {plain(first['msg'])}{known}")) from None
-    return Entry(match, {name: getattr(facts, name) for name in table})
+        number, *key = first["loc"]
+        said = plain(first["msg"]) if key else "expected a table"
+        if first["type"] == "unexpected_keyword_argument":
+            said += f"; keys are match, {', '.join(one.name for one in fields(ModelFacts))}"
+        match = found[int(number)].get("match") if key and key[0] != "match" else None
+        where = f"model {int(number) + 1}" + (f" ({match[0]})" if match else "")
+        raise BadFile(path, printable(": ".join(filter(None, (where, ".".join(map(str, key)), said))))) from None
+
+
+@cache
+def _entries() -> TypeAdapter[tuple[Entry, ...]]:
+    """Built when a file is read: the agents are listed quickly."""
+    return TypeAdapter(tuple[Entry, ...])
 
 
 @cache

@@ -96,24 +96,24 @@ class Model:
 
     def __post_init__(self) -> None:
         asked, known, name = self.settings, self.facts, f"llm:{self.name}"
-        if known.sampling is not None:
-            effort = asked.effort
-            may = {"free": True, "no effort": effort in (None, "none"), "effort none": effort == "none"}
-            for option in ("temperature", "top_p"):
-                if (value := getattr(asked, option)) is not None and not may.get(known.sampling, False):
-                    where = ", which fixes it" if known.sampling == "fixed" else " unless with effort=none"
-                    raise BadValue(option, value, f"no {option} with {name}{where}")
+        free = {"no effort": asked.effort in (None, "none"), "effort none": asked.effort == "none", "fixed": False}
+        sampled = free.get(known.sampling or "free", True)
+        where = f"{name}, which fixes it" if known.sampling == "fixed" else f"{name} unless with effort=none"
+        efforts = "no effort" if known.efforts == () else f"one of {', '.join(known.efforts or ())}"
+        kinds = get_args(Schema)
+        schemas = kinds if known.schema is None else kinds[kinds.index(known.schema) :]
+        most = known.most_output or asked.max_tokens or 0
+        for option, value, taken, expected in (
+            ("temperature", asked.temperature, sampled, f"no temperature with {where}"),
+            ("top_p", asked.top_p, sampled, f"no top_p with {where}"),
+            ("effort", asked.effort, known.efforts is None or asked.effort in known.efforts, f"{efforts} with {name}"),
+            ("max_tokens", asked.max_tokens, (asked.max_tokens or 0) <= most, f"at most {most} with {name}"),
+            ("schema", asked.schema, asked.schema in schemas, f"{' or '.join(schemas)} with {name}"),
+        ):
+            if value is not None and not taken:
+                raise BadValue(option, value, expected)
         if asked.upstream is not None and not self.name.startswith("openrouter/"):
             raise Conflict("upstream", name, "only OpenRouter chooses between providers")
-        if asked.effort is not None and known.efforts is not None and asked.effort not in known.efforts:
-            taken = f"one of {', '.join(known.efforts)}" if known.efforts else "no effort"
-            raise BadValue("effort", asked.effort, f"{taken} with {name}")
-        if asked.max_tokens is not None and known.most_output is not None and asked.max_tokens > known.most_output:
-            raise BadValue("max_tokens", asked.max_tokens, f"at most {known.most_output} with {name}")
-        kinds = get_args(Schema)
-        allowed = kinds if known.schema is None else kinds[kinds.index(known.schema) :]
-        if asked.schema is not None and asked.schema not in allowed:
-            raise BadValue("schema", asked.schema, f"{' or '.join(allowed)} with {name}")
         if known.images is False and (asked.images, asked.detail) != (0, "high"):
             raise Conflict("images or detail", name, "this model cannot read pictures")
 
