@@ -28,7 +28,7 @@ def show(*words):
 def test_what_is_sent_stands_beside_what_is_known_and_the_price_has_its_date():
     lines = [line.split(maxsplit=2) for line in show("llm:openai/gpt-4o?temperature=0.5").splitlines()]
     assert ["sent", "temperature", "0.5"] in lines
-    assert ["known", "context", "128000"] in lines
+    assert ["known", "most_output", "16384"] in lines
     assert ["known", "efforts", "none"] in lines
     (price,) = (value for _, what, value in lines[1:] if what == "price")
     assert price.startswith("input 2.5, cached 1.25, output 10.0, date 20")

@@ -191,7 +191,7 @@ def test_what_is_sent_is_what_a_reply_is_looked_up_by():
         request(known=replace(known, reasons=True, most_output=20_000)),
     ]
     assert len({request(), *others}) == 1 + len(others)
-    assert request(repairs=9, known=replace(known, images=False, context=9)) == request()
+    assert request(repairs=9, known=replace(known, images=False, picture_tokens=9)) == request()
 
 
 def test_a_conversation_that_is_too_long_is_no_reply_and_its_trial_is_owed_again(tmp_path, played):

@@ -65,7 +65,6 @@ def test_what_is_shipped_hangs_together():
             assert not any(all(fnmatchcase(name, before) for name in examples) for before in seen), pattern
         seen += entry.match
         facts = ModelFacts(**entry.said)
-        assert facts.most_output is None or facts.context is None or facts.most_output <= facts.context
         assert facts.images or (facts.largest_image, facts.picture_tokens) == (None, None)
         price = price_of(entry.match[0].replace("*", ""))
         assert price.date.startswith("genai-prices") or date.fromisoformat(price.date) > date(2025, 1, 1)
@@ -86,7 +85,7 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(own):
     own(f'[[model]]\nmatch = ["openai/gpt-4o", "openai-api/mine/*"]\nprice = {PRICE}\n')
     assert facts_of("openai-api/mine/model") == ModelFacts(price=OWN)
     changed = facts_of("openai/gpt-4o")
-    assert (changed.price, changed.context, changed.images) == (OWN, shipped.context, shipped.images)
+    assert (changed.price, changed.most_output, changed.images) == (OWN, shipped.most_output, shipped.images)
     assert price_of("openai/gpt-4o-mini") != OWN
 
 
@@ -103,7 +102,7 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(own):
         ("[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true", r"model 2 \(b\): image: .*; keys are match,"),
         ("[[model]]\nmatch = ['a']\nknown = true", r"model 1 \(a\): known: .*; keys are match,"),
         ("[[model]]\nmatch = ['a']\nefforts = ['huge']", r"model 1 \(a\): efforts.0: expected 'none',"),
-        ("[[model]]\nmatch = ['a']\ncontext = -1", r"model 1 \(a\): context: expected "),
+        ("[[model]]\nmatch = ['a']\nmost_output = -1", r"model 1 \(a\): most_output: expected "),
         ("[[model]]\nmatch = ['a']\nimages = 'yes'", r"model 1 \(a\): images: "),
         ("[[model]]\nmatch = ['a']\nprice = { input = 1.0 }", r"model 1 \(a\): price.cached: "),
         *(
@@ -131,7 +130,7 @@ def test_a_file_that_is_not_there_is_one_line(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("fact", "changed"),
     [
-        *((fact, {}) for fact in ("images = false", "most_output = 900", "context = 8192", 'schema = "strict"')),
+        *((fact, {}) for fact in ("images = false", "most_output = 900", 'schema = "strict"')),
         (f"price = {PRICE}", {}),
         (f"reasons = false\nefforts = []\nprice = {PRICE}", {"effort": "not taken", "max_tokens": 1000}),
     ],

@@ -126,7 +126,7 @@ LEFT = dict.fromkeys(("temperature", "top_p", "effort", "max_tokens"), "provider
         ({"reasons": True, "most_output": 100_000}, "", {"max_tokens": 25_000}),
         ({"reasons": True, "most_output": 100_000}, "effort=none", {"max_tokens": 1000}),
         ({"reasons": True}, "max_tokens=5", {"max_tokens": 5}),
-        ({"price": None, "picture_tokens": 9, "context": 9, "most_output": 9}, "", LEFT),
+        ({"price": None, "picture_tokens": 9, "most_output": 9}, "", LEFT),
     ],
 )  # fmt: skip
 def test_the_record_says_what_was_sent_what_is_fixed_and_what_the_provider_decides(facts, options, kept):

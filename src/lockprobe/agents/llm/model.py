@@ -181,22 +181,20 @@ class _NoBook:
 
 
 class _Alike:
-    """The unusable replies since the last usable one, as long as they have the same words."""
+    """The trials that got unusable replies since the last usable one, as long as those have the same words."""
 
     def __init__(self) -> None:
-        self._played, self._words, self._times, self._trials = False, "", 0, set[str]()
+        self._played, self._words, self._trials = False, "", list[str]()
 
     def usable(self) -> None:
         """Note that a trial got a usable reply."""
-        self._played, self._times, self._trials = True, 0, set()
+        self._played, self._trials = True, []
 
     def unusable(self, trial: str, words: str) -> bool:
         """Note what a trial got; whether it is now the server that says so, and no model."""
-        if words != self._words:
-            self._words, self._times, self._trials = words, 0, set()
-        self._times += 1
-        self._trials.add(trial)
-        return self._played and self._times >= _ALIKE and len(self._trials) >= _ALIKE_TRIALS
+        self._trials = [*self._trials, trial] if words == self._words else [trial]
+        self._words = words
+        return self._played and len(self._trials) >= _ALIKE and len(set(self._trials)) >= _ALIKE_TRIALS
 
 
 class _Read(NamedTuple):

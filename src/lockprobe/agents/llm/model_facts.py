@@ -83,7 +83,6 @@ class ModelFacts:
         efforts: The reasoning efforts that it accepts; empty for none.
         reasons: Whether it writes hidden reasoning tokens by default before it replies.
         schema: How strictly it can be made to follow the form of a reply.
-        context: Tokens that a conversation may have.
         most_output: Tokens that a reply may have.
         images: Whether it can see; where not known, its provider has to say so.
         largest_image: Longest side in pixels of a picture that its provider does not scale down.
@@ -95,7 +94,6 @@ class ModelFacts:
     efforts: tuple[Effort, ...] | None = None
     reasons: Annotated[bool, Field(strict=True)] | None = None
     schema: Schema | None = None
-    context: _Count | None = None
     most_output: _Count | None = None
     images: Annotated[bool, Field(strict=True)] | None = None
     largest_image: _Count | None = None
