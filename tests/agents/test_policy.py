@@ -105,7 +105,7 @@ def test_a_memory_is_a_value_and_recalled_the_same_step_by_step_at_once_and_afte
     for i in range(len(reports) + 1):
         found = agent.recall(situation(reports[:i], positions))
     assert found == fresh.recall(situation(reports, positions))
-    hash(found[1])
+    hash(found.memory)
     other = situation([*reports[:-1], *otherwise], positions)
     assert agent.recall(other) == resolve(spec).make().recall(other)
 

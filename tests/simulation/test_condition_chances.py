@@ -87,8 +87,8 @@ def branches(policy, puzzle, ones, tell, left, situation, past, configuration):
         return
     task, joints = situation.task, len(situation.task.joints)
     hands, channels = ([one for one in ones if isinstance(one, Channel) == told] for told in (False, True))
-    view, memory = policy.recall(situation)
-    for place, chosen in enumerate(policy.probabilities(view, memory)):
+    known = policy.recall(situation)
+    for place, chosen in enumerate(policy.probabilities(known.view, known.memory)):
         if not chosen:
             continue
         label = task.joints[place]

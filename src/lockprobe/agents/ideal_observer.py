@@ -83,7 +83,7 @@ class IdealObserver(Policy[Belief]):
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose from the posterior, by one draw, and say what the last action probably did."""
-        known = self._recalled(situation)
+        known = self.recall(situation)
         belief, probabilities = known.memory, self.probabilities(known.view, known.memory)
         claimed = None if known.told is None else known.told.outcome
         if belief.moved is not None and abs(belief.moved - 0.5) >= _EVEN:

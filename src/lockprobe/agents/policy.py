@@ -175,7 +175,7 @@ class Policy(Generic[Memory]):
     exact: ClassVar[bool] = False
     heeds_remarks: ClassVar[bool] = False
     heeds_panel: bool = True
-    _last_recall: _Recall[Memory] | None = None
+    _last_recall: Recall[Memory] | None = None
 
     def __init_subclass__(cls, **given: object) -> None:
         super().__init_subclass__(**given)
@@ -208,7 +208,7 @@ class Policy(Generic[Memory]):
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose the next joint from all reports so far."""
-        known = self._recalled(situation)
+        known = self.recall(situation)
         chances = self.probabilities(known.view, known.memory)
         return Decision(
             joint=situation.task.joints[draw(chances, rng.random())],
@@ -216,17 +216,12 @@ class Policy(Generic[Memory]):
             probabilities=chances if self.exact else None,
         )
 
-    def recall(self, situation: Situation) -> tuple[View, Memory]:
-        """The memory after all reports so far.
+    def recall(self, situation: Situation) -> Recall[Memory]:
+        """The memory after all reports so far. If the last recall was one step earlier, only the newest is added.
 
         Raises:
             BadValue: If it was shown pictures instead of a report, and heeds reports.
         """
-        known = self._recalled(situation)
-        return known.view, known.memory
-
-    def _recalled(self, situation: Situation) -> _Recall[Memory]:
-        """The same, with the last report. If the last recall was one step earlier, only the newest report is added."""
         task, past, percept, remark = situation.task, situation.past, situation.percept, situation.briefing.remark
         if percept.pictures and self.looks:
             refuse_pictures(percept, type(self).__name__)
@@ -240,8 +235,8 @@ class Policy(Generic[Memory]):
                 before = past[:done]
                 memory = self._heard(view, memory, task, before, tell(task, turn.percept, before, turn.remark))
         told = tell(task, percept, past, remark)
-        memory = self.remember(view, memory, told) if told else self._heard(view, memory, task, past, told)
-        last = _Recall((task, past, percept, remark), view, memory, told)
+        memory = self._heard(view, memory, task, past, told)
+        last = Recall((task, past, percept, remark), view, memory, told)
         object.__setattr__(self, "_last_recall", last)  # many policies are frozen dataclasses
         return last
 
@@ -274,7 +269,7 @@ def _checked(method: Callable[..., Any]) -> Callable[..., tuple[float, ...]]:
     return probabilities
 
 
-class _Recall(NamedTuple, Generic[Memory]):
+class Recall(NamedTuple, Generic[Memory]):
     """A situation (task, past, percept and remark), the view of it, the memory that it leaves, and its report."""
 
     asked: tuple[Task, tuple[Turn, ...], Percept, str]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -103,6 +103,6 @@ class _ChoiceProbe:
         if self._left:
             self._left -= 1
             return await self._policy.decide(situation, rng)
-        chances: Sequence[float] = self._policy.probabilities(*self._policy.recall(situation))
-        self.chances = tuple(chances)
+        known = self._policy.recall(situation)
+        self.chances = tuple(self._policy.probabilities(known.view, known.memory))
         raise ModelFault("its chances are known: the trial ends here")
