@@ -210,15 +210,15 @@ def _made(came: Mapping[str, Any], text: str, stop: str, usage: Usage | None, th
 def _choice(choice: Mapping[str, Any], error: _Error | None, usage: Usage | None) -> tuple[str, str, str]:
     """Text, reason for its end, and reasoning."""
     message = _mapping(choice.get("message"))
-    said = _said(message.get("content"))
-    refusal = _text_of(message.get("refusal")) or said.refusal
-    empty = not (said.text or "").strip()
+    text, refusal, thoughts = _said(message.get("content"))
+    refusal = _text_of(message.get("refusal")) or refusal
+    empty = not (text or "").strip()
     if error is not None:
         if not error.refused:
             raise _said_no(error, usage, charged=not empty)
         refusal = refusal or error.words
     reasons = [(name, str(choice[name])) for name in ("finish_reason", "native_finish_reason") if choice.get(name)]
-    after = "" if empty else f", after {said.text!r}"
+    after = "" if empty else f", after {text!r}"
     if refusal := refusal or next((f"{name} {why}{after}" for name, why in reasons if _REFUSAL.search(why)), ""):
         return refusal, REFUSED, ""
     for name, reason in reasons:
@@ -227,12 +227,12 @@ def _choice(choice: Mapping[str, Any], error: _Error | None, usage: Usage | None
         if _FAULT.search(reason) or (empty and reason.lower() in _NO_REASON):
             raise _fault(f"{name} {reason}", usage, charged=not empty)
     stop = _STOPS.get(str(choice.get("finish_reason")).lower(), "unknown")
-    text = said.text or ""
-    thoughts = said.reasoning or next((_text_of(message[name]) or "…" for name in _REASONING if message.get(name)), "")
+    thoughts = thoughts or next((_text_of(message[name]) or "…" for name in _REASONING if message.get(name)), "")
     if empty and (message.get("tool_calls") or message.get("function_call")):
         return "", "tool_calls", thoughts
     if empty and stop != "max_tokens":
-        _check_empty(said, " ".join(reason for _, reason in reasons), usage, thought=bool(thoughts))
+        _check_empty(text, " ".join(reason for _, reason in reasons), usage, thought=bool(thoughts))
+    text = text or ""
     if "</think>" in text and not text.rpartition("</think>")[2].strip():
         thoughts = thoughts or text
     _check_text(text, usage)
@@ -253,7 +253,7 @@ def _check_text(text: str, usage: Usage | None) -> None:
                 raise _said_no(error, usage, charged=True)
 
 
-def _check_empty(said: _Said, reason: str, usage: Usage | None, *, thought: bool) -> None:
+def _check_empty(text: str | None, reason: str, usage: Usage | None, *, thought: bool) -> None:
     """Let an empty reply pass only if a model can have given it.
 
     Raises:
@@ -264,9 +264,9 @@ def _check_empty(said: _Said, reason: str, usage: Usage | None, *, thought: bool
         raise _fault("an empty reply without a reason for its end", usage, charged=True)
     if counted.input_tokens and not counted.output_tokens:
         raise _fault(f"an empty reply of 0 tokens, {reason}", usage, charged=True)
-    if not (counted.output_tokens or thought or said.text is None):
+    if not (counted.output_tokens or thought or text is None):
         raise _fault(f"an empty reply of which nobody counts a token, {reason}", usage, charged=True)
-    if said.text is None and not (thought or counted.reasoning_tokens):
+    if text is None and not (thought or counted.reasoning_tokens):
         raise _fault(f"a reply without content (null), {reason}", usage, charged=True)
 
 
@@ -359,22 +359,17 @@ def _of_messages(came: Mapping[str, Any]) -> dict[str, Any]:
     return {**came, "choices": [{"message": message, "finish_reason": reason}], "usage": usage}
 
 
-class _Said(NamedTuple):
-    """The content of a message by its kinds; ``text`` is None if there is none, which is not the same as no letter."""
+def _said(content: object) -> tuple[str | None, str, str]:
+    """Text, refusal and reasoning in a content; the text is None if there is none, which is not the same as no letter.
 
-    text: str | None
-    refusal: str = ""
-    reasoning: str = ""
-
-
-def _said(content: object) -> _Said:
-    """Content as text, in parts, or as the object that was asked for. Parts are joined: they are chunks, not lines."""
+    It comes as text, in parts, or as the object that was asked for. Parts are joined: they are chunks, not lines.
+    """
     if content is None or isinstance(content, str):
-        return _Said(content)
+        return content, "", ""
     if isinstance(content, dict) and content.keys().isdisjoint({"type", "text"}):
-        return _Said(json.dumps(content))
+        return json.dumps(content), "", ""
     if not isinstance(content, list | dict):
-        return _Said(str(content))
+        return str(content), "", ""
     kinds: dict[str, str] = {}
     for part in content if isinstance(content, list) else [content]:
         of = {"text": part} if isinstance(part, str) else _mapping(part)
@@ -382,7 +377,7 @@ def _said(content: object) -> _Said:
         kind = "reasoning" if kind in ("thinking", "reasoning", "reasoning_text", "redacted_thinking") else kind
         names = (kind, "text", "thinking", "content", "summary", "data")
         kinds[kind] = kinds.get(kind, "") + _text_of(next((held for name in names if (held := of.get(name))), ""))
-    return _Said(kinds.get("text"), kinds.get("refusal", ""), kinds.get("reasoning", ""))
+    return kinds.get("text"), kinds.get("refusal", ""), kinds.get("reasoning", "")
 
 
 def _text_of(value: object) -> str:
@@ -405,20 +400,11 @@ def _usage(came: Mapping[str, Any]) -> Usage | None:
     of_read, of_written = (_mapping(counts.get(f"{name}_tokens_details")) for name in ("prompt", "completion"))
     said = (of_read.get("cached_tokens"), of_read.get("cache_write_tokens"), of_written.get("reasoning_tokens"))
     cached, stored, reasoned = (number if type(number) is int else 0 for number in said)
-    if not all(0 <= number < _MOST_COUNTED for number in (read, written, cached, stored, reasoned)):
+    numbers = (read, written, cached, stored, reasoned)
+    if cached + stored > read or not all(0 <= number < _MOST_COUNTED for number in numbers):
         return None
-    return (
-        None
-        if cached + stored > read
-        else Usage(
-            calls=1,
-            input_tokens=read,
-            output_tokens=written,
-            cached_tokens=cached,
-            stored_tokens=stored,
-            reasoning_tokens=reasoned,
-        )
-    )
+    names = ("input_tokens", "output_tokens", "cached_tokens", "stored_tokens", "reasoning_tokens")
+    return Usage(calls=1, **dict(zip(names, numbers, strict=True)))
 
 
 def _mapping(value: object) -> Mapping[str, Any]:
