@@ -66,6 +66,7 @@ class Manner:
         retry_after: Seconds that ``429 with Retry-After`` asks for.
         seed: Of latencies and faults.
         keeps: Whether connections live on after an answer.
+        more: Header lines of every answer, beside the usual ones.
     """
 
     answer: str = "truthful"
@@ -75,6 +76,7 @@ class Manner:
     retry_after: float = 0.02
     seed: int = 1
     keeps: bool = True
+    more: tuple[str, ...] = ()
 
     def __post_init__(self):
         assert set(self.faults) <= set(FAULTS), f"no such fault: {set(self.faults) - set(FAULTS)}"
@@ -96,6 +98,21 @@ class Manner:
             if luck < 0:
                 return kind
         return ""
+
+
+class Script:
+    """Faults in the order in which requests come."""
+
+    answer, retry_after, keeps, more = "truthful", 0.01, True, ()
+
+    def __init__(self, *kinds, then=""):
+        self._kinds, self._then = iter(kinds), then
+
+    def latency(self, conversation):
+        return 0.0
+
+    def fault(self, conversation, time):
+        return next(self._kinds, self._then)
 
 
 def mixed(share, *, http=2 / 3):
@@ -175,6 +192,7 @@ class Server(ScriptedProvider):
         if fault == "dropped":
             return False
         status, content, more = self._content(request, fault)
+        more = [*more, *self.manner.more]
         if not self.manner.keeps:
             more = [*more, "connection: close"]
         send(writer, status, content, more, midway=fault == "dropped midway")

@@ -7,7 +7,7 @@ import os
 from dataclasses import replace
 
 import pytest
-from provider_server import ENDS, HTTP_FAULTS, REPLY_FAULTS, Manner, here, mixed, truthful
+from provider_server import ENDS, HTTP_FAULTS, REPLY_FAULTS, Manner, Script, here, mixed, truthful
 
 from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import Missing
@@ -48,21 +48,6 @@ def what_happened(trial):
         for step in trial.steps
     ]
     return replace(trial, steps=tuple(steps))
-
-
-class Script:
-    """Faults in the order in which requests come."""
-
-    answer, retry_after, keeps = "truthful", 0.01, True
-
-    def __init__(self, *kinds, then=""):
-        self._kinds, self._then = iter(kinds), then
-
-    def latency(self, conversation):
-        return 0.0
-
-    def fault(self, conversation, time):
-        return next(self._kinds, self._then)
 
 
 ONE = study(StudyOptions(agent=[SPEC], p=[0], trials=1, repetitions=1))

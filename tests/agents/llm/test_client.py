@@ -1,15 +1,12 @@
 """The line to a provider: who is asked, how often, how many at once, and what is kept of it."""
 
 import asyncio
-import contextlib
 import gzip
 import socket
-import threading
 import warnings
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
-from provider_server import Manner, completion, here
+from provider_server import Manner, Script, completion, here
 
 from lockprobe.agents.llm import client as lines
 from lockprobe.agents.llm.settings import Access, Model
@@ -46,17 +43,6 @@ def reply(request):
     return completion("a reply")
 
 
-class Faulty(Manner):
-    """Fails so at the first, second, … time, and then no more."""
-
-    def __init__(self, *faults):
-        super().__init__()
-        object.__setattr__(self, "given", faults)
-
-    def fault(self, conversation, time):
-        return self.given[time - 1] if time <= len(self.given) else ""
-
-
 @pytest.mark.parametrize("model", [MODEL, "openai/gpt-4o"])
 def test_an_answer_says_who_gave_it_and_what_it_cost(served, model):
     with served(reply):
@@ -67,7 +53,7 @@ def test_an_answer_says_who_gave_it_and_what_it_cost(served, model):
 
 
 def test_a_request_that_hangs_is_made_again_and_attempts_that_may_have_been_charged_are_counted(served):
-    with served(reply, Faulty("truncated", "500", "stalled", "dropped", "429 with Retry-After")) as server:
+    with served(reply, Script("truncated", "500", "stalled", "dropped", "429 with Retry-After")) as server:
         answer = asked(timeout=0.5)
     assert answer.text == "a reply"
     assert answer.seconds >= 0.5
@@ -114,76 +100,27 @@ def test_nothing_of_an_odd_body_is_printed(served, capfd):
     assert "private" not in "".join(capfd.readouterr())
 
 
-class Raw(BaseHTTPRequestHandler):
-    """Answers every request as its class says, and counts."""
-
-    asked = 0
-
-    def do_POST(self):
-        type(self).asked += 1
-        self.rfile.read(int(self.headers["content-length"]))
-        self.respond()
-
-    def do_GET(self):
-        self.do_POST()
-
-    def log_message(self, *_):
-        pass
-
-
-@pytest.fixture
-def raw(monkeypatch):
-    """``with raw(respond) as handler``: a server that answers so."""
-
-    @contextlib.contextmanager
-    def answering(respond):
-        handler = type("Answering", (Raw,), {"respond": respond})
-        server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
-        handler.url = f"http://127.0.0.1:{server.server_port}"
-        monkeypatch.setenv("FAKE_BASE_URL", f"{handler.url}/v1")
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
-        thread.start()
-        try:
-            yield handler
-        finally:
-            server.shutdown()
-            thread.join()
-            server.server_close()
-
-    return answering
-
-
-def send(handler, status, body=b"", **headers):
-    handler.send_response(status)
-    for name, value in {"content-length": len(body), **headers}.items():
-        handler.send_header(name.replace("_", "-"), str(value))
-    handler.end_headers()
-    with contextlib.suppress(ConnectionError):
-        handler.wfile.write(body)
-
-
 @pytest.mark.parametrize("status", [301, 308])
-def test_a_redirect_is_named_and_nothing_is_sent_there(raw, status):
-    with (
-        here(reply, keep=True) as elsewhere,
-        raw(lambda handler: send(handler, status, location=elsewhere.url)) as handler,
-    ):
+def test_a_redirect_is_named_and_nothing_is_sent_there(served, status):
+    with here(reply, keep=True) as elsewhere:
+        with served(lambda request: (status, {}), Manner(more=(f"location: {elsewhere.url}",))) as server:
+            fault = asked(retries=3)
+        said = f"it sends the conversation to {elsewhere.url}; to mend it, name that server"
+        assert str(fault) == f"the provider answered {status}: {said}"
+        assert (elsewhere.requests, server.arrived.total(), fault.unanswered) == ([], 1, 0)
+
+
+@pytest.mark.parametrize(
+    ("content", "more", "said"),
+    [
+        (b" " * 200_000, (), "an answer of more than 100000 bytes"),
+        (gzip.compress(b" " * 200_000), ("content-encoding: gzip",), "an answer of more than 100000 bytes"),
+        (b"x", ("content-encoding: br",), "an answer compressed with br, which was not requested"),
+    ],
+)
+def test_an_answer_without_end_or_packed_as_nobody_asked_is_refused(served, monkeypatch, content, more, said):
+    monkeypatch.setattr(lines, "LARGEST_ANSWER", 100_000)
+    with served(lambda request: (200, content), Manner(more=more)) as server:
         fault = asked(retries=3)
-    said = f"it sends the conversation to {elsewhere.url}; to mend it, name that server"
-    assert str(fault) == f"the provider answered {status}: {said}"
-    assert (elsewhere.requests, handler.asked, fault.unanswered) == ([], 1, 0)
-
-
-@pytest.mark.parametrize("packed", [{}, {"content_encoding": "gzip"}])
-def test_an_answer_without_end_is_refused(raw, monkeypatch, packed):
-    monkeypatch.setattr("lockprobe.agents.llm.client.LARGEST_ANSWER", 100_000)
-    body = b" " * 200_000
-    with raw(lambda handler: send(handler, 200, gzip.compress(body) if packed else body, **packed)) as handler:
-        fault = asked(retries=3)
-    assert str(fault) == "the provider answered with an answer of more than 100000 bytes"
-    assert (handler.asked, fault.unanswered) == (1, 1)
-
-
-def test_an_answer_packed_as_nobody_asked_is_refused(raw):
-    with raw(lambda handler: send(handler, 200, b"x", content_encoding="br")):
-        assert "an answer compressed with br, which was not requested" in str(asked(retries=0))
+    assert str(fault) == f"the provider answered with {said}"
+    assert (server.arrived.total(), fault.unanswered) == (1, 1)
