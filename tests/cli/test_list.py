@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from lockprobe.agents.llm.model_facts import OWN_FACTS, facts_of
+from lockprobe.agents.llm.model_facts import OWN_FACTS, price_of
 from lockprobe.cli.list_ import app
 from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.options.studyfile import study
@@ -31,7 +31,7 @@ def test_what_is_sent_stands_beside_what_is_known_and_the_price_has_its_date():
     assert ["known", "most_output", "16384"] in lines
     assert ["known", "efforts", "none"] in lines
     (price,) = (value for _, what, value in lines[1:] if what == "price")
-    assert price.startswith("input 2.5, cached 1.25, output 10.0, date 20")
+    assert price.startswith("input 2.5, cached 1.25, output 10.0, stored 2.5, date genai-prices ")
 
 
 def test_of_an_unknown_model_it_says_that_nothing_is_known():
@@ -58,7 +58,7 @@ def test_json_has_every_fact():
     (line,) = show("openai/o1?effort=low", "--json").splitlines()
     found = json.loads(line)
     assert (found["model"], found["known"], found["sent"]["effort"]) == ("openai/o1", True, "low")
-    assert found["facts"]["price"]["output"] == facts_of("openai/o1").price.output
+    assert found["facts"]["price"]["output"] == price_of("openai/o1").output
 
 
 @pytest.mark.parametrize("spec", ["gpt-4o", "llm:local", "openai/"])

@@ -147,6 +147,7 @@ def test_a_fact_of_ones_own_says_nothing_of_the_others_and_a_price_changes_no_re
 
 
 def test_a_price_that_no_file_has_is_the_one_of_the_package_and_routers_have_none(own):
+    assert price_of("openai/gpt-4o").input < price_of("openai/gpt-4o-2024-05-13").input
     known = price_of("openai/gpt-4.1-mini")
     assert known.date.startswith("genai-prices ")
     assert 0 < known.cached < known.input == known.stored < known.output
