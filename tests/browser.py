@@ -267,16 +267,16 @@ class Reader:
             told = [
                 (line, report)
                 for line, report in zip(look.history, shown, strict=True)
-                if report != self._words.no_report
+                if report != self._words["no_report"]
             ]
             assert all(line.startswith(report) for line, report in told), told
 
     def _named(self, name):
         """Label, whether it is the target, and position of a joint, by what is read aloud of it."""
         said = name.split(", ")
-        label = re.fullmatch(filled(self._words.joint, label=r"(\w)"), said[0])[1]
-        told = [at for at in (0, 1) if filled(self._words.position, position=at) in said]
-        return label, self._words.target in said, told[0] if told else None
+        label = re.fullmatch(filled(self._words["joint"], label=r"(\w)"), said[0])[1]
+        told = [at for at in (0, 1) if filled(self._words["position"], position=at) in said]
+        return label, self._words["target"] in said, told[0] if told else None
 
     def _percept(self, look, labels, positions, handles):
         if look.view == "pictures":
@@ -294,7 +294,7 @@ class Reader:
     def _found(self, name, text):
         """What stands in the gap of one of the page's sentences, if it is there."""
         gap = "(.+?)" if name == "positions" else r"(\w)"
-        sentence = re.sub(r"\\{\w+\\}", lambda found: gap, re.escape(getattr(self._words, name)))
+        sentence = re.sub(r"\\{\w+\\}", lambda found: gap, re.escape(self._words[name]))
         found = re.search(f"(?m)^{sentence}$", text)
         return found and found[1]
 

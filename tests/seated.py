@@ -3,7 +3,8 @@
 import asyncio
 import base64
 from collections.abc import Mapping
-from dataclasses import replace
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -13,13 +14,11 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.people.assignment import conditions_of
-from lockprobe.people.diary import Joined, read_diaries
+from lockprobe.people.diary import Act, Agree, Answer, Answers, Attempt, Joined, Next, read_diaries
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.progress import Flow, flow_of
-from lockprobe.people.refusals import ActRefused
-from lockprobe.people.responses import Act, Agree, Answer, Answers, Attempt, Next
-from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, ComprehensionQuestions, Consent
-from lockprobe.people.server_state import PageReply, ServerState
+from lockprobe.people.journey import Flow, flow_of
+from lockprobe.people.scenes import ActRefused
+from lockprobe.people.server_state import Reply, ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.running.trial_setup import play_timed
@@ -50,25 +49,78 @@ def short(**settings) -> Experiment:
     return Experiment(**{"practice": "", "comprehension": {"ask": False}, **settings})
 
 
-def right_answers(scene: ComprehensionQuestions, words=WORDS, own=()) -> Answers:
+class Parts(dict):
+    """A part of a scene: what it says has the name that the page reads."""
+
+    __getattr__ = dict.__getitem__
+
+
+def parts(value):
+    """What is in a scene, by names."""
+    if isinstance(value, list | tuple):
+        return tuple(map(parts, value))
+    return Parts({name: parts(one) for name, one in value.items()}) if isinstance(value, dict) else value
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a page gets, and the token that its browser keeps."""
+
+    token: str
+    lease: str
+    turn: int
+    scene: Parts
+    withdraw: bool
+    identity: str | None
+    progress: Mapping | None
+
+
+class Reception:
+    """The server without HTTP, as pages see it."""
+
+    def __init__(self, state: ServerState) -> None:
+        self.state = state
+        self.opened = state._opened
+
+    async def enter(self, token, platform) -> Shown:
+        return _shown(await self.state.enter(token, platform))
+
+    async def act(self, token, lease, turn, act, platform) -> Shown:
+        return _shown(await self.state.act(token, lease, turn, act, platform))
+
+    async def withdraw(self, token, lease) -> Shown:
+        return _shown(await self.state.withdraw(token, lease))
+
+    @property
+    def sessions(self):
+        """Of everybody who takes part."""
+        return tuple(self.state._sessions.values())
+
+
+def _shown(reply: Reply) -> Shown:
+    body = dict(reply.body)
+    return Shown(reply.token, scene=parts(body.pop("scene")), identity=body.pop("participant"), **body)
+
+
+def right_answers(scene: Parts, words=WORDS, own=()) -> Answers:
     """The right answers to questions on the instructions."""
     known = {one.question: one.right for one in (*words.comprehension.questions, *own)}
     return Answers(answers=tuple(known[one.question] for one in scene.questions), rt=640.5)
 
 
-def flow(reception: ServerState) -> Flow:
+def flow(reception: Reception) -> Flow:
     """Who has taken part."""
-    directory = reception._opened.journal.directory
-    return flow_of(reception._opened.study, read_diaries(directory), withdrawn(directory))
+    directory = reception.opened.journal.directory
+    return flow_of(reception.opened.study, read_diaries(directory), withdrawn(directory))
 
 
-def free(reception: ServerState) -> list[int]:
+def free(reception: Reception) -> list[int]:
     """How many trials of each condition are left."""
-    study, taken = reception._opened.study, reception._roster._all_given().taken_of
-    return [study.repetitions * study.trials - taken[one] for one in conditions_of(study)]
+    study, taken = reception.opened.study, [condition for condition, *_ in reception.state._given().taken]
+    return [study.repetitions * study.trials - taken.count(one) for one in conditions_of(study)]
 
 
-async def leaves(reception: ServerState, token: str) -> PageReply:
+async def leaves(reception: Reception, token: str) -> Shown:
     """Somebody loads the page and withdraws."""
     shown = await reception.enter(token, {})
     return await reception.withdraw(shown.token, shown.lease)
@@ -92,21 +144,13 @@ class Player:
         self._directory, self._study, self._agent = directory, study, resolve(spec).make()
         self._past: tuple[Turn, ...] = ()
 
-    async def act(self, shown: PageReply) -> Act:
+    async def act(self, shown: Shown) -> Act:
         """What it does."""
-        scene = shown.scene
-        match scene:
-            case Consent():
-                return Agree(agreed=True)
-            case Box():
-                return await self._attempt(scene, shown.identity)
-            case ComprehensionQuestions():
-                return right_answers(scene)
-            case Check() | Ask():
-                return Answer(answer=(*scene.options, "")[0], rt=812.5)
-        return Next()
+        if shown.scene.kind == "box":
+            return await self._attempt(shown.scene, shown.identity)
+        return an_act(shown.scene)
 
-    async def _attempt(self, scene: Box, identity: str | None) -> Attempt:
+    async def _attempt(self, scene: Parts, identity: str | None) -> Attempt:
         if scene.step == 1:
             self._past = ()
         situation = Situation(task=_task(scene, self._study), past=self._past, percept=percept_of(scene.panel))
@@ -115,14 +159,29 @@ class Player:
         claimed = (decision.claimed or "moved") if scene.ask else None
         return Attempt(joint=decision.joint, claimed=claimed, rt=412.5, claimed_rt=200.0 if scene.ask else None)
 
-    def _stream(self, scene: Box, identity: str | None):
+    def _stream(self, scene: Parts, identity: str | None):
         joined = diary_of(self._directory, identity)[0]
         assert isinstance(joined, Joined)
         slot = joined.slots[max(0, scene.number - 1)]
         return slot.plan(self._study, joined.identity).luck.stream("agent" if scene.number else "practice")
 
 
-def _task(scene: Box, study: Study) -> Task:
+def an_act(scene: Parts) -> Act:
+    """What anybody does in a scene: the first answer, the right ones on the instructions, one joint after the other."""
+    match scene.kind:
+        case "consent":
+            return Agree(agreed=True)
+        case "box":
+            label, said = scene.panel.joints[scene.step % 2].label, {"claimed": "moved"} if scene.ask else {}
+            return Attempt(joint=label, rt=1.0, **said)
+        case "comprehension":
+            return right_answers(scene)
+        case "check" | "ask":
+            return Answer(answer=(*scene.options, "")[0], rt=812.5)
+    return Next()
+
+
+def _task(scene: Parts, study: Study) -> Task:
     joints = scene.panel.joints
     return Task(
         joints=tuple(joint.label for joint in joints),
@@ -133,7 +192,7 @@ def _task(scene: Box, study: Study) -> Task:
     )
 
 
-def percept_of(panel: BoxPanel) -> Percept:
+def percept_of(panel: Parts) -> Percept:
     """What is told on a panel, as agents have it."""
     pictures = tuple(
         Picture(kind=kind, png=base64.b64decode(url.partition(",")[2]))
@@ -150,7 +209,7 @@ def percept_of(panel: BoxPanel) -> Percept:
     )  # fmt: skip
 
 
-async def go_on(reception: ServerState, player: Player, shown: PageReply, until=lambda shown: False) -> PageReply:
+async def go_on(reception: Reception, player: Player, shown: Shown, until=lambda shown: False) -> Shown:
     """Act until the end, or until something is shown."""
     while shown.scene.kind not in ("debrief", "closed") and not until(shown):
         act = await player.act(shown)
@@ -168,10 +227,10 @@ def take_part(
     platform: Mapping[str, str] | None = None,
     until=lambda shown: False,
     clock=None,
-) -> list[PageReply]:
+) -> list[Shown]:
     """So many people take part side by side, until the end or until something is shown; what they are shown last."""
 
-    async def one(reception: ServerState) -> PageReply:
+    async def one(reception: Reception) -> Shown:
         shown = await reception.enter(None, platform or {})
         act = Agree(agreed=True)
         if until(shown) or shown.scene.kind != "consent":
@@ -179,16 +238,18 @@ def take_part(
         shown = await reception.act(shown.token, shown.lease, shown.turn, act, platform or {})
         return await go_on(reception, Player(directory, study, spec), shown, until)
 
-    async def all_of_them() -> list[PageReply]:
+    async def all_of_them() -> list[Shown]:
         async with opened(directory, study, experiment, clock=clock) as reception:
             return await asyncio.gather(*(one(reception) for _ in range(people)))
 
     return asyncio.run(all_of_them())
 
 
-def opened(directory: Path, study: Study, experiment: Experiment, *, clock=None):
+@asynccontextmanager
+async def opened(directory: Path, study: Study, experiment: Experiment, *, clock=None, words=WORDS, page="1"):
     """The reception of a study."""
-    return ServerState.open(directory, study, experiment, WORDS, clock=clock or Clock(), page="1")
+    async with ServerState.open(directory, study, experiment, words, clock=clock or Clock(), page=page) as state:
+        yield Reception(state)
 
 
 def diary_of(directory: Path, identity: str):
@@ -228,24 +289,14 @@ def sitting(directory: Path, study: Study, body, *, experiment: Experiment | Non
     return asyncio.run(played())
 
 
-async def to_first(kind, reception: ServerState, shown: PageReply) -> PageReply:
+async def to_first(kind: str, reception: Reception, shown: Shown) -> Shown:
     """Go on, with any joint, to the first scene of a kind."""
-    while not isinstance(shown.scene, kind):
-        scene, act = shown.scene, Next()
-        if isinstance(scene, Consent):
-            act = Agree(agreed=True)
-        elif isinstance(scene, Box):
-            claimed = "moved" if scene.ask else None
-            act = Attempt(joint=scene.panel.joints[scene.step % 2].label, claimed=claimed, rt=1.0)
-        elif isinstance(scene, Check | Ask):
-            act = Answer(answer=(*scene.options, "")[0], rt=1.0)
-        elif isinstance(scene, ComprehensionQuestions):
-            act = right_answers(scene)
-        shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
+    while shown.scene.kind != kind:
+        shown = await reception.act(shown.token, shown.lease, shown.turn, an_act(shown.scene), {})
     return shown
 
 
-async def refused(reception: ServerState, shown: PageReply, act: Act) -> str:
+async def refused(reception: Reception, shown: Shown, act: Act) -> str:
     """The code with which an act is refused in the scene that is shown."""
     with pytest.raises(ActRefused) as refusal:
         await reception.act(shown.token, shown.lease, shown.turn, act, {})

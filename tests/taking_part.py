@@ -7,8 +7,7 @@ from itertools import count
 from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.people.diary import Did, Joined, Slot, write_entry
-from lockprobe.people.responses import Answer, Attempt, Next
+from lockprobe.people.diary import Answer, Attempt, Did, Joined, Next, Slot, write_entry
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.trial_setup import play_timed

@@ -52,14 +52,6 @@ def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, playe
     assert (times["participant:aaaa01", 1], times["random", 1]) == (1001.5, "")
 
 
-def test_it_is_said_how_many_boxes_of_people_here_are_gone(lockprobe, tmp_path, people):
-    study = small_study(["participant"], trials=1, repetitions=1)
-    take_part(tmp_path / "here", study, "cccc03", [(0.6, 1, 1), (0.0, 1, 1)], left_after=2)
-    said = lockprobe("import", tmp_path / "here", people)[1]
-    assert "1 boxes assigned to participants here" in said
-    assert json.loads(lockprobe("import", tmp_path / "here", people, "--json")[1])["places_lost"] == 1
-
-
 def test_parquet_has_times_as_numbers(lockprobe, tmp_path, people):
     parquet = pytest.importorskip("pyarrow.parquet")
     assert lockprobe("export", people, "--format", "parquet", "--out", tmp_path / "x.parquet")[0] == 0

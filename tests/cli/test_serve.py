@@ -1,6 +1,5 @@
 """``lockprobe serve``, as typed."""
 
-import json
 import signal
 import socket
 import subprocess
@@ -16,8 +15,7 @@ from lockprobe.cli.serve import EXAMPLES, _experiment, _planned, _study_and_peop
 from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.texts import read_words, words_file
-from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.directory import read_study, write_settings
+from lockprobe.studies.records.directory import read_study
 
 
 def refused(*arguments):
@@ -110,7 +108,7 @@ def test_the_example_has_every_setting_as_it_is_by_default(language):
     given = tomllib.loads(EXAMPLES[language].read_text("utf-8"))
     example, default = read_experiment(EXAMPLES[language]), Experiment(language=language)
     assert all(check.after <= 1 for check in example.checks)  # where everybody plays one box, too
-    named = set(given) | {"trials_each", "participants", "practice_layout"}  # which stand there as remarks
+    named = set(given) | {"trials_each", "participants"}  # which stand there as remarks
     assert named == set(Experiment.model_fields)
     assert {name: getattr(example, name) for name in named - {"checks", "questions"}} == {
         name: getattr(default, name) for name in named - {"checks", "questions"}
@@ -125,7 +123,7 @@ def test_the_example_has_every_setting_as_it_is_by_default(language):
         (("",), "study: got ''"),
         (("flips", "--out", ""), "out: got '', expected a directory"),
         (("flips", "--host", ""), "host: got '', expected a name or IP address"),
-        (("flips", "--trials-each", "0"), "trials_each: got 0, expected greater"),
+        (("flips", "--trials-each", "0"), "trials_each: got 0, expected at least 1"),
         (("flips", "--p", "2"), "p"),
         (("flips", "--texts", "xx"), "no language is called 'xx'"),
         (("flips", "--texts", "none.toml"), "cannot be read"),
@@ -180,25 +178,6 @@ def test_a_number_of_people_is_enough_for_every_condition(tmp_path, monkeypatch)
     )
     assert planned("mine.toml") == (["plain", "nudged"], 16, 1)
     assert planned("why")[0][0] == "truth"
-
-
-def test_a_study_that_an_earlier_release_began_goes_on_as_it_was(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    asked, own = {"p": [0.0, 0.4]}, {"participants": 40}
-    begun = study("flips", agent="participant", box="chain-4", layout="fixed", trials=40, repetitions=1, **asked)
-    settings = Experiment(practice="chain-3", participants=40).model_dump(exclude={"practice_layout"})
-    file = tmp_path / "people.toml"
-    file.write_text("feedback = false\n")
-    for place, out in (("a", tmp_path / "a"), (f"lockprobe-runs/flips-{begun.identity}", None)):
-        (tmp_path / place / "people").mkdir(parents=True)
-        write_settings(tmp_path / place, begun)
-        (tmp_path / place / "people" / "experiment.json").write_text(json.dumps(settings))
-        for people in (None, file):
-            planned, directory, experiment = _study_and_people("flips", asked, people, own, out)
-            assert (planned, (tmp_path / directory).resolve()) == (begun, (tmp_path / place).resolve())
-            assert (experiment.practice, experiment.practice_layout) == ("chain-3", "fixed")
-    planned, _, experiment = _study_and_people("flips", asked, file, own, tmp_path / "b")
-    assert (len(planned.boxes), planned.layout, experiment.practice_layout) == (8, "shuffled", "shuffled")
 
 
 def test_a_port_in_use_is_said(tmp_path):

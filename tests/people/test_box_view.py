@@ -1,19 +1,23 @@
-"""What is shown of a box is what was told of it, in the language of the page, drawn or as pictures."""
+"""What is shown of a box is what was told of it, in the language of the page; practice and example report truly."""
 
 import asyncio
 from dataclasses import replace
 
 import pytest
-from seated import people_study, percept_of, under
+from seated import parts, people_study, percept_of, short, under
 from seen import PhotographedPlant
 
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import PlantFault
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.box_view import box_to_show, read_of_step
 from lockprobe.people.experiment import Experiment
+from lockprobe.people.practice import example_box, examples_of, practice_plan
 from lockprobe.people.texts import read_words
 from lockprobe.plants import catalogue
 from lockprobe.studies.running.paused_trial import PausedTrial
 from lockprobe.trial.plan import Names
+from lockprobe.trial.record import STATES
 
 STUDY = people_study(layout="shuffled", flip="integrated", modalities=("symbolic",))
 PLAN = STUDY.plan("participant", STUDY.labelled("flip?p=0.4&others=kept + symbolic"), 1, 3)
@@ -35,7 +39,7 @@ def after(joints, plan=PLAN):
 
 
 def shown(situation, plan=PLAN, number=2, words=ENGLISH, **settings):
-    return box_to_show(plan, situation, words, experiment=Experiment(**settings), number=number, of=5)
+    return parts(box_to_show(plan, situation, words, experiment=Experiment(**settings), number=number, of=5))
 
 
 def under_one(spec, joints, **settings):
@@ -48,14 +52,14 @@ def under_one(spec, joints, **settings):
 
 def test_a_panel_is_drawn_from_what_was_told_and_says_where_one_is():
     situation = after([2, 1, 2])
-    box = shown(situation)
-    assert replace(percept_of(box.panel), text="") == replace(situation.percept, text="")
+    drawn = shown(situation)
+    assert replace(percept_of(drawn.panel), text="") == replace(situation.percept, text="")
     by_label = {label: PLAN.box.joints[i] for i, label in enumerate(Names(PLAN).labels)}
-    for joint in box.panel.joints:
+    for joint in drawn.panel.joints:
         assert (joint.kind, joint.place) == (by_label[joint.label].kind, by_label[joint.label].place)
         assert joint.target == (joint.label == situation.task.target)
-    assert (box.practice, box.number, box.of, box.step, box.budget, box.ask) == (False, 2, 5, 4, 12, True)
-    assert (len(box.history), shown(situation, history=False).history) == (3, ())
+    assert (drawn.practice, drawn.number, drawn.of, drawn.step, drawn.budget, drawn.ask) == (False, 2, 5, 4, 12, True)
+    assert (len(drawn.history), shown(situation, history=False).history) == (3, ())
     assert shown(situation, number=0).practice
     first = shown(after([]))
     assert (first.panel.last, first.panel.outcome, first.step, first.ask, first.history) == (None, None, 1, False, ())
@@ -82,74 +86,123 @@ REPORTS = {
 
 @pytest.mark.parametrize("spec", REPORTS)
 def test_a_report_is_said_in_the_sentences_of_the_page_or_as_it_is_where_its_words_are_the_condition(spec):
-    box, situation = under_one(spec, [0, 1])
+    seen, situation = under_one(spec, [0, 1])
     percept, (first, second) = situation.percept, situation.task.joints[:2]
     about = percept.joint
     ones = [one for one, at in zip(situation.task.joints, percept.positions or (), strict=False) if at]
     facts = {
         "a": first, "b": second, "at": int(about in ones), "ones": ", ".join(ones) or "none", "told": percept.text,
-        "did": "moved." if percept.outcome == "moved" else "did not move.", "remark": box.remark,
+        "did": "moved." if percept.outcome == "moved" else "did not move.", "remark": seen.remark,
     }  # fmt: skip
     report, line = (text.format(**facts) for text in REPORTS[spec])
-    assert (" ".join(box.panel.report), box.history[-1]) == (report, line)
-    assert box.spoken.startswith(line if spec != "drop?p=1" else report)
-    assert box.spoken.endswith("Step 3 of 12.")
+    assert (" ".join(seen.panel.report), seen.history[-1]) == (report, line)
+    assert seen.spoken.startswith(line if spec != "drop?p=1" else report)
+    assert seen.spoken.endswith("Step 3 of 12.")
     plan = under(spec).plan("participant", under(spec).conditions[0], 1, 3)
-    assert read_of_step(plan, situation, ENGLISH) == " ".join(filter(None, (report, box.remark)))
+    assert read_of_step(plan, situation, ENGLISH) == " ".join(filter(None, (report, seen.remark)))
 
 
 def test_reports_are_in_the_language_of_the_page():
     situation = after([1, 1])
     english, german = shown(situation), shown(situation, words=GERMAN)
-    label = situation.percept.joint
-    moved = {True: f"{label} hat sich bewegt.", False: f"{label} hat sich nicht bewegt."}
-    assert (
-        german.panel.report[0]
-        == german.history[-1].partition(".")[0] + "."
-        == moved["did not" not in english.panel.report[0]]
-    )
+    moved = {True: "hat sich bewegt.", False: "hat sich nicht bewegt."}["did not" not in english.panel.report[0]]
+    assert german.panel.report[0] == f"{situation.percept.joint} {moved}"
+    assert german.history[-1].startswith(german.panel.report[0])
     assert "is now at" not in german.spoken
 
 
-def test_remarks_stay_in_view_and_warnings_stand_above_every_step():
-    box, _ = under_one("remark?after=0", [0, 1])
-    assert box.remark.startswith("Note: this panel is made of wood")
-    assert all(line.endswith(box.remark) for line in box.history)
+def test_remarks_stay_in_view_warnings_stand_above_every_step_and_the_report_is_of_the_joint_attempted():
+    seen, _ = under_one("remark?after=0", [0, 1])
+    assert seen.remark.startswith("Note: this panel is made of wood")
+    assert all(line.endswith(seen.remark) for line in seen.history)
     nudged, _ = under_one("nudge", [1, 2, 0, 1, 2, 0])
     assert [nudged.remark in line for line in nudged.history] == [False] * 5 + [True]
     for joints in ([], [0, 1]):
         warned, _ = under_one("warn?rate=0.4", joints)
         assert warned.warning == "What you are told of your last action is with probability 0.4 false."
         assert (warned.warning in warned.spoken) == (not joints)
-
-
-def test_where_another_joint_was_attempted_the_report_is_of_that():
-    box, situation = under_one("force?at=1 + symbolic", [0])
-    assert situation.percept.joint != situation.task.joints[0]
-    assert box.panel.last == situation.percept.joint
-    assert box.history[0].startswith(situation.percept.joint)
+    forced, situation = under_one("force?at=1 + symbolic", [0])
+    assert forced.panel.last == situation.percept.joint != situation.task.joints[0]
+    assert forced.history[0].startswith(forced.panel.last)
 
 
 @pytest.fixture
 def camera(monkeypatch):
-    source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: PhotographedPlant(box))
-    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
+    def takes(plant):
+        source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: plant(box))
+        monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
+
+    takes(PhotographedPlant)
+    return takes
 
 
 @pytest.mark.parametrize(("modality", "pictures"), [("rgb", 1), ("rgbd", 2)])
 def test_pictures_are_shown_as_they_are_and_say_themselves_what_happened(camera, modality, pictures):
     plan = replace(PLAN, condition=flips((0.0,), modalities=(modality,))[0])
     situation = after([1, 1], plan)
-    box = shown(situation, plan)
+    scene = shown(situation, plan)
     label = situation.task.joints[1]
-    assert (box.panel.view, box.panel.outcome, len(box.panel.pictures)) == ("pictures", None, pictures)
-    assert box.panel.report == (f"You attempted {label}. Look at the picture: what happened?",)
-    assert set(box.history) == {f"Joint {label}"}
-    seen = percept_of(box.panel)
+    assert (scene.panel.view, scene.panel.outcome, len(scene.panel.pictures)) == ("pictures", None, pictures)
+    assert scene.panel.report == (f"You attempted {label}. Look at the picture: what happened?",)
+    assert set(scene.history) == {f"Joint {label}"}
+    seen = percept_of(scene.panel)
     assert [picture.png for picture in seen.pictures] == [p.png for p in situation.percept.pictures if p.shown]
-    assert {(joint.position, joint.kind, joint.place) for joint in box.panel.joints} == {(None, None, None)}
+    assert {(joint.position, joint.kind, joint.place) for joint in scene.panel.joints} == {(None, None, None)}
     flat = [x for joint in situation.percept.handles for place in joint for x in place]
     assert [x for joint in seen.handles for place in joint for x in place] == pytest.approx(flat, abs=1e-3)
     left_out, _ = under_one(f"drop?p=1 + {modality}", [0, 1], plant="fast-twin")
     assert (left_out.panel.pictures, left_out.panel.report) == ((), ("Nothing was reported.",))
     assert {joint.handle for joint in left_out.panel.joints} == {None}
+
+
+def example(study):
+    return parts(asyncio.run(examples_of(study, ENGLISH)))
+
+
+def test_the_practice_is_another_box_with_true_reports_and_the_settings_of_the_study():
+    study = people_study(p=(0.4,), max_steps=9)
+    plan = practice_plan(study, Experiment(practice="chain-2"))
+    assert (plan.p, plan.box.name, plan.budget, plan.modality) == (0.0, "chain-2", 9, study.modalities[0])
+    assert plan.seed != study.seed
+    assert practice_plan(study, short()) is None
+    assert practice_plan(under("rgb?p=1", plant="fast-twin"), Experiment()).modality == "rgb"
+
+
+@pytest.mark.parametrize("name", ["chain-2", "chain-3", "chain-4", "chain-5", "gray-code"])
+def test_the_example_is_none_of_the_boxes_of_the_study(name):
+    study = people_study(box=box(name))
+    other = example_box(study)
+    assert len(other.joints) != len(study.box.joints)
+    target, theirs = other.joints[other.target_index], study.box.joints[study.box.target_index]
+    assert (target.kind, other.target_index == 0) != (theirs.kind, study.box.target_index == 0)
+    assert not any(other.interlock.values())
+
+
+def test_the_example_tells_truly_what_a_step_did_and_no_more_than_the_study_does():
+    found = example(people_study(p=(0.4, 1.0), modalities=(STATES, "symbolic")))
+    assert list(found) == [STATES, "symbolic"]
+    before, step = found["symbolic"]
+    assert (before.view, before.last, before.outcome, step.outcome) == ("panel", None, None, "moved")
+    assert found[STATES][1].outcome is None
+    assert [joint.label for joint in step.joints if joint.position] == [step.last]
+    assert all(joint.kind is not None for joint in step.joints)
+    (panels,) = example(people_study(flip="outcome-only")).values()
+    assert {joint.position for panel in panels for joint in panel.joints} == {None}
+
+
+def test_no_condition_acts_in_practice_and_example_and_no_picture_there_is_false_or_degraded(camera):
+    acting = under("flip?p=1", "nudge + tremble?p=1", "warn", "delay?lag=2", "drop?p=1")
+    assert (practice_plan(acting, Experiment()).condition.specs, example(acting)) == ((), example(under("truth")))
+    pictured = under("rgb", "rgb?p=1", "nudge + rgb?blur=4&occlude=0.3", plant="fast-twin")
+    assert example(pictured) == example(under("rgb", plant="fast-twin"))
+    for modality, (before, step) in example(
+        people_study(p=(0.0,), modalities=("rgb", "rgbd"), plant="fast-twin")
+    ).items():
+        assert len(step.pictures) == len(modality) - 2
+        assert before.pictures != step.pictures
+
+    def broken(box):
+        raise PlantFault("no light")
+
+    camera(broken)
+    assert example(people_study(p=(0.0,), modalities=("rgb",), plant="fast-twin")) == {}

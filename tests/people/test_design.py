@@ -14,7 +14,7 @@ from lockprobe.report.questions.places import steps_from_right
 from lockprobe.studies.options.studyfile import study
 
 PERSONS = 200
-FORMER = {"box": "chain-4", "layout": "fixed"}, Experiment(practice="chain-3", practice_layout="fixed")
+FIXED = {"box": "chain-4", "layout": "fixed"}, Experiment(practice="chain-3")
 
 
 def persons(asked=None, experiment=None, p=(0, 0.4), people=PERSONS):
@@ -70,11 +70,11 @@ def learnt(found):
 def test_a_rule_of_places_opens_no_more_boxes_than_luck_does():
     least = [steps_from_right(box, 20) == optimum(box) for _, boxes in persons() for box in boxes]
     assert np.mean(least) < 0.08  # one order of 24
-    assert {steps_from_right(box, 20) for _, boxes in persons(*FORMER) for box in boxes} == {4}
+    assert {steps_from_right(box, 20) for _, boxes in persons(*FIXED) for box in boxes} == {4}
 
 
 def test_practice_and_earlier_boxes_teach_no_order_in_space():
-    now, before = learnt(persons()), learnt(persons(*FORMER))
+    now, before = learnt(persons()), learnt(persons(*FIXED))
     assert set(before.ravel()) == {4}
     assert np.mean(now == 4) < 0.25  # one order of six
     first, second = now.mean(axis=0)

@@ -1,24 +1,32 @@
-"""What participants did is on disk, reads back as it was written, and can be given away without who did it."""
+"""What participants did is on disk, reads back as it was written, stands behind each step of the record, and goes from
+one study to another whole, once, and without what proves who somebody is."""
+
+import shutil
 
 import pytest
-from builders import small_study
+from builders import play_study, small_study, write_study
 from stored import acts, rewrite_acts, sql
 from taking_part import START, take_part
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import (
+    Attempt,
     Broken,
     Did,
     Joined,
+    Next,
     Released,
     Slot,
+    acts_of_steps,
     read_diaries,
-    without_identity,
     write_diaries,
     write_entry,
 )
+from lockprobe.people.experiment import kept_experiment
+from lockprobe.people.import_diaries import coming_diaries, take_diaries
 from lockprobe.people.journey import Journey
-from lockprobe.people.responses import Attempt, Next
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import written
 
 JOINED = Joined(
@@ -82,11 +90,10 @@ def _called(identity):
     ("change", "said"),
     [
         *((_called(name), "participant") for name in ("../evil", "a/b", "ID", "abc", "a" * 33, "x y z")),
-        (lambda lines: ("eeee05", lines), "eeee05: the first entry does not say that this participant joined"),
-        (lambda lines: (BOB, lines[1:]), "the first entry does not say that this participant joined"),
-        (lambda lines: (BOB, [*lines, lines[0]]), "joins twice"),
+        (lambda lines: ("eeee05", lines), "eeee05: the first entry has to say, alone, that this participant joined"),
+        (lambda lines: (BOB, lines[1:]), "the first entry has to say"),
+        (lambda lines: (BOB, [*lines, lines[0]]), "the first entry has to say, alone"),
         (lambda lines: (BOB, [*lines[:1], *lines[2:]]), "an act is missing"),
-        (lambda lines: (BOB, [*lines[:3], *lines[4:]]), "an act is missing"),
         (lambda lines: (BOB, [*lines[:4], *lines[3:]]), "missing or duplicated"),
         (lambda lines: (BOB, [*lines, {"kind": "nothing"}]), "bbbb02: entry 16: "),
         (lambda lines: (BOB, [lines[0] | {"at": "late"}, *lines[1:]]), "bbbb02: entry 1: "),
@@ -104,17 +111,114 @@ def test_what_is_no_diary_is_refused_in_one_line_that_names_the_participant(ther
 
 
 def test_without_traces_no_token_no_platform_and_no_time_of_day_is_left(there):
+    rewrite_acts(there, BOB, [*acts(there, BOB), RELEASED])
     bob = read_diaries(there)[1]
-    given = without_identity(bob)
+    given = bob.without_identity()
     assert (given.joined.token, given.joined.platform, given.joined.at) == ("", {}, 0.0)
     assert [act.at for act in given.acts] == [1.5 * act.turn for act in given.acts]
     assert [act.act for act in given.acts] == [act.act for act in bob.acts]
-    assert without_identity(bob, platform=True).joined.platform == {"PID": "x1"}
-    assert without_identity(given) == given
+    assert given.lines[-1] == Released(at=840.0 - 0.25)
+    assert bob.without_identity(platform=True).joined.platform == {"PID": "x1"}
+    assert given.without_identity() == given
 
 
-def test_a_place_that_was_given_away_stays_given_away(there):
-    rewrite_acts(there, ANN, [*acts(there, ANN), RELEASED])
-    given = without_identity(read_diaries(there)[0])
-    assert given.lines[-1] == Released(at=900.0 - 0.25)
-    assert given.lines[:-1] == given.acts
+def behind(directory):
+    trials = {trial.key: trial for trial in load(directory)}
+    return acts_of_steps(STUDY, trials, read_diaries(directory), directory)
+
+
+def test_every_step_of_the_record_has_its_act_and_no_other_has(there):
+    found = behind(there)
+    assert set(found) == {(trial.key, step.step) for trial in load(there) for step in trial.steps}
+    for trial in load(there):
+        for step in trial.steps:
+            act = found[trial.key, step.step]
+            assert (act.act.joint, act.act.claimed, act.told) == (step.decision.joint, step.decision.claimed, step.told)
+    ann = read_diaries(there)[0]
+    assert ann.key(STUDY, 1) == "flips/participant/flip?p=0.4/rep=1/trial=1"
+    assert [ann.key(STUDY, box) for box in (0, None, 3)] == ["", "", ""]  # practice is no trial of the study
+    rewrite_acts(there, "cccc03", [acts(there, BOB)[0] | {"identity": "cccc03"}])  # whose box bob played
+    assert behind(there) == found
+
+
+def _act(**change):
+    return lambda line: {**line, "act": {**line["act"], **change}}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [(_act(joint="D"), " on record"), (_act(claimed="moved"), " on record"), (lambda line: {**line, "step": 40}, "is not in the diary")],
+)  # fmt: skip
+def test_a_diary_that_says_something_else_than_the_record_is_refused(there, change, said):
+    lines = acts(there, ANN)
+    first = next(i for i, line in enumerate(lines) if line.get("box") == 1 and line["act"].get("joint") != "D")
+    lines[first] = change(lines[first])
+    rewrite_acts(there, ANN, lines)
+    with pytest.raises(BadFile, match=f"study.db: participant {ANN}: step .*{said}"):
+        behind(there)
+
+
+@pytest.mark.parametrize("slot", [{"repetition": -1}, {"trial": 3}, {"condition": "flip?p=0.5"}])
+def test_a_diary_of_another_study_is_refused(there, tmp_path, slot):
+    lines = acts(there, ANN)
+    lines[0]["slots"][1] |= slot
+    rewrite_acts(there, ANN, lines)
+    for reads in (behind, lambda directory: coming_diaries(tmp_path / "here", [directory])):
+        with pytest.raises(BadFile, match="trials of another study"):
+            reads(there)
+
+
+def taken(here, *sources):
+    with Journal.open(here, STUDY) as journal:
+        coming = coming_diaries(here, sources)
+        take_diaries(journal, coming, sources)
+        return [diary.identity for diary in coming]
+
+
+def state(directory, tmp_path, name, lines):
+    """A copy of a study in which ann has come only so far."""
+    copy = tmp_path / name
+    shutil.copytree(directory, copy)
+    rewrite_acts(copy, ANN, acts(copy, ANN)[:lines])
+    return copy
+
+
+def test_diaries_are_taken_once_and_nobody_can_go_on_with_them(there, tmp_path):
+    here = write_study(tmp_path / "here", STUDY, load(there))
+    here.chmod(0o755)
+    (there / "people").mkdir()
+    (there / "people" / "experiment.json").write_text('{"feedback": true}')
+    assert taken(here, there) == [ANN, BOB]
+    assert here.stat().st_mode & 0o777 == 0o700
+    assert [kept.lines for kept in read_diaries(here)] == [kept.lines for kept in read_diaries(there)]
+    assert {kept.joined.token for kept in read_diaries(here)} == {""}
+    assert kept_experiment(here).feedback  # which come along where there are none
+    assert taken(here, there) == []
+
+
+def test_of_two_states_of_one_diary_the_one_that_is_further_on_is_kept_and_who_is_here_stays_who_they_are(
+    there, tmp_path
+):
+    here, ann = state(there, tmp_path, "here", 3), read_diaries(there)[0]
+    assert taken(here, there) == [ANN]
+    assert read_diaries(here)[0] == ann
+    assert taken(here, state(there, tmp_path, "less", 2)) == []
+    other = write_study(tmp_path / "other", STUDY, load(there))
+    assert taken(other, state(there, tmp_path, "beginning", 3), there) == [ANN, BOB]
+    assert read_diaries(other)[0].lines == ann.lines
+    assert not read_diaries(other)[0].joined.token
+
+
+def test_two_people_with_one_id_are_refused_before_anything_is_written(there, tmp_path):
+    take_part(tmp_path / "here", STUDY, ANN, [(0.4, 2, 1)])
+    with pytest.raises(BadFile, match=f"its participant {ANN}"):
+        coming_diaries(tmp_path / "here", [there])
+
+
+def test_a_study_without_people_has_no_diaries(tmp_path):
+    study = small_study(["random"], trials=1)
+    here = write_study(tmp_path / "here", study, play_study(study))
+    with Journal.open(here, study) as journal:
+        take_diaries(journal, coming_diaries(here, [write_study(tmp_path / "other", study)]), ())
+    assert read_diaries(here) == []
+    assert not (here / "people").exists()

@@ -1,13 +1,22 @@
-"""What one participant does is on disk before more is shown, or it has not been done."""
+"""People play the trials that strategies play, whatever happens to pages, networks, disks and servers in between.
+
+What one participant does is on disk before more is shown, or it has not been done.
+"""
 
 import asyncio
+import tempfile
+from contextlib import AsyncExitStack
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pydantic import ValidationError
 from seated import (
     Clock,
     Player,
+    an_act,
     as_played,
     diary_of,
     flow,
@@ -21,70 +30,219 @@ from seated import (
     sitting,
     take_part,
     to_first,
+    under,
     without_page,
 )
-from seen import PhotographedPlant
-from stored import acts, records, rewrite_acts
+from stored import acts, records, rewrite_acts, timings
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.people.diary import Broken, Did
+from lockprobe.people.diary import Agree, Answer, Answers, Attempt, Broken, Did, Next
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.responses import Agree, Answer, Answers, Attempt, Next
-from lockprobe.people.scenes import (
-    Ask,
-    Box,
-    Check,
-    Closed,
-    ComprehensionQuestions,
-    Debrief,
-    InstructionPage,
-    TrialOver,
-)
+from lockprobe.people.scenes import ActRefused
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.trial.condition import Condition
 
 STUDY = people_study(max_steps=5)
+CHECK = {"after": 0, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}
 ASKING = {
-    "checks": [{"after": 0, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}],
+    "checks": [CHECK],
     "questions": [
         {"name": "how", "question": "How?"},
         {"name": "age", "question": "Age?", "options": ["young", "old"], "required": True},
         {"name": "why", "question": "Why?", "required": True},
     ],
 }
+CONDITIONS = (
+    "truth", "flip?p=0.4 + nudge", "remark?after=0", "distract?p=0.5 + warn", "correction?p=0.4", "drop?p=0.3",
+    "delay?lag=2", "yoked?p=0.4", "tremble?p=0.3", "force?at=3", "flip?p=0.4&only=blocked + symbolic",
+)  # fmt: skip
+SILENT = ("round-robin", "random")
+"""Strategies that say nothing of what they are told, and are asked here."""
+
+
+@pytest.mark.parametrize(
+    ("spec", "study"),
+    [
+        ("human-inspired", people_study(flip="outcome-only", layout="shuffled")),
+        ("human-inspired:proximity", people_study(layout="shuffled")),
+        ("ideal-observer", people_study(flip="integrated", layout="shuffled", assessment=False)),
+        ("round-robin", people_study(layout="shuffled")),
+        ("human-inspired", under(*CONDITIONS, trials=11)),
+    ],
+)
+def test_a_strategy_at_the_page_plays_as_without_it_under_any_condition(tmp_path, spec, study):
+    take_part(tmp_path, study, Experiment(history=False), spec)
+    trials = load(tmp_path)
+    assert {trial.condition for trial in trials} == {one.label for one in study.conditions}
+    for trial in trials:
+        alone = without_page(study, trial, spec)
+        claims = spec not in SILENT and not trial.condition.startswith(("drop", "delay"))  # of which nothing is told
+        assert as_played(trial, claims=claims) == as_played(alone, claims=claims)
+        assert [(step.remark, step.chosen) for step in trial.steps] == [(one.remark, one.chosen) for one in alone.steps]
+        same = (
+            "specs",
+            "doses",
+            "interventions",
+            "channels",
+            "changed",
+            "opening",
+            "ending",
+            "key",
+            "labels",
+            "listing",
+        )
+        assert {name: getattr(trial, name) for name in same} == {name: getattr(alone, name) for name in same}
+
+
+def test_somebody_who_looks_at_pictures_plays_as_without_a_page(tmp_path):
+    study = people_study(p=(0.0,), modalities=("rgbd",), plant="fast-twin?width=160&height=120", trials=1, max_steps=4)
+    take_part(tmp_path, study, Experiment(practice="chain-2"), "viewer")
+    (trial,) = load(tmp_path)
+    assert as_played(trial) == as_played(without_page(study, trial, "viewer"))
+    assert trial.facts["view"] == "pictures"
+    assert {path.name for path in (tmp_path / "pictures").iterdir()} == trial.picture_names
+
+
+def test_a_record_says_on_what_it_was_played_how_long_it_took_and_nothing_of_who(tmp_path):
+    platform = {"PROLIFIC_PID": "xyz", "STUDY_ID": "x", "email": "ann@example.org"}
+    (shown,) = take_part(tmp_path, people_study(), short(), platform=platform)
+    trials, (joined, *lines) = load(tmp_path), diary_of(tmp_path, shown.identity)
+    assert {trial.agent for trial in trials} == {f"participant:{shown.identity}"}
+    assert [trial.facts["position"] for trial in trials] == [1, 2]
+    assert dict(trials[0].facts) == {
+        "view": "panel", "words": joined.words, "page": "1", "position": 1, "design": "within", "history": True,
+        "history_open": True, "feedback": False,
+    }  # fmt: skip
+    assert joined.platform == {"PROLIFIC_PID": "xyz", "STUDY_ID": "x"}
+    assert "xyz" not in str(records(tmp_path))
+    assert not [path for path in tmp_path.rglob("*") if path.is_file() and "ann@" in path.read_text("latin-1")]
+    assert read_study(tmp_path).agents == ("participant",)
+    steps = [line for line in lines if line.scene == "box" and line.box == 2]
+    over = next(line for line in lines if line.scene == "over")
+    assert timings(tmp_path)[1].seconds == pytest.approx(steps[-1].at - over.at)
+    assert timings(tmp_path)[1].steps == len(steps)
+
+
+ACCIDENTS = ("nothing", "reload", "broken off", "restart", "killed before the disk")
+CASES = (
+    ("ideal-observer", people_study(max_steps=6), Experiment(checks=[CHECK], questions=ASKING["questions"][:1])),
+    ("round-robin", STUDY, short()),
+    (
+        "human-inspired",
+        under("distract?p=0.5 + tremble?p=0.3", "remark?after=0 + correction?p=0.5", max_steps=6),
+        short(),
+    ),
+)
+
+
+async def has_accidents(directory, spec, study, experiment, luck):
+    """Take part, while anything happens between the acts; each is sent until it has counted, and often again."""
+    player, clock = Player(directory, study, spec), Clock()
+    async with AsyncExitStack() as stack:
+        reception = await stack.enter_async_context(opened(directory, study, experiment, clock=clock))
+        shown = await reception.enter(None, {})
+        while shown.scene.kind != "debrief":
+            act, turn, accident = await player.act(shown), shown.turn, luck.choice(ACCIDENTS)
+            if accident == "broken off":
+                task = asyncio.create_task(reception.act(shown.token, shown.lease, turn, act, {}))
+                for _ in range(luck.randrange(7)):
+                    await asyncio.sleep(0)
+                task.cancel()
+                await asyncio.gather(task, return_exceptions=True)
+            if accident == "killed before the disk" and shown.scene.kind == "box":
+                then = await reception.act(shown.token, shown.lease, turn, act, {})
+                if then.scene.kind == "box":  # a trial is recorded after its last act
+                    rewrite_acts(directory, then.identity, acts(directory, then.identity)[:-1])
+            if accident in ("restart", "killed before the disk"):
+                await stack.aclose()
+                reception = await stack.enter_async_context(opened(directory, study, experiment, clock=clock))
+            if accident in ("reload", "broken off"):
+                back = await reception.enter(shown.token, {})
+                assert back.turn in (turn, turn + (accident == "broken off"))
+                assert back.scene == shown.scene or back.turn > turn
+                shown = back
+            replies = [await reception.act(shown.token, shown.lease, turn, act, {}) for _ in range(luck.choice((1, 3)))]
+            assert all(reply == replies[0] for reply in replies)
+            assert replies[0].turn == turn + 1
+            shown = replies[0]
+
+
+@settings(max_examples=20)
+@given(case=st.sampled_from(CASES), luck=st.randoms(use_true_random=False))
+def test_whatever_happens_between_acts_each_counts_once_and_the_record_is_that_of_the_strategy(case, luck):
+    spec, study, experiment = case
+    with tempfile.TemporaryDirectory() as place:
+        directory = Path(place)
+        asyncio.run(has_accidents(directory, spec, study, experiment, luck))
+        trials = load(directory)
+        assert len(trials) == len(records(directory)) == 2
+        for trial in trials:
+            claims = spec not in SILENT
+            assert as_played(trial, claims=claims) == as_played(without_page(study, trial, spec), claims=claims)
+
+
+def test_after_a_restart_an_old_page_whose_act_is_refused_does_not_take_the_place_of_the_newer_one(tmp_path):
+    choice = Attempt(joint="A", rt=1.0)
+
+    async def two():
+        async with opened(tmp_path, people_study(), short()) as reception:
+            old = await to_first("box", reception, await reception.enter(None, {}))
+            new = await reception.enter(old.token, {})
+            new = await reception.act(new.token, new.lease, new.turn, choice, {})
+        async with opened(tmp_path, people_study(), short()) as reception:
+            later = choice.model_copy(update={"rt": 2.0})
+            assert await refused(reception, old, later) == "stale"
+            assert await refused(reception, replace(old, turn=new.turn), later) == "impossible"
+            act = choice.model_copy(update={"claimed": "moved"})
+            assert (await reception.act(new.token, new.lease, new.turn, act, {})).turn == new.turn + 1
+            assert await refused(reception, replace(old, turn=new.turn + 1), act) == "elsewhere"
+
+    asyncio.run(two())
+
+
+def test_another_person_at_the_same_browser_is_another_participant(tmp_path):
+    async def one_computer():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            ann, bob = {"PROLIFIC_PID": "ann"}, {"PROLIFIC_PID": "bob"}
+            first = await reception.enter(None, ann)
+            first = await reception.act(first.token, first.lease, 1, Agree(agreed=True), ann)
+            again = await reception.enter(first.token, ann)
+            assert (again.token, again.scene) == (first.token, first.scene)
+            second = await reception.enter(first.token, bob)
+            assert second.token != first.token
+            assert second.scene.kind == "consent"
+
+    asyncio.run(one_computer())
 
 
 def test_an_answer_is_one_of_the_options_or_words_and_is_kept_as_it_is(tmp_path):
     text = "<script>alert('1')</script>\n{budget} ../../x \x00 é 鍵"
 
     async def answers(reception, shown):
-        shown = await to_first(Check, reception, shown)
+        shown = await to_first("check", reception, shown)
         for wrong in (Answer(answer="green", rt=1.0), Answer(answer="", rt=1.0), Next()):
             assert await refused(reception, shown, wrong) == "impossible"
         shown = await reception.act(shown.token, shown.lease, shown.turn, Answer(answer="red", rt=1.0), {})
-        shown = await to_first(Ask, reception, shown)
+        shown = await to_first("ask", reception, shown)
         assert shown.scene.longest == 2000
-        Answer(answer="a" * 2000, rt=1.0)
         with pytest.raises(ValidationError):
             Answer(answer="a" * 2001, rt=1.0)
         for answer in (text, "old", "because"):
             shown = await reception.act(shown.token, shown.lease, shown.turn, Answer(answer=answer, rt=7.25), {})
-            assert (
-                shown.scene.kind != "ask" or await refused(reception, shown, Answer(answer=" ", rt=1.0)) == "impossible"
-            )
+            if shown.scene.kind == "ask":
+                assert await refused(reception, shown, Answer(answer=" ", rt=1.0)) == "impossible"
         assert await refused(reception, shown, Next()) == "impossible"
         return shown
 
     shown = sitting(tmp_path, STUDY, answers, experiment=short(**ASKING))
     assert shown.scene.kind == "debrief"
     lines = [line for line in diary_of(tmp_path, shown.identity) if isinstance(line, Did)]
-    assert [(line.item, line.act.answer) for line in lines if line.scene == "ask"] == [
-        ("how", text), ("age", "old"), ("why", "because"),
-    ]  # fmt: skip
-    assert [(line.item, line.right) for line in lines if line.scene == "check"] == [("1", False)]
+    said = [(line.item, line.act.answer, line.right) for line in lines if line.scene in ("check", "ask")]
+    assert said == [("1", "red", False), ("how", text, None), ("age", "old", None), ("why", "because", None)]
     assert not any("<script>" in str(record) for record in records(tmp_path))
 
 
@@ -98,19 +256,18 @@ def wrong_answers(scene):
 def test_wrong_answers_on_the_instructions_lead_back_to_them_until_they_are_right(tmp_path):
     async def answers(reception, shown):
         for _ in range(2):
-            shown = await to_first(ComprehensionQuestions, reception, shown)
-            act = wrong_answers(shown.scene)
-            shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
-            assert isinstance(shown.scene, InstructionPage)
+            shown = await to_first("comprehension", reception, shown)
+            shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), {})
+            assert shown.scene.kind == "page"
             assert shown.scene.notice
-        shown = await to_first(ComprehensionQuestions, reception, shown)
+        shown = await to_first("comprehension", reception, shown)
         right = right_answers(shown.scene)
         for impossible in (Next(), Answers(answers=(), rt=1.0), Answers(answers=("other", *right.answers[1:]), rt=1.0)):
             assert await refused(reception, shown, impossible) == "impossible"
         return await reception.act(shown.token, shown.lease, shown.turn, right, {})
 
     shown = sitting(tmp_path, STUDY, answers, experiment=Experiment())
-    assert shown.scene.practice
+    assert (shown.scene.practice, shown.scene.number, len(shown.scene.panel.joints)) == (True, 0, 4)
     rounds = [did for did in diary_of(tmp_path, shown.identity)[1:] if did.scene == "comprehension"]
     assert [(did.item, did.right) for did in rounds] == [("1", False), ("2", False), ("3", True)]
 
@@ -120,53 +277,41 @@ def test_after_the_limit_of_rounds_the_session_ends_and_its_places_are_free(tmp_
 
     async def fails(reception, shown):
         before = free(reception)
-        shown = await to_first(ComprehensionQuestions, reception, shown)
+        shown = await to_first("comprehension", reception, shown)
         shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), {})
-        assert (shown.scene.why, shown.scene.completion_code) == ("screened", "S1")
-        assert shown.progress is None
+        assert (shown.scene.why, shown.scene.completion_code, shown.progress) == ("screened", "S1", None)
         assert await refused(reception, shown, Next()) == "impossible"
-        return shown, before, free(reception), flow(reception)
+        assert (await reception.enter(shown.token, {})).scene == shown.scene
+        return before, free(reception), flow(reception)
 
-    shown, before, after, progress = sitting(tmp_path, STUDY, fails, experiment=experiment)
+    before, after, progress = sitting(tmp_path, STUDY, fails, experiment=experiment)
     assert (before, after) == ([3, 3], [4, 4])
     assert (progress.screened, progress.left_open, progress.finished) == (1, 0, 0)
-    assert load(tmp_path) == []
-
-    async def comes_back():
-        async with opened(tmp_path, STUDY, experiment) as reception:
-            return await reception.enter(shown.token, {})
-
-    assert asyncio.run(comes_back()).scene == shown.scene
-
-
-IDS = {"PROLIFIC_PID": "5f1"}
-CODES = {"completion_code": "C1", "left_code": "S1"}
-CHECK = {"after": 1, "question": "Blue?", "options": ["red", "blue"], "right": "blue"}
 
 
 @pytest.mark.parametrize(
     ("to", "settings", "scene"),
     [
-        (Debrief, {}, ("finished", "C1")),
-        (Debrief, {"checks": [CHECK]}, ("finished", "C1")),
-        (Closed, {"comprehension": {"rounds": 1}}, ("screened", "S1")),
-        (TrialOver, {}, ("taken", "")),
+        ("debrief", {}, ("finished", "C1")),
+        ("debrief", {"checks": [CHECK | {"after": 1}]}, ("finished", "C1")),
+        ("closed", {"comprehension": {"rounds": 1}}, ("screened", "S1")),
+        ("over", {}, ("taken", "")),
     ],
 )
 def test_who_comes_back_in_another_browser_reads_their_code_again_and_no_more(tmp_path, to, settings, scene):
-    experiment, wrong = short(**CODES, **settings), "rounds" in settings.get("comprehension", {})
+    experiment, ids = short(completion_code="C1", left_code="S1", **settings), {"PROLIFIC_PID": "5f1"}
 
     async def comes_back():
         async with opened(tmp_path, STUDY, experiment) as reception:
-            stranger = await reception.enter(None, IDS)  # opens the page twice before anybody agrees
-            shown = await reception.enter(None, IDS)
-            shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), IDS)
-            if wrong:
-                shown = await to_first(ComprehensionQuestions, reception, shown)
-                shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), IDS)
+            stranger = await reception.enter(None, ids)  # opens the page twice before anybody agrees
+            shown = await reception.enter(None, ids)
+            shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), ids)
+            if to == "closed":
+                shown = await to_first("comprehension", reception, shown)
+                shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), ids)
             shown = await to_first(to, reception, shown)
-            agrees = await reception.act(stranger.token, stranger.lease, 1, Agree(agreed=True), IDS)
-            return shown, await reception.enter(shown.token, IDS), await reception.enter(None, IDS), agrees
+            agrees = await reception.act(stranger.token, stranger.lease, 1, Agree(agreed=True), ids)
+            return shown, await reception.enter(shown.token, ids), await reception.enter(None, ids), agrees
 
     shown, reloaded, elsewhere, agrees = asyncio.run(comes_back())
     assert (reloaded.scene, reloaded.identity) == (shown.scene, shown.identity)
@@ -175,42 +320,27 @@ def test_who_comes_back_in_another_browser_reads_their_code_again_and_no_more(tm
     assert (elsewhere.identity, elsewhere.progress) == (None, None)
 
 
-def test_a_question_that_is_not_required_can_be_passed_over(tmp_path):
-    async def passes(reception, shown):
-        shown = await to_first(Ask, reception, shown)
-        return await reception.act(shown.token, shown.lease, shown.turn, Answer(answer="", rt=1.0), {})
-
-    assert sitting(tmp_path, STUDY, passes, experiment=short(**ASKING)).scene.name == "age"
-
-
-def test_what_the_last_action_did_is_said_where_it_is_asked_and_only_there(tmp_path):
+def test_a_step_is_on_disk_when_it_is_shown_and_says_what_the_last_one_did_where_that_is_asked(tmp_path):
     async def first_steps(reception, shown):
-        shown = await to_first(Box, reception, shown)
-        label = shown.scene.panel.joints[0].label
+        shown = await to_first("box", reception, shown)
+        label = shown.scene.panel.joints[1].label
         claimed = Attempt(joint=label, claimed="moved", rt=1.0, claimed_rt=1.0)
         assert await refused(reception, shown, claimed) == "impossible"
         assert await refused(reception, shown, Attempt(joint=label, rt=1.0, claimed_rt=1.0)) == "impossible"
-        shown = await reception.act(shown.token, shown.lease, shown.turn, Attempt(joint=label, rt=1.0), {})
-        assert shown.scene.ask
-        assert await refused(reception, shown, Attempt(joint=label, rt=1.0)) == "impossible"
-        return await reception.act(shown.token, shown.lease, shown.turn, claimed, {})
-
-    assert sitting(tmp_path, STUDY, first_steps).scene.step == 3
-
-
-def test_a_step_is_on_disk_when_it_is_shown_with_its_times_and_what_was_told(tmp_path):
-    async def one_step(reception, shown):
-        shown = await to_first(Box, reception, shown)
-        act = Attempt(joint=shown.scene.panel.joints[1].label, rt=1234.5)
+        act = Attempt(joint=label, rt=1234.5, pointer="pen", viewport=(640, 480))
         shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
         line = acts(tmp_path, shown.identity)[-1]
-        assert line["act"] == act.model_dump()
-        assert (line["box"], line["step"], line["turn"]) == (1, 1, shown.turn - 1)
-        assert line["told"].startswith(f"You attempted {act.joint}.")
+        assert line["act"] == Attempt(joint=label, rt=1234.5).model_dump()
+        assert (line["box"], line["step"], line["turn"], line["ended"]) == (1, 1, shown.turn - 1, None)
+        assert line["told"].startswith(f"You attempted {label}.")
         assert line["shown"] == " ".join(shown.scene.panel.report)
-        assert line["ended"] is None
+        assert shown.scene.ask
+        assert await refused(reception, shown, act) == "impossible"
+        assert await refused(reception, shown, claimed.model_copy(update={"joint": "Z"})) == "impossible"
+        assert await refused(reception, shown, Next()) == "impossible"
+        return await reception.act(shown.token, shown.lease, shown.turn, claimed, {})
 
-    sitting(tmp_path, STUDY, one_step)
+    assert sitting(tmp_path, STUDY, first_steps, experiment=short(device=False)).scene.step == 3
 
 
 def test_a_trial_that_could_not_be_written_down_is_written_down_later(tmp_path, monkeypatch):
@@ -233,110 +363,19 @@ def test_a_trial_that_could_not_be_written_down_is_written_down_later(tmp_path, 
     assert len(load(tmp_path)) == len(records(tmp_path)) == 2
 
 
-def test_what_would_be_another_history_is_not_shown(tmp_path):
-    async def first(reception, shown):
-        shown = await to_first(Box, reception, shown)
-        act = Attempt(joint=shown.scene.panel.joints[1].label, rt=1.0)
-        return await reception.act(shown.token, shown.lease, shown.turn, act, {})
-
-    shown = sitting(tmp_path, STUDY, first)
-    *before, last = acts(tmp_path, shown.identity)
-    rewrite_acts(tmp_path, shown.identity, [*before, last | {"told": last["told"].replace("At 1", "At 0")}])
-
-    async def later():
-        async with opened(tmp_path, STUDY, short()) as reception:
-            await reception.enter(shown.token, {})
-
-    with pytest.raises(BadFile, match="as it was shown before"):
-        asyncio.run(later())
-
-
-def test_a_trial_that_waits_for_nobody_is_let_go_of_and_goes_on(tmp_path, monkeypatch):
-    closed = []
-
-    class Plant(PhotographedPlant):
-        def close(self):
-            closed.append(self)
-
-    source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Plant(box))
-    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
-    clock = Clock()
-
-    async def waits(reception, shown):
-        shown = await to_first(Box, reception, shown)
-        closed.clear()  # of the example for the instructions
-        clock.now += 300
-        await reception.enter(None, {})
-        assert closed == []
-        clock.now += 400
-        await reception.enter(None, {})
-        assert len(closed) == 1
-        act = Attempt(joint=shown.scene.panel.joints[1].label, rt=1.0)
-        return await reception.act(shown.token, shown.lease, shown.turn, act, {})
-
-    assert sitting(tmp_path, STUDY, waits, clock=clock).scene.step == 2
-    assert len(closed) == 2
-
-
-def test_the_practice_is_no_trial(tmp_path):
-    async def practises(reception, shown):
-        return await to_first(Box, reception, shown)
-
-    shown = sitting(tmp_path, STUDY, practises, experiment=Experiment())
-    assert (shown.scene.practice, shown.scene.number, len(shown.scene.panel.joints)) == (True, 0, 4)
-
-    async def done(reception, shown):
-        player = Player(tmp_path / "b", STUDY, "round-robin")
-        return await go_on(reception, player, shown, lambda one: one.scene.kind == "over")
-
-    shown = sitting(tmp_path / "b", STUDY, done, experiment=Experiment())
-    assert shown.scene.practice
-    assert records(tmp_path / "b") == []
-
-
-def test_an_act_that_is_broken_off_has_been_done_or_not(tmp_path):
-    async def broken_off(reception, shown):
-        player, done = Player(tmp_path, STUDY, "round-robin"), set()
-        for moments in range(40):
-            if shown.scene.kind == "debrief":
-                break
-            act = await player.act(shown)
-            task = asyncio.create_task(reception.act(shown.token, shown.lease, shown.turn, act, {}))
-            for _ in range(moments % 7):
-                await asyncio.sleep(0)
-            done.add(not task.cancel())
-            await asyncio.gather(task, return_exceptions=True)
-            turn, back = shown.turn, await reception.enter(shown.token, {})
-            assert back.turn in (turn, turn + 1)
-            shown = await reception.act(back.token, back.lease, turn, act, {})  # the page sends it again
-            assert shown.turn == turn + 1
-        assert done == {True, False}
-
-    sitting(tmp_path, STUDY, broken_off)
-    trials = load(tmp_path)
-    assert [len(trial.steps) for trial in trials if trial.ending == "budget"]
-    for trial in trials:
-        assert as_played(trial, claims=False) == as_played(without_page(STUDY, trial, "round-robin"), claims=False)
-
-
 def test_what_is_finished_on_record_is_never_written_over(tmp_path, monkeypatch):
     take_part(tmp_path / "there", STUDY, short())
     comes = load(tmp_path / "there")[0]
-    monkeypatch.setattr("lockprobe.people.session.Session._is_played", lambda seat: False)
+    monkeypatch.setattr("lockprobe.people.session.Session._is_owed", lambda session, box: box == 1)
 
     async def plays(reception, shown):
-        shown = await to_first(Box, reception, shown)
-        reception._opened.journal.append(comes, Timing(key=comes.key, seconds=1.0, steps=len(comes.steps)))
-        return await to_first(Debrief, reception, shown)
+        shown = await to_first("box", reception, shown)
+        reception.opened.journal.append(comes, Timing(key=comes.key, seconds=1.0, steps=len(comes.steps)))
+        return await to_first("over", reception, shown)
 
-    shown = sitting(tmp_path / "here", STUDY, plays)
-    slots = diary_of(tmp_path / "here", shown.identity)[0].slots
-    assert (comes.condition, comes.repetition, comes.trial) == (slots[0].condition, slots[0].repetition, slots[0].trial)
-    assert [trial.agent for trial in load(tmp_path / "here")] == [comes.agent, f"participant:{shown.identity}"]
-    assert len(records(tmp_path / "here")) == 2
-
-
-STUDY = people_study(max_steps=5)
+    sitting(tmp_path / "here", STUDY, plays)
+    assert [trial.agent for trial in load(tmp_path / "here")] == [comes.agent]
+    assert len(records(tmp_path / "here")) == 1
 
 
 class _Fragile(SymbolicPlant):
@@ -381,26 +420,30 @@ def test_a_box_that_breaks_is_no_failure_and_the_next_one_comes(tmp_path, plant)
     shown = sitting(tmp_path, STUDY, breaks)
     first, second = load(tmp_path)
     assert (first.ending, first.error.boundary, len(first.steps), first.owed_again) == ("error", "plant", 2, True)
-    assert second.ending in ("solved", "budget")
     ended = [line.ended for line in diary_of(tmp_path, shown.identity) if isinstance(line, Did) and line.ended]
     assert ended == ["error", second.ending]
 
 
-def test_a_box_that_cannot_be_shown_is_passed_over(tmp_path, plant):
+@pytest.mark.parametrize("when", ["at first", "in the meantime"])
+def test_a_box_that_cannot_be_shown_is_passed_over_and_a_page_that_shows_it_has_to_ask_anew(tmp_path, plant, when):
     async def dark(reception, shown):
-        player = Player(tmp_path, STUDY, "round-robin")
+        if when == "in the meantime":
+            shown = await to_first("box", reception, shown)
+            for session in reception.sessions:
+                await session.let_go()
+            plant.dark = True
+            assert await refused(reception, shown, an_act(shown.scene)) == "stale"
+            shown = await reception.enter(shown.token, {})
         plant.dark = True
-        shown = await go_on(reception, player, shown, lambda one: one.scene.kind == "over")
+        shown = await to_first("over", reception, shown)
         plant.dark = False
-        return await go_on(reception, player, shown)
+        return await to_first("debrief", reception, shown)
 
     shown = sitting(tmp_path, STUDY, dark)
     assert [trial.ending == "error" for trial in load(tmp_path)] == [True, False]
-    assert [(line.box, line.turn) for line in diary_of(tmp_path, shown.identity) if isinstance(line, Broken)] == [
-        (1, 4)
-    ]
-    turns = [line.turn for line in diary_of(tmp_path, shown.identity)[1:]]
-    assert turns == list(range(2, 2 + len(turns)))
+    lines = diary_of(tmp_path, shown.identity)[1:]
+    assert [line.box for line in lines if isinstance(line, Broken)] == [1]
+    assert [line.turn for line in lines] == list(range(2, 2 + len(lines)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -420,14 +463,17 @@ def test_a_box_in_which_more_is_asked_than_the_page_can_ask_breaks_and_the_next_
     assert true.ending in ("solved", "budget")
 
 
-def test_a_page_that_shows_a_box_which_broke_in_the_meantime_has_to_ask_anew(tmp_path, plant):
-    async def broke(reception, shown):
-        shown = await to_first(Box, reception, shown)
-        for seat in reception._roster:
-            await seat.let_go()
-        plant.dark = True
-        act = Attempt(joint=shown.scene.panel.joints[0].label, rt=1.0)
-        assert await refused(reception, shown, act) == "stale"
-        return await reception.enter(shown.token, {})
+def test_nobody_acts_before_they_agree_and_a_code_that_is_wrong_admits_nobody(tmp_path):
+    async def comes():
+        async with opened(tmp_path, STUDY, short(join_code="open-sesame")) as reception:
+            shown = await reception.enter(None, {})
+            assert shown.scene.ask_code
+            assert not (await reception.enter(None, {"code": "open-sesame"})).scene.ask_code
+            assert await refused(reception, shown, Next()) == "impossible"
+            assert await refused(reception, shown, Agree(agreed=True)) == "wrong-code"
+            with pytest.raises(ActRefused, match="no token"):
+                await reception.act(None, shown.lease, 1, Agree(agreed=True), {})
+            await reception.act(shown.token, shown.lease, 1, Agree(agreed=True, code=" open-sesame "), {})
 
-    assert sitting(tmp_path, STUDY, broke).scene.kind == "over"
+    asyncio.run(comes())
+    assert not any(b"sesame" in path.read_bytes() for path in tmp_path.glob("study.db*"))

@@ -17,10 +17,8 @@ from typed import typed
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Database
-from lockprobe.people.diary import read_diaries
-from lockprobe.people.refusals import ActRefused
-from lockprobe.people.responses import Agree, Attempt, Next
-from lockprobe.people.scenes import Box
+from lockprobe.people.diary import Agree, Attempt, Next, read_diaries
+from lockprobe.people.scenes import ActRefused
 from lockprobe.people.withdrawal import withdraw, withdrawn
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
@@ -51,7 +49,7 @@ def left_of(directory: Path, of: set[bytes]) -> set[bytes]:
 
 
 def in_the_second_box(shown):
-    return isinstance(shown.scene, Box) and shown.scene.number == 2 and shown.scene.step == 2
+    return shown.scene.kind == "box" and shown.scene.number == 2 and shown.scene.step == 2
 
 
 def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path):
@@ -258,11 +256,11 @@ def test_where_nothing_could_be_deleted_they_go_on(tmp_path, monkeypatch):
 
 def test_who_withdraws_while_they_join_has_withdrawn(tmp_path):
     clock, study = Clock(), people_study(p=(0.0,), trials=1)
-    take_part(tmp_path, study, short(), until=lambda shown: isinstance(shown.scene, Box), clock=clock)
+    take_part(tmp_path, study, short(), until=lambda shown: shown.scene.kind == "box", clock=clock)
 
     async def both():
         async with opened(tmp_path, study, short(away_minutes=60), clock=clock) as reception:
-            (late,) = reception._roster
+            (late,) = reception.sessions
             await late.show()  # is held, so that letting go of it takes a moment
             clock.now += 7200
             shown = await reception.enter(None, {})

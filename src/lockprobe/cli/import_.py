@@ -21,7 +21,7 @@ from lockprobe.foundation.storage.database import Damaged
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import read_diaries, sound_entries
 from lockprobe.people.experiment import EXPERIMENT
-from lockprobe.people.import_diaries import DiaryImport
+from lockprobe.people.import_diaries import coming_diaries, take_diaries
 from lockprobe.people.texts import TEXTS
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.merge import MergeSource, gather, source_of_directory
@@ -41,18 +41,13 @@ def take(
     They must be of the same study: all settings except the agents must be equal. Of a damaged one, what is sound is
     taken.
     """
-    people: list[tuple[int, int]] = []
     with ExitStack() as held:
         found = [_source(path, directory, held) for path in sources]
-        diaries = DiaryImport(directory, {source.directory: source.finished.values() for source in found})
-        gathered = gather(
-            directory,
-            found,
-            beside=lambda journal: people.append((diaries.take(journal), diaries.lost(journal.trials))),
-        )
-    ((came, lost),) = people
+        directories = [source.directory for source in found]
+        coming = coming_diaries(directory, directories)
+        gathered = gather(directory, found, beside=lambda journal: take_diaries(journal, coming, directories))
     if json:
-        print(json_.dumps({**asdict(gathered), "participants": came, "places_lost": lost}))
+        print(json_.dumps({**asdict(gathered), "participants": len(coming)}))
         return
     kept = (
         f" {gathered.replies} replies of unfinished trials were imported; these trials continue from them."
@@ -65,12 +60,11 @@ def take(
         else ""
     )
     agents = f" New agents: {', '.join(gathered.agents)}." if gathered.agents else ""
-    joined = f" {came} participants." if came else ""
-    places = f" {lost} boxes assigned to participants here were played by imported participants." if lost else ""
+    joined = f" {len(coming)} participants." if coming else ""
     missing = f" {gathered.pictures_missing} pictures were not found." if gathered.pictures_missing else ""
     said = (
         f"{gathered.taken} trials imported, {gathered.there} already there, {gathered.unfinished} unfinished."
-        f"{otherwise}{kept}{agents}{joined}{places}{missing} Report: lockprobe report {directory}"
+        f"{otherwise}{kept}{agents}{joined}{missing} Report: lockprobe report {directory}"
     )
     print(printable(said))
 

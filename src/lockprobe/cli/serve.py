@@ -14,7 +14,6 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.cli import options
 from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import with_study_options
@@ -24,11 +23,9 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.assignment import boxes_each, conditions_of, trials_for
-from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
-from lockprobe.people.open_study import words_to_read
+from lockprobe.people.experiment import Experiment, experiment_from, kept_experiment, read_experiment
 from lockprobe.people.server_state import CODE
 from lockprobe.people.texts import LANGUAGES, Words, read_words, words_file
-from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.study_options import STUDIES, StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
@@ -36,9 +33,6 @@ from lockprobe.studies.study import Study
 
 EXAMPLES = {language: Path(__file__).with_name(f"people.{language}.toml") for language in LANGUAGES}
 """An example of people's settings in each shipped language, as a file to edit."""
-
-FORMER: Mapping[str, object] = {"box": DEFAULT_BOX, "layout": "fixed"}
-"""What people saw in earlier releases unless something else was said: one box on its own panel."""
 
 PLACEHOLDERS = {
     **{name: "{{%" + name + "%}}" for name in ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")},
@@ -130,29 +124,8 @@ def serve(
 def _study_and_people(
     name: str, asked: Mapping[str, object], file: Path | None, own: Mapping[str, object], out: Path | None
 ) -> tuple[Study, Path, Experiment]:
-    """The study, its directory, and the settings for people; a study of an earlier release goes on as it was begun."""
-    found = _sized(name, asked, file, own, out)
-    if not _is_directory(name) and not _holds(found[1], found[0]):
-        former = _sized(name, asked, file, own, out, FORMER)
-        if _holds(former[1], former[0]):
-            return former
-    return found
-
-
-def _holds(directory: Path, planned: Study) -> bool:
-    return (directory / SETTINGS).exists() and read_study(directory).boxes == planned.boxes
-
-
-def _sized(
-    name: str,
-    asked: Mapping[str, object],
-    file: Path | None,
-    own: Mapping[str, object],
-    out: Path | None,
-    unsaid: Mapping[str, object] | None = None,
-) -> tuple[Study, Path, Experiment]:
-    """The same. A number of people sets the number of trials; ``unsaid`` holds where neither options nor a file say."""
-    planned, directory = _planned(name, asked, out, unsaid)
+    """The study, its directory, and the settings for people. A number of people sets the number of trials."""
+    planned, directory = _planned(name, asked, out)
     experiment = _experiment(file, own, directory)
     if isinstance(number := own.get("participants"), int) and not _is_directory(name) and "trials" not in asked:
         repetitions = planned.repetitions if "repetitions" in asked else 1
@@ -160,7 +133,7 @@ def _sized(
         enough: dict[str, object] = {"trials": ceil(luck / len(planned.boxes)), "repetitions": repetitions}
         if planned.conditions == flips(planned.p, planned.flip, planned.modalities):
             enough["p"] = list(planned.p)  # conditions stay, though default rates depend on whether trials are set
-        planned, directory = _planned(name, {**asked, **enough}, out, unsaid)
+        planned, directory = _planned(name, {**asked, **enough}, out)
         experiment = _experiment(file, own, directory)
     return planned, directory, experiment
 
@@ -172,7 +145,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
     from lockprobe.people.web.address import Address
     from lockprobe.people.web.serving import serve as until_stopped
 
-    words = words_to_read(directory, experiment)
+    words = read_words(experiment.language)
     opening = until_stopped(
         directory,
         planned,
@@ -232,9 +205,7 @@ def _reminders(planned: Study, words: Words, experiment: Experiment) -> Iterator
         yield "completion_code is set, but nothing for those who do not finish. In people.toml set left_code."
 
 
-def _planned(
-    name: str, asked: Mapping[str, object], out: Path | None, unsaid: Mapping[str, object] | None = None
-) -> tuple[Study, Path]:
+def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
     """The study, people among its agents, and its directory."""
     directory = Path(name)
     if _is_directory(name):
@@ -245,8 +216,7 @@ def _planned(
         return replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE)))), directory
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
     agents = list(dict.fromkeys((*(request.agent or ()), PEOPLE)))
-    rest = {option: value for option, value in (unsaid or {}).items() if getattr(request, option) is None}
-    planned = study(request, **{**rest, **asked, "agent": agents})
+    planned = study(request, **{**asked, "agent": agents})
     return planned, out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
 
 
@@ -264,13 +234,8 @@ def _people(given: list[str]) -> tuple[Path | None, int | None]:
 
 def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
     """The settings for people: as given, or as stored in this directory."""
-    kept = kept_experiment(directory)
-    if path is None:
-        return experiment_with(kept or Experiment(), asked)
-    given = read_experiment(path)
-    as_begun = {name: getattr(kept, name) for name in ("practice", "practice_layout") if kept is not None}
-    unsaid = {name: value for name, value in as_begun.items() if name not in given.model_fields_set}
-    return experiment_with(given, {**unsaid, **asked})
+    given = read_experiment(path) if path is not None else kept_experiment(directory) or Experiment()
+    return experiment_from({**given.model_dump(), **asked})
 
 
 def _write(texts: Path | None, people: Path | None, language: str | None) -> None:

@@ -21,7 +21,7 @@ from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import read_diaries
-from lockprobe.people.progress import flow_of
+from lockprobe.people.journey import flow_of
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import LoggedCall, logged_calls

@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from itertools import product
 from math import ceil
 
@@ -25,12 +24,6 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.diary import Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.study import Study
-
-Luck = tuple[int, int]
-"""Repetition and trial."""
-
-Rests = Counter[tuple[str, ...]]
-"""Orders beyond whole rows of the square, and how many participants got each."""
 
 _CLOSED, _AGAIN, _PAIRED = 1e12, 1e9, 1e4
 """The costs of a trial that is taken, of a box that somebody plays again, and of one more trial of a box and a
@@ -43,18 +36,7 @@ def conditions_of(study: Study) -> tuple[str, ...]:
 
 
 def boxes_each(study: Study, experiment: Experiment) -> int:
-    """How many boxes a participant plays while enough are left: at most one per repetition and trial.
-
-    >>> from lockprobe.interventions.conditions import flips
-    >>> from lockprobe.boxes.families import box
-    >>> conditions = flips((0.0, 0.4))
-    >>> study = Study(
-    ...     name="flips", agents=("participant",), boxes=(box("chain-4"),), conditions=conditions,
-    ...     trials=5, repetitions=1,
-    ... )
-    >>> boxes_each(study, Experiment()), boxes_each(study, Experiment(design="between", trials_each=9))
-    (2, 5)
-    """
+    """How many boxes a participant plays while enough are left: at most one per repetition and trial."""
     asked = experiment.trials_each or (len(conditions_of(study)) if experiment.design == "within" else 1)
     return min(asked, study.repetitions * study.trials)
 
@@ -66,8 +48,7 @@ def trials_for(people: int, conditions: int, repetitions: int, experiment: Exper
     (40, 10)
     """
     if experiment.design == "between":
-        boxes = experiment.trials_each or 1
-        luck = ceil(people / conditions) * boxes
+        luck = ceil(people / conditions) * (experiment.trials_each or 1)
     else:
         boxes = experiment.trials_each or conditions
         luck = max(boxes, ceil(people * boxes / conditions))  # nobody meets the same luck twice
@@ -76,22 +57,18 @@ def trials_for(people: int, conditions: int, repetitions: int, experiment: Exper
 
 @dataclass(slots=True)
 class Given:
-    """Running counts of the trials that were given out.
+    """Counts of the trials that were given out.
 
     Attributes:
         orders: Orders of conditions, and how many participants got each.
         boxes: Boxes of each condition that are played or still planned.
-        taken: Trials that are finished or assigned.
-        taken_of: Their number per condition.
-        gone: Their number per repetition and trial.
+        taken: Trials that are finished or assigned: condition, repetition and trial.
         places: How many participants play a trial (its number, which tells its box) at a position, from 0.
     """
 
     orders: Counter[tuple[str, ...]] = field(default_factory=Counter)
     boxes: Counter[str] = field(default_factory=Counter)
-    taken: set[tuple[str, Luck]] = field(default_factory=set)
-    taken_of: Counter[str] = field(default_factory=Counter)
-    gone: Counter[Luck] = field(default_factory=Counter)
+    taken: set[tuple[str, int, int]] = field(default_factory=set)
     places: Counter[tuple[int, int]] = field(default_factory=Counter)
 
     def give(self, slots: Sequence[Slot], kept: Collection[Slot] | None = None) -> None:
@@ -100,16 +77,11 @@ class Given:
         self.places.update((position, slot.trial) for position, slot in enumerate(slots))
         kept = slots if kept is None else kept
         self.boxes.update(slot.condition for slot in kept)
-        self.take(kept)
+        self.take((slot.condition, slot.repetition, slot.trial) for slot in kept)
 
-    def take(self, slots: Iterable[Slot]) -> None:
+    def take(self, trials: Iterable[tuple[str, int, int]]) -> None:
         """Trials cannot be given any more."""
-        for slot in slots:
-            condition, luck = slot.condition, (slot.repetition, slot.trial)
-            if (condition, luck) not in self.taken:
-                self.taken.add((condition, luck))
-                self.taken_of[condition] += 1
-                self.gone[luck] += 1
+        self.taken.update(trials)
 
 
 def assigned(study: Study, experiment: Experiment, given: Given) -> tuple[Slot, ...]:
@@ -117,81 +89,60 @@ def assigned(study: Study, experiment: Experiment, given: Given) -> tuple[Slot, 
 
     Their number is :func:`boxes_each`; smaller where fewer are left.
     """
-    conditions = conditions_of(study)
-    left = Counter({one: study.repetitions * study.trials - given.taken_of[one] for one in conditions})
-    length = boxes_each(study, experiment)
+    conditions, length = conditions_of(study), boxes_each(study, experiment)
+    taken = Counter(condition for condition, *_ in given.taken)
+    left = Counter({one: study.repetitions * study.trials - taken[one] for one in conditions})
     if experiment.design == "between":
         order = _one(conditions, length, given, left)
     else:
         order = _each(conditions, length, given, left, study.seed)
-    return _with_luck(order, study, given)
+    return _with_luck(order, study, given) if order else ()
 
 
-def _one(conditions: Sequence[str], length: int, before: Given, left: Counter[str]) -> list[str]:
+def _one(conditions: Sequence[str], length: int, given: Given, left: Counter[str]) -> list[str]:
     """The condition of which fewest boxes were played, of those of which most is left up to the length asked for."""
     people: Counter[str] = Counter()
-    for order, number in before.orders.items():
-        if order:
-            people[order[0]] += number
-    found = min(conditions, key=lambda one: (-min(left[one], length), before.boxes[one], people[one]))
+    for order, number in given.orders.items():
+        people.update(dict.fromkeys(order[:1], number))
+    found = min(conditions, key=lambda one: (-min(left[one], length), given.boxes[one], people[one]))
     return [found] * min(length, left[found])
 
 
-def _each(conditions: Sequence[str], length: int, before: Given, left: Counter[str], seed: int) -> list[str]:
-    """Every condition equally often, as far as the length goes; the rest from those that were played least."""
+def _each(conditions: Sequence[str], length: int, given: Given, left: Counter[str], seed: int) -> list[str]:
+    """Every condition equally often, as far as the length goes; the rest from those that were played least.
+
+    Of these, ties go to the condition that others got least often together with those already found, and each takes
+    the position that it has had least often.
+    """
+    from scipy.optimize import linear_sum_assignment
+
     size = len(conditions)
     shuffled = [conditions[i] for i in generator(seed, "people", "orders").permutation(size)]
     rows = [[shuffled[i] for i in row] for row in williams(size)]
-    used = [sum(n for order, n in before.orders.items() if list(order[:size]) == row) for row in rows]
-    start = min(range(len(rows)), key=lambda n: (used[n], [before.boxes[condition] for condition in rows[n]]))
+    used = [sum(n for order, n in given.orders.items() if list(order[:size]) == row) for row in rows]
+    start = min(range(len(rows)), key=lambda n: (used[n], [given.boxes[condition] for condition in rows[n]]))
     order = [condition for block in range(length // size) for condition in rows[(start + block) % len(rows)]]
     order = [condition for n, condition in enumerate(order) if order[:n].count(condition) < left[condition]]
-    rests: Rests = Counter()
-    for earlier, number in before.orders.items():
+    rests = Counter[tuple[str, ...]]()
+    for earlier, number in given.orders.items():
         rests[earlier[len(order) :]] += number
-    rest = _least(shuffled, length - len(order), Counter(order), before.boxes, rests, left)
-    return [*order, *_in_places(rest, rests)]
-
-
-def _least(
-    conditions: Sequence[str],
-    count: int,
-    theirs: Counter[str],
-    boxes: Counter[str],
-    rests: Rests,
-    left: Counter[str],
-) -> list[str]:
-    """Up to ``count`` more conditions for a participant who already has ``theirs``, least played (``boxes``) first.
-
-    Ties go to the condition that others (``rests``) got least often together with those already found. ``left`` counts
-    the free trials per condition.
-    """
-    found: Counter[str] = Counter()
-    for _ in range(count):
-        have = theirs + found
-        open_ones = [one for one in conditions if left[one] > have[one]]
-        if not open_ones:
-            break
-        together: Counter[str] = Counter()
-        for rest, number in rests.items():
-            for one in rest:
-                together[one] += number * sum(other in rest for other in found)
-        found[min(open_ones, key=lambda one: (have[one], boxes[one], together[one]))] += 1
-    return list(found.elements())
-
-
-def _in_places(rest: list[str], before: Rests) -> list[str]:
-    """Order conditions so that each takes the position that it has had least often."""
+    have, rest = Counter(order), Counter[str]()
+    while len(order) + rest.total() < length and (free := [one for one in shuffled if left[one] > have[one]]):
+        together = {
+            one: sum(n * theirs.count(one) * sum(o in theirs for o in rest) for theirs, n in rests.items())
+            for one in free
+        }
+        found = min(free, key=lambda one: (have[one], given.boxes[one], together[one]))
+        rest[found] += 1
+        have[found] += 1
     if not rest:
-        return []
-    from scipy.optimize import linear_sum_assignment
-
-    stood: Counter[tuple[int, str]] = Counter()
-    for order, number in before.items():
-        for at in enumerate(order):
-            stood[at] += number
-    price = np.array([[stood[place, condition] for condition in rest] for place in range(len(rest))], dtype=float)
-    return [rest[i] for i in linear_sum_assignment(price)[1].tolist()]
+        return order
+    stood = Counter[tuple[int, str]]()
+    for earlier, number in rests.items():
+        stood.update(dict.fromkeys(enumerate(earlier), number))
+    more = list(rest.elements())
+    price = np.array([[stood[place, condition] for condition in more] for place in range(len(more))], dtype=float)
+    return [*order, *(more[i] for i in linear_sum_assignment(price)[1].tolist())]
 
 
 def _with_luck(order: Sequence[str], study: Study, given: Given) -> tuple[Slot, ...]:
@@ -199,33 +150,29 @@ def _with_luck(order: Sequence[str], study: Study, given: Given) -> tuple[Slot, 
 
     Those that are free in most conditions are used first, so that the last ones still fit another participant.
     """
-    if not order:
-        return ()
     from scipy.optimize import linear_sum_assignment
 
-    gone, size = given.gone, len(conditions_of(study))
-    trials, boxes = range(1, study.trials + 1), len(study.boxes)
-    lucks = [one for one in product(range(1, study.repetitions + 1), trials) if gone[one] < size]
+    boxes, size = len(study.boxes), len(conditions_of(study))
+    gone = Counter((repetition, trial) for _, repetition, trial in given.taken)
+    every = product(range(1, study.repetitions + 1), range(1, study.trials + 1))
+    lucks = [luck for luck in every if gone[luck] < size]
     box_of = np.array([trial % boxes for _, trial in lucks], dtype=int)
-    taken = np.array([[(one, luck) in given.taken for luck in lucks] for one in order]).reshape(len(order), len(lucks))
-    paired = Counter((one, trial % boxes) for one, (_, trial) in given.taken)
-    placed: Counter[tuple[int, int]] = Counter()
+    taken = np.array([[(one, *luck) in given.taken for luck in lucks] for one in order]).reshape(len(order), len(lucks))
+    paired, placed = Counter((one, trial % boxes) for one, _, trial in given.taken), Counter[tuple[int, int]]()
     for (position, trial), number in given.places.items():
         placed[position, trial % boxes] += number
-    price = np.array(
+    price = [
         [
-            [
-                _AGAIN * again
-                + _PAIRED * paired[one, of]
-                + placed[position, of]
-                + _CLOSED * taken[position, box_of == of].all()
-                for again in range(ceil(len(order) / boxes))
-                for of in range(boxes)
-            ]
-            for position, one in enumerate(order)
+            _AGAIN * again
+            + _PAIRED * paired[one, of]
+            + placed[position, of]
+            + _CLOSED * bool(taken[position, box_of == of].all())
+            for again in range(ceil(len(order) / boxes))
+            for of in range(boxes)
         ]
-    )
-    theirs = linear_sum_assignment(price)[1] % boxes
+        for position, one in enumerate(order)
+    ]
+    theirs = linear_sum_assignment(np.array(price))[1] % boxes
     ahead = np.argsort(np.argsort([gone[luck] for luck in lucks], kind="stable"), kind="stable").astype(float)
     cost = np.where(taken, _CLOSED, ahead + _AGAIN * (box_of != theirs[:, None]))
     found = zip(*(at.tolist() for at in linear_sum_assignment(cost)), strict=True)
@@ -236,7 +183,6 @@ def _with_luck(order: Sequence[str], study: Study, given: Given) -> tuple[Slot, 
     )
 
 
-@lru_cache(maxsize=32)
 def williams(size: int) -> tuple[tuple[int, ...], ...]:
     """Orders of ``size`` things: each takes every position once and follows each other equally often.
 

@@ -1,4 +1,4 @@
-"""Diaries on disk: who joined, with the record of consent, and every act of each participant.
+"""Diaries on disk: who joined, with the record of consent, and every act of each participant as the page sends it.
 
 The server flushes an act to disk before the page sees the outcome. Steps of an unfinished trial are only here. A
 finished trial is recorded like any other; its response times stay in the diary.
@@ -6,7 +6,7 @@ finished trial is recorded like any other; its response times stay in the diary.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,7 +14,7 @@ from pathlib import Path
 from sqlite3 import Connection
 from typing import Annotated, Literal
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from lockprobe.agents.outside import check_participant, participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
@@ -22,15 +22,80 @@ from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import writing
 from lockprobe.foundation.storage.database import Damaged, Database
-from lockprobe.people.responses import Act, Attempt
-from lockprobe.people.scenes import StrictModel
 from lockprobe.studies.records.store import STORE, check_row, read, write_acts
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Ending
+from lockprobe.trial.record import Ending, Trial
+
+LONGEST_ANSWER = 2000
+"""Characters of an answer in words."""
 
 Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 """Since 1970 (UTC), of the server's clock."""
+
+Milliseconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
+"""From painting the scene, on the page's monotonic clock (``performance.now``)."""
+
+Pixels = Annotated[int, Field(ge=0, le=100_000)]
+
+
+class StrictModel(BaseModel):
+    """Base of everything that is stored or sent: immutable, no extra fields, no type conversion."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Agree(StrictModel):
+    """To take part, or not."""
+
+    kind: Literal["agree"] = "agree"
+    agreed: bool
+    code: Annotated[str, Field(max_length=100)] = ""
+
+
+class Next(StrictModel):
+    """To go on from something to read."""
+
+    kind: Literal["next"] = "next"
+
+
+class Attempt(StrictModel):
+    """To choose a joint.
+
+    Attributes:
+        claimed: What the participant says the last action did, where asked.
+        rt: Until the choice of the joint; without the time for ``claimed``.
+        claimed_rt: Until the choice of ``claimed``; None where not asked.
+        pointer: The device of the choice; None where it is not kept.
+        viewport: Width and height of the window, CSS pixels; None where they are not kept.
+    """
+
+    kind: Literal["attempt"] = "attempt"
+    joint: Annotated[str, Field(min_length=1, max_length=8)]
+    claimed: Literal["moved", "blocked"] | None = None
+    rt: Milliseconds
+    claimed_rt: Milliseconds | None = None
+    pointer: Literal["mouse", "touch", "pen", "keyboard"] | None = None
+    viewport: tuple[Pixels, Pixels] | None = None
+
+
+class Answer(StrictModel):
+    """To a question: an option in its words, or a written answer; empty to skip an optional question."""
+
+    kind: Literal["answer"] = "answer"
+    answer: Annotated[str, Field(max_length=LONGEST_ANSWER)]
+    rt: Milliseconds
+
+
+class Answers(StrictModel):
+    """To the questions on the instructions: an option for each, in their order."""
+
+    kind: Literal["answers"] = "answers"
+    answers: Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(max_length=20)]
+    rt: Milliseconds
+
+
+Act = Annotated[Agree | Next | Attempt | Answer | Answers, Field(discriminator="kind")]
 
 
 class Slot(StrictModel):
@@ -58,7 +123,7 @@ class Joined(StrictModel):
         at: When the participant agreed.
         platform: The parameters of the recruitment platform that the experimenter keeps.
         slots: The trials in the order in which they are played.
-        words: Language and fingerprint of the texts, for example ``en 3f9a01bc22d1``.
+        words: Language and fingerprint of the texts.
     """
 
     kind: Literal["joined"] = "joined"
@@ -103,10 +168,7 @@ class Did(StrictModel):
 
 
 class Broken(StrictModel):
-    """A box cannot be continued: it broke before a choice, or an import brought its finished trial.
-
-    The participant goes on with the next scene.
-    """
+    """A box cannot be continued: it broke before a choice, or an import brought its finished trial."""
 
     kind: Literal["broken"] = "broken"
     at: Seconds
@@ -129,18 +191,6 @@ class Released(StrictModel):
 Entry = Joined | Did | Broken | Released
 
 _adapter: TypeAdapter[Entry] = TypeAdapter(Annotated[Entry, Field(discriminator="kind")])
-
-
-def write_entry(store: Database, identity: str, number: int, entry: Entry) -> None:
-    """Append an entry, number ``number`` from 1, to the diary of a participant, and flush it to disk.
-
-    Raises:
-        BadFile: If it cannot be written, or the diary was deleted meanwhile, which does not come back.
-    """
-    with store.transaction(sync=True) as writing:
-        if store.one("select count(*) from act where participant = ?", identity) != (number - 1,):
-            raise bad_diary(store.path, identity, "the diary was deleted")
-        _write_entries(writing, identity, number, [entry])
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,6 +225,12 @@ class Diary:
         shown = (before.at for before, line in pairwise((self.joined, *self.lines)) if line is steps[0])
         return next(shown), steps[-1].at
 
+    def key(self, study: Study, box: int | None) -> str:
+        """The key of trial number ``box``, from 1; empty for the practice box."""
+        if not box or box > len(self.joined.slots):
+            return ""
+        return self.joined.slots[box - 1].plan(study, self.identity).key
+
     def check_slots(self, study: Study, directory: Path) -> None:
         """Refuse trials that the study does not have.
 
@@ -186,23 +242,20 @@ class Diary:
             if not (there and slot.condition in [one.label for one in study.conditions_of(PEOPLE)]):
                 raise bad_diary(directory / STORE, self.identity, "trials of another study")
 
+    def without_identity(self, *, platform: bool = False) -> Diary:
+        """A copy to share: no token, no platform parameters unless ``platform``, no time of day.
+
+        Times are seconds since this participant joined, to the millisecond.
+        """
+        start, known = self.joined.at, self.joined.platform if platform else {}
+        joined = self.joined.model_copy(update={"token": "", "at": 0.0, "platform": known})
+        lines = (line.model_copy(update={"at": round(max(0.0, line.at - start), 3)}) for line in self.lines)
+        return Diary(joined, tuple(lines))
+
 
 def bad_diary(store: Path, identity: str, why: str) -> BadFile:
     """The error of a diary in a store."""
     return BadFile(store, f"participant {identity}: {why}")
-
-
-def without_identity(diary: Diary, *, platform: bool = False) -> Diary:
-    """A copy of a diary to share: no token, no platform parameters unless ``platform``, no time of day.
-
-    Times are seconds since this participant joined, to the millisecond.
-    """
-    start = diary.joined.at
-    joined = diary.joined.model_copy(
-        update={"token": "", "at": 0.0, "platform": diary.joined.platform if platform else {}}
-    )
-    lines = (line.model_copy(update={"at": round(max(0.0, line.at - start), 3)}) for line in diary.lines)
-    return Diary(joined, tuple(lines))
 
 
 def read_diaries(directory: Path | str) -> list[Diary]:
@@ -239,33 +292,36 @@ def _diary(store: Path, identity: str, entries: Sequence[str]) -> Diary:
     Raises:
         Damaged: If they are none.
     """
-    of = f"participant {identity}"
     lines = list[Entry]()
-    for number, entry in enumerate(entries, 1):
-        try:
-            lines.append(_adapter.validate_json(entry, strict=True, extra="forbid"))
-        except ValidationError as error:
-            raise Damaged(store, f"{of}: entry {number}: {error.errors()[0]['msg']}") from None
-    joined, *rest = lines
     try:
         check_participant(participant_spec(identity))
+        for entry in entries:
+            lines.append(_adapter.validate_json(entry, strict=True, extra="forbid"))
     except BadValue as mistake:
-        raise Damaged(store, f"{of}: {mistake}") from None
-    if not isinstance(joined, Joined) or joined.identity != identity:
-        raise Damaged(store, f"{of}: the first entry does not say that this participant joined")
+        raise Damaged(store, f"participant {identity}: {mistake}") from None
+    except ValidationError as error:
+        why = f"entry {len(lines) + 1}: {error.errors()[0]['msg']}"
+        raise Damaged(store, f"participant {identity}: {why}") from None
+    joined, *rest = lines
     then = tuple(line for line in rest if not isinstance(line, Joined))
-    if len(then) < len(rest):
-        raise Damaged(store, f"{of}: the participant joins twice")
     turns = [line.turn for line in then if not isinstance(line, Released)]
+    if not isinstance(joined, Joined) or joined.identity != identity or len(then) < len(rest):
+        raise Damaged(store, f"participant {identity}: the first entry has to say, alone, that this participant joined")
     if turns != list(range(2, 2 + len(turns))):
-        raise Damaged(store, f"{of}: an act is missing or duplicated")
+        raise Damaged(store, f"participant {identity}: an act is missing or duplicated")
     return Diary(joined, then)
 
 
-def make_private(directory: Path) -> None:
-    """Let nobody but this user read the directory of a study in which people take part, nor what is in it."""
-    with writing(directory):
-        directory.chmod(0o700)
+def write_entry(store: Database, identity: str, number: int, entry: Entry) -> None:
+    """Append an entry, number ``number`` from 1, to the diary of a participant, and flush it to disk.
+
+    Raises:
+        BadFile: If it cannot be written, or the diary was deleted meanwhile, which does not come back.
+    """
+    with store.transaction(sync=True) as writing:
+        if store.one("select count(*) from act where participant = ?", identity) != (number - 1,):
+            raise bad_diary(store.path, identity, "the diary was deleted")
+        _write_entries(writing, identity, number, [entry])
 
 
 def write_diaries(store: Database, diaries: Iterable[Diary]) -> None:
@@ -281,6 +337,54 @@ def write_diaries(store: Database, diaries: Iterable[Diary]) -> None:
 
 
 def _write_entries(writing: Connection, identity: str, first: int, entries: Iterable[Entry]) -> None:
-    """Add entries to a diary, within a transaction."""
-    said = (_adapter.dump_json(one, exclude_defaults=False).decode() for one in entries)
-    write_acts(writing, identity, first, said)
+    write_acts(writing, identity, first, (_adapter.dump_json(one).decode() for one in entries))
+
+
+def make_private(directory: Path) -> None:
+    """Let nobody but this user read the directory of a study in which people take part, nor what is in it."""
+    with writing(directory):
+        directory.chmod(0o700)
+
+
+def acts_of_steps(
+    study: Study, trials: Mapping[str, Trial], diaries: Iterable[Diary], directory: Path
+) -> dict[tuple[str, int], Did]:
+    """The act behind each step of people's trials, by key of the trial and step from 1: records have no clock.
+
+    ``directory`` is named in messages.
+
+    Raises:
+        BadFile: If a diary and a record disagree, or a diary belongs to another study.
+    """
+    found: dict[tuple[str, int], Did] = {}
+    for diary in diaries:
+        diary.check_slots(study, directory)
+        for box in range(1, len(diary.joined.slots) + 1):
+            trial = trials.get(key := diary.key(study, box))
+            if trial is None or trial.agent != diary.spec:
+                continue
+            acts = {did.step: (did, did.act) for did in diary.attempts(box)}
+            for step in trial.steps:
+                did, act = acts.get(step.step, (None, None))
+                said = step.decision
+                if did is None or not isinstance(act, Attempt):
+                    why = f"step {step.step} of {key} is not in the diary"
+                elif (act.joint, act.claimed) != (said.joint, said.claimed):
+                    why = f"step {step.step} of {key} is {act.joint} in the diary, and {said.joint} on record"
+                else:
+                    found[key, step.step] = did
+                    continue
+                raise bad_diary(directory / STORE, diary.identity, why)
+    return found
+
+
+def seconds_of_trials(study: Study, diaries: Iterable[Diary]) -> dict[str, float]:
+    """How long each finished box took its participant, from when it was shown to its last step, by its key."""
+    found = {}
+    for diary in diaries:
+        for box in range(1, len(diary.joined.slots) + 1):
+            steps = diary.attempts(box)
+            if steps and steps[-1].ended:
+                shown, last = diary.times(box)
+                found[diary.key(study, box)] = round(last - shown, 3)
+    return found

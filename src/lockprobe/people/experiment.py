@@ -1,65 +1,116 @@
 """The experimenter's settings for people (``people.toml``). They change no trial that models play.
 
-::
-
-    trials_each = 4                # boxes for each participant; each condition once if left out
-    recruitment = ["PROLIFIC_PID", "STUDY_ID", "SESSION_ID"]
-    completion_url = "https://app.prolific.com/submissions/complete?cc=ABC123"
-
-    [[checks]]
-    after = 2
-    question = "Please choose blue, to show that you read this."
-    options = ["red", "blue", "green"]
-    right = "blue"
-
-    [[questions]]
-    name = "strategy"
-    question = "How did you go about it?"
+``lockprobe serve --write-people FILE`` writes an example that explains each one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+import unicodedata
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, get_args
 
-from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from lockprobe.foundation.errors import BadFile, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
 from lockprobe.foundation.inputs import is_there, parse_json, read_input, read_toml
-from lockprobe.people.file_errors import check_visible, first_error
-from lockprobe.people.right_answers import Comprehension, OneRight, Options, SettingsPart, Text
+from lockprobe.foundation.validation import plain
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 
 EXPERIMENT = "experiment.json"
-"""The file of these settings, next to the diaries."""
+"""The file of these settings, in the directory of people."""
 
 SECRET = ("completion_url", "completion_code", "left_url", "left_code", "join_code")
 """Settings that are not shared with data."""
 
+_LONGEST = 80
+"""The most characters printed of a wrong value."""
 
+
+class SettingsPart(BaseModel):
+    """Base of what an experimenter writes into a file: immutable, and without unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def check_visible(text: str) -> str:
+    """The text, for a field of a model.
+
+    Raises:
+        ValueError: If it holds an invisible control character; line breaks may stay.
+    """
+    for character in text:
+        if unicodedata.category(character) in ("Cc", "Cs") and character not in "\n\t":
+            raise ValueError(f"holds the control character U+{ord(character):04X}")
+    return text
+
+
+def _bare(text: str) -> str:
+    """Refuse surrounding space: it is invisible, and would make another option."""
+    if text != check_visible(text).strip():
+        raise ValueError(f"got {text!r}, expected words without space around them")
+    return text
+
+
+Text = Annotated[str, Field(min_length=1, max_length=2000), AfterValidator(_bare)]
+Option = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_bare)]
+Options = Annotated[tuple[Option, ...], Field(max_length=20)]
 Url = Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")]
 Code = Annotated[str, Field(max_length=100), AfterValidator(check_visible)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 
 
-class AttentionCheck(OneRight):
-    """A question with one right answer, which shows whether a participant reads.
+class OneRight(SettingsPart):
+    """A question with options, one of which is right."""
 
-    ``after`` is the box after which it is asked; 0 for after the instructions.
+    question: Text
+    options: Annotated[Options, Field(min_length=2)]
+    right: str
+
+    @model_validator(mode="after")
+    def _right_is_an_option(self) -> Self:
+        if self.right not in self.options or len(set(self.options)) < len(self.options):
+            raise ValueError("options must be distinct, and right must be one of them")
+        return self
+
+
+class ComprehensionQuestion(OneRight):
+    """A question on the instructions.
+
+    ``only`` is where it is asked: ``positions`` where reports tell the positions of joints, ``false_reports`` where the
+    instructions say that reports can be wrong; None for everywhere.
     """
+
+    only: Literal["positions", "false_reports"] | None = None
+
+
+class Comprehension(SettingsPart):
+    """The questions between the instructions and the first box. Wrong answers lead back to the instructions.
+
+    Attributes:
+        ask: Whether there are any.
+        rounds: After how many rounds with a wrong answer the session ends; None for never.
+        questions: Questions in place of those of the texts.
+    """
+
+    ask: bool = True
+    rounds: Annotated[int, Field(ge=1, le=100)] | None = None
+    questions: Annotated[tuple[ComprehensionQuestion, ...], Field(max_length=20)] = ()
+
+
+class AttentionCheck(OneRight):
+    """Shows whether a participant reads. It is asked after box ``after``; 0 for after the instructions."""
 
     after: Annotated[int, Field(ge=0, le=1000)]
 
 
 class Question(SettingsPart):
-    """A question at the end.
+    """A question at the end; ``name`` is its column in the tables.
 
     Attributes:
-        name: Its column in the tables.
         options: The choices; empty for a written answer.
-        required: Whether it has to be answered.
-        type: The form of a written answer: ``text``, ``number`` or ``integer``.
+        type: The form of a written answer.
         low: The least number allowed; None for any.
         high: The largest number allowed; None for any.
     """
@@ -73,9 +124,8 @@ class Question(SettingsPart):
     high: Annotated[float, Field(allow_inf_nan=False)] | None = None
 
     @model_validator(mode="after")
-    def _limits_are_of_a_number(self) -> Self:
-        limited = self.low is not None or self.high is not None
-        if self.type == "text" and limited:
+    def _can_be_answered(self) -> Self:
+        if self.type == "text" and (self.low, self.high) != (None, None):
             raise ValueError('low and high need type = "number" or "integer"')
         if self.type != "text" and self.options:
             raise ValueError("a number, or options")
@@ -96,8 +146,6 @@ class Experiment(SettingsPart):
         design: ``within``: each participant plays every condition; ``between``: each plays one.
         trials_each: Boxes per participant; None is each condition once, or one box in a between design.
         practice: Name of the practice box; empty for none. Its rule is none of those of the boxes that people play.
-        practice_layout: ``shuffled``: everybody has a panel of their own in practice, unless that of the study is
-            fixed; ``fixed``: that of the box, as in directories of earlier releases.
         participants: The most participants; None is as many as the study has trials for.
         language: ``en``, another shipped language, or the path of a file with texts.
         recruitment: Parameters of the URL that are kept, as recruitment platforms set them. The first identifies a
@@ -122,7 +170,6 @@ class Experiment(SettingsPart):
     design: Literal["within", "between"] = "within"
     trials_each: Annotated[int, Field(ge=1, le=1000)] | None = None
     practice: Annotated[str, Field(max_length=40)] = "common-cause-3"
-    practice_layout: Literal["shuffled", "fixed"] = "shuffled"
     participants: Annotated[int, Field(ge=1, le=100_000)] | None = None
     language: Annotated[str, Field(min_length=1, max_length=1000)] = "en"
     recruitment: Annotated[tuple[Name, ...], Field(max_length=8)] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
@@ -140,36 +187,24 @@ class Experiment(SettingsPart):
 
     @model_validator(mode="after")
     def _names_are_different(self) -> Self:
-        names = [question.name for question in self.questions]
-        if len(set(names)) < len(names):
+        if len({question.name for question in self.questions}) < len(self.questions):
             raise ValueError("two questions have the same name")
         if self.require_id and not self.recruitment:
             raise ValueError("require_id needs a parameter in recruitment")
         return self
 
 
-def experiment_from(settings: Mapping[str, object], path: Path) -> Experiment:
-    """The settings in a file.
+def experiment_from(settings: object, path: Path | None = None) -> Experiment:
+    """Settings, of a file if they are of one.
 
     Raises:
-        BadFile: If one is wrong; the message names the key.
+        UserMistake: If one is wrong; the message names the key.
     """
     try:
         return Experiment.model_validate(settings)
     except ValidationError as error:
-        raise BadFile(path, first_error(error, Experiment)) from None
-
-
-def experiment_with(experiment: Experiment, settings: Mapping[str, object]) -> Experiment:
-    """The same with other settings.
-
-    Raises:
-        UserMistake: If one is wrong.
-    """
-    try:
-        return Experiment.model_validate({**experiment.model_dump(), **settings})
-    except ValidationError as error:
-        raise UserMistake(first_error(error, Experiment)) from None
+        said = first_error(error, Experiment)
+        raise (UserMistake(said) if path is None else BadFile(path, said)) from None
 
 
 def read_experiment(path: Path) -> Experiment:
@@ -188,9 +223,29 @@ def kept_experiment(directory: Path) -> Experiment | None:
         BadFile: If the file is damaged.
     """
     path = directory / PEOPLE_DIRECTORY / EXPERIMENT
-    if not is_there(path):
-        return None
-    settings = parse_json(read_input(path), path)
-    if not isinstance(settings, dict):
-        raise BadFile(path, "not the settings of an experiment")
-    return experiment_from({"practice_layout": "fixed", **settings}, path)
+    return experiment_from(parse_json(read_input(path), path), path) if is_there(path) else None
+
+
+def first_error(error: ValidationError, model: type[BaseModel]) -> str:
+    """The first mistake that pydantic found in what should have been a ``model``: where, what came, what is allowed."""
+    first = error.errors()[0]
+    where, came = ".".join(map(str, first["loc"])) or "all", first["input"]
+    if first["type"] == "extra_forbidden":
+        *above, name = map(str, first["loc"])
+        for part in filter(model.model_fields.__contains__, above):
+            model = next(_models(model.model_fields[part].annotation), model)
+        return f"{where}: {UnknownName('key', name, model.model_fields)}"
+    if first["type"] == "value_error":
+        return f"{where}: {first['ctx']['error']}"
+    if first["type"] == "missing":
+        return f"{where}: is missing"
+    came = came[:_LONGEST] + "…" if isinstance(came, str) and len(came) > _LONGEST else came
+    expected = re.sub(r"^\w+ should (be|have|match) |^expected ", "", plain(first["msg"]))
+    return str(BadValue(where, came, expected))
+
+
+def _models(annotation: object) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from _models(inner)

@@ -1,4 +1,4 @@
-"""How far one participant has come: the fold of a diary, for the server and for exports.
+"""How far participants have come: the fold of a diary, for the server, the status of a study, reports and exports.
 
 A participant sees the consent scene, instructions, questions on them, practice, checks, each box and the scene after
 it, questions, and the debriefing.
@@ -6,14 +6,16 @@ it, questions, and the debriefing.
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from lockprobe.people.diary import Broken, Diary, Did, Entry, Joined, Released, Slot
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.people.diary import Act, Agree, Answers, Broken, Diary, Did, Entry, Joined, Released, Slot
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.responses import Act, Agree, Answers
 from lockprobe.people.texts import Words
+from lockprobe.studies.study import Study
 from lockprobe.trial.record import Ending
 
 _AS_LONG = {"box": 6}
@@ -34,21 +36,22 @@ class Station(NamedTuple):
 def stations(experiment: Experiment, words: Words, boxes: int) -> tuple[Station, ...]:
     """All scenes of a participant who has agreed to take part and plays this many boxes, in order."""
 
-    def checks(after: int) -> Iterable[Station]:
+    def through(box: int) -> Iterator[Station]:
+        """A box, the scene after it, and the checks then."""
+        if box or experiment.practice:
+            yield Station("box", box=box)
+            yield Station("over", box=box)
         for number, check in enumerate(experiment.checks, 1):
-            if check.after == after:
+            if check.after == box:
                 yield Station("check", str(number))
 
-    way = [Station("page", str(number)) for number in range(1, len(words.instructions) + 1)]
-    if asks_comprehension(experiment, words):
-        way += [Station("comprehension")]
-    if experiment.practice:
-        way += [Station("box"), Station("over")]
-    way += checks(0)
-    for box in range(1, boxes + 1):
-        way += [Station("box", box=box), Station("over", box=box), *checks(box)]
-    way += [Station("ask", question.name) for question in experiment.questions]
-    return (*way, Station("debrief"))
+    return (
+        *(Station("page", str(number)) for number in range(1, len(words.instructions) + 1)),
+        *([Station("comprehension")] if asks_comprehension(experiment, words) else []),
+        *(station for box in range(boxes + 1) for station in through(box)),
+        *(Station("ask", question.name) for question in experiment.questions),
+        Station("debrief"),
+    )
 
 
 def asks_comprehension(experiment: Experiment, words: Words) -> bool:
@@ -57,51 +60,42 @@ def asks_comprehension(experiment: Experiment, words: Words) -> bool:
     return asked.ask and bool(asked.questions or words.comprehension.questions)
 
 
-def fingerprint(words: Words) -> str:
-    """Language and fingerprint of texts, for example ``en 3f9a01bc22d1``."""
-    known = words.model_dump_json(exclude_none=True)
-    return f"{words.language} {hashlib.sha256(known.encode()).hexdigest()[:12]}"
-
-
 class Journey:
     """How far one participant has come. Feed it the lines of the diary with :meth:`follow`, or use :meth:`of`.
 
     Args:
         joined: The first line of the diary.
-        way: All scenes in order, from :func:`stations`. Only ``station`` and ``finished`` need it.
+        way: All scenes in order, from :func:`stations`. Only ``station``, ``finished`` and ``share`` need it.
 
     Attributes:
         turn: The number of the scene shown, from 2.
         last: The last act, which may be sent again if its reply was lost; None where a box broke after it.
         at: When the last act was written, seconds since 1970.
-        endings: How each finished box ended, by its number, without the practice box.
-        practised: How the practice ended; None before.
+        since: When the scene was first shown; in a box, the box.
+        steps: The steps of each box, by its number; 0 is practice.
+        began: When each box with a step was first shown.
+        endings: How each finished box ended.
         shut: Why the participant cannot go on and others may play the unfinished trials; empty otherwise.
         rounds: How often the questions on the instructions were answered.
         misread: The answers of the last round if one was wrong; None otherwise.
         checks: For each answered attention check, whether the answer was right.
-        pages: Version of the page on which each box began, by the number of the box, where known.
-        played: The steps so far of the box that is under way.
-        box_began: When the box that is under way was first shown, seconds since 1970.
     """
 
     def __init__(self, joined: Joined, way: Sequence[Station] = ()) -> None:
         self.joined = joined
         self.turn = 2
         self.last: Act | None = Agree(agreed=True)
-        self.at = joined.at
+        self.at = self.since = joined.at
+        self.steps: dict[int, list[Did]] = {}
+        self.began: dict[int, float] = {}
         self.endings: dict[int, Ending] = {}
-        self.practised: Ending | None = None
         self.shut: Literal["", "late", "screened"] = ""
         self.rounds = 0
         self.misread: Answers | None = None
         self.checks: list[bool] = []
-        self.pages: dict[int, str] = {}
         self._way = way
         self._places = {station: place for place, station in enumerate(way)}
         self._place = 0
-        self.played: list[Did] = []
-        self.box_began = joined.at
 
     @classmethod
     def of(cls, diary: Diary, way: Sequence[Station] = ()) -> Journey:
@@ -119,12 +113,12 @@ class Journey:
     @property
     def boxes_done(self) -> bool:
         """Whether all boxes are over."""
-        return len(self.endings) == len(self.joined.slots)
+        return len(self.endings.keys() - {0}) == len(self.joined.slots)
 
     @property
     def closed_boxes(self) -> frozenset[int]:
         """The boxes in which nothing more can happen, from 1: finished ones, and all after a release."""
-        return frozenset(range(1, len(self.joined.slots) + 1) if self.shut else self.endings)
+        return frozenset(range(1, len(self.joined.slots) + 1) if self.shut else self.endings.keys() - {0})
 
     @property
     def finished(self) -> bool:
@@ -152,37 +146,85 @@ class Journey:
         if isinstance(line, Released):
             self.shut = line.why
             return
-        station = _of(line)
-        if isinstance(line, Did) and line.page:
-            self.pages[station.box] = line.page
         self.turn, self.at = line.turn + 1, line.at
-        self.last = line.act if isinstance(line, Did) else None
-        if isinstance(line, Did) and line.scene == "check" and line.right is not None:
-            self.checks.append(line.right)
-        if isinstance(line, Did) and isinstance(line.act, Answers):
-            self.rounds += 1
-            self.misread = None if line.right else line.act
-            if not line.right:
-                self._place, self.box_began = 0, line.at
+        if isinstance(line, Broken):
+            ending: Ending | None = "error"
+            self.last, station = None, Station("box", box=line.box)
+        else:
+            self.last, ending = line.act, line.ended
+            item = "" if line.scene == "comprehension" else line.item
+            station = Station(line.scene, item, line.box or 0)  # type: ignore[arg-type] # as it was written
+            if station.kind == "box":
+                self.began.setdefault(station.box, self.since)
+                self.steps.setdefault(station.box, []).append(line)
+            if station.kind == "check" and line.right is not None:
+                self.checks.append(line.right)
+            if isinstance(line.act, Answers):
+                self.rounds += 1
+                self.misread = None if line.right else line.act
+                if not line.right:
+                    self._place, self.since = 0, line.at
+                    return
+        if station.kind == "box":
+            if ending is None:
+                self._place = self._places.get(station, self._place)
                 return
-        ending: Ending | None = "error" if isinstance(line, Broken) else line.ended
-        if station.kind == "box" and ending is None:
-            assert isinstance(line, Did)
-            self._place = self._places.get(station, self._place)
-            self.played.append(line)
-            return
-        if station.kind == "box" and ending is not None:
-            if station.box:
-                self.endings[station.box] = ending
-            else:
-                self.practised = ending
+            self.endings[station.box] = ending
         # a station that is no longer on the way changes nothing
-        self._place = self._places.get(station, self._place - 1) + 1
-        self.played, self.box_began = [], line.at
+        self._place, self.since = self._places.get(station, self._place - 1) + 1, line.at
 
 
-def _of(line: Did | Broken) -> Station:
-    if isinstance(line, Broken):
-        return Station("box", box=line.box)
-    item = "" if line.scene == "comprehension" else line.item
-    return Station(line.scene, item, line.box or 0)  # type: ignore[arg-type] # as it was written
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Flow:
+    """Everybody who agreed to take part in a study, for its report: dropout can bias every other number.
+
+    Attributes:
+        consented: Everybody who agreed: the sum of the next four.
+        withdrawn: Participants who withdrew; nothing else is known of them.
+        screened: Those whose session the limit of rounds of questions on the instructions ended, before any box.
+        left_open: Those with open boxes: they left, or still take part.
+        finished: Those with no open box.
+        questioned: Those who answered questions on the instructions, screened-out ones among them.
+        second_round: Those of them who needed a second round.
+        checks: Attention checks answered.
+        right: Those of them answered right.
+        boxes: Condition -> boxes assigned when people joined, and those of them that are not over, in the order of the
+            study; without those of people who were screened out before the first box.
+    """
+
+    consented: int
+    withdrawn: int
+    screened: int
+    left_open: int
+    finished: int
+    questioned: int
+    second_round: int
+    checks: int
+    right: int
+    boxes: Mapping[str, tuple[int, int]]
+
+
+def flow_of(study: Study, diaries: Iterable[Diary], gone: int) -> Flow | None:
+    """How many participants reached the end; None where nobody has taken part. ``gone``: number of withdrawals."""
+    journeys = [Journey.of(diary) for diary in diaries]
+    if not journeys and not gone:
+        return None
+    playing = [journey for journey in journeys if journey.shut != "screened"]
+    boxes = [(slot.condition, box in one.endings) for one in playing for box, slot in enumerate(one.joined.slots, 1)]
+    given, left = Counter(condition for condition, _ in boxes), Counter(one for one, over in boxes if not over)
+    finished = sum(journey.boxes_done for journey in journeys)
+    checks = [right for journey in journeys for right in journey.checks]
+    return Flow(
+        consented=len(journeys) + gone,
+        withdrawn=gone,
+        screened=len(journeys) - len(playing),
+        left_open=len(playing) - finished,
+        finished=finished,
+        questioned=sum(journey.rounds > 0 for journey in journeys),
+        second_round=sum(journey.rounds > 1 for journey in journeys),
+        checks=len(checks),
+        right=sum(checks),
+        boxes={
+            one.label: (given[one.label], left[one.label]) for one in study.conditions_of(PEOPLE) if given[one.label]
+        },
+    )

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any
 
 from lockprobe.boxes.box import Joint, JointKind, LayoutKind, Lockbox
 from lockprobe.boxes.families import box as named_box
 from lockprobe.foundation.seeds import integer_seed
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.people.box_view import panel_to_show
+from lockprobe.people.box_view import Sentences, panel_to_show
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.scenes import BoxPanel
-from lockprobe.people.texts import PageWords
 from lockprobe.studies.running.paused_trial import PausedTrial
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
@@ -23,27 +21,24 @@ from lockprobe.trial.plan import Names, Plan
 
 _KINDS: tuple[JointKind, ...] = ("prismatic", "revolute", "prismatic")
 
-
-class ExamplePanels(NamedTuple):
-    """The example box in one modality, before the first step and after one attempt."""
-
-    before: BoxPanel
-    after: BoxPanel
+Panels = tuple[dict[str, Any], dict[str, Any]]
+"""The example box in one modality, before the first step and after one attempt."""
 
 
 def practice_plan(study: Study, experiment: Experiment, identity: str = "0") -> Plan | None:
     """The practice box of a participant as a trial, with true reports only; None without practice.
 
-    Everybody has the same box, on a panel and with labels of their own, so that no order in space can be learnt.
+    Everybody has the same box, on a panel and with labels of their own unless the panel of the study is fixed, so that
+    no order in space can be learnt.
 
     Raises:
         UnknownName: If there is no such box.
     """
     if not experiment.practice:
         return None
-    own = experiment.practice_layout == "shuffled" and study.layout != "fixed"
-    trial = 1 + int(identity, 16) if own else 1
+    own = study.layout != "fixed"
     box, modality = named_box(experiment.practice), _true_modalities(study)[0]
+    trial = 1 + int(identity, 16) if own else 1
     return _extra_plan(study, "practice", box, modality, "shuffled" if own else "fixed", trial)
 
 
@@ -64,17 +59,13 @@ def example_box(study: Study) -> Lockbox:
     return Lockbox(name="example", joints=joints, interlock={}, initial=(False,) * len(joints), target=joints[-1].name)
 
 
-async def examples_of(study: Study, words: PageWords, place: Executor = here) -> Mapping[str, ExamplePanels]:
+async def examples_of(study: Study, words: Sentences, place: Executor = here) -> Mapping[str, Panels]:
     """The example in each modality of people, without its doses; none where the plant breaks.
 
-    It is a trial like any other in which one joint was attempted, so it looks as the study's boxes do.
-
-    Args:
-        study: The study.
-        words: The sentences of reports.
-        place: Where plants run.
+    It is a trial like any other in which one joint was attempted, so it looks as the study's boxes do. ``place`` is
+    where plants run.
     """
-    found: dict[str, ExamplePanels] = {}
+    found: dict[str, Panels] = {}
     for modality in _true_modalities(study):
         plan = _extra_plan(study, "example", example_box(study), modality)
         trial = await PausedTrial.begin(plan, place=place)
@@ -84,7 +75,7 @@ async def examples_of(study: Study, words: PageWords, place: Executor = here) ->
             before = panel_to_show(plan, trial.situation, words)
             await trial.attempt(Names(plan).labels[0])
             if trial.situation is not None:
-                found[modality] = ExamplePanels(before, panel_to_show(plan, trial.situation, words))
+                found[modality] = before, panel_to_show(plan, trial.situation, words)
         finally:
             await trial.close()
     return found
@@ -106,10 +97,7 @@ def _true_modalities(study: Study) -> tuple[str, ...]:
 def _extra_plan(
     study: Study, name: str, box: Lockbox, modality: str, layout: LayoutKind = "fixed", trial: int = 1
 ) -> Plan:
-    """One trial outside the study, shown as the study's trials are, with true reports only.
-
-    The random seed depends on ``name``.
-    """
+    """One trial outside the study, with true reports only; the random seed depends on ``name``."""
     alone = replace(
         study,
         name=name,

@@ -1,214 +1,205 @@
-"""Scenes: everything that a participant's page can show.
-
-A scene never contains the truth behind a false report, the interlock, how often reports are false (unless a condition
-warns of it), the condition, or the number of the trial. It is made from the ``Situation`` that every agent gets.
-"""
+"""Scenes made of texts, and how they are answered: consent, instructions, questions, the end of a box, debriefing."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import re
+from collections.abc import Iterator, Mapping
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from lockprobe.boxes.families import box as named_box
+from lockprobe.foundation.errors import LockprobeError
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.people.box_view import Scene
+from lockprobe.people.deceptions import deceptions
+from lockprobe.people.diary import LONGEST_ANSWER, Act, Answer, Answers, Next
+from lockprobe.people.experiment import ComprehensionQuestion, Experiment, Question
+from lockprobe.people.journey import Journey, asks_comprehension
+from lockprobe.people.practice import Panels, true_modality
+from lockprobe.people.texts import Longer, Words, filled
+from lockprobe.studies.study import Study
 
-LONGEST_ANSWER = 2000
-"""Characters of an answer in words."""
+Why = Literal["declined", "withdrawn", "full", "taken", "finished", "late", "screened"]
+"""Why somebody cannot go on: ``full`` is no place left, ``taken`` and ``finished`` are the same platform ID in another
+browser, ``late`` was away until somebody else needed the place, ``screened`` had too many rounds of wrong answers."""
 
-
-class StrictModel(BaseModel):
-    """Base of everything that is stored or sent: immutable, no extra fields, no type conversion."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class _Text(StrictModel):
-    title: str
-    paragraphs: tuple[str, ...]
-
-
-class _End(_Text):
-    completion_url: str = ""
-    completion_code: str = ""
+_WRITTEN = {"number": re.compile(r"[+-]?[0-9]{1,15}([.,][0-9]{1,15})?"), "integer": re.compile(r"[+-]?[0-9]{1,15}")}
 
 
-class Consent(_Text):
-    """The first scene asks for consent. Nothing is stored before the participant agrees.
+class ActRefused(LockprobeError):
+    """A request cannot be done, and changes nothing. The message is for the log and the page: it repeats nothing sent.
 
-    ``ask_code`` is true where a code is needed to join and the URL does not contain it.
+    ``code`` is one of :data:`~lockprobe.people.web.app.STATUS`.
     """
 
-    kind: Literal["consent"] = "consent"
-    ask_code: bool = False
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(message)
+        self.code = code
 
 
-class BoxJoint(StrictModel):
-    """One joint as a participant sees it.
+class Scenes:
+    """Makes scenes of the texts, with the facts of the study and an example box in each modality filled in."""
 
-    Attributes:
-        kind: Whether it slides or turns; only in the drawn panel.
-        place: Where it sits on the panel, from the left and from below, [0, 1]; only in the drawn panel.
-        position: The reported position; None where positions are not reported.
-        handle: Where the pictures show its handle at each position, as shares of width and height from the upper left
-            corner; only with pictures.
+    def __init__(
+        self, words: Words, study: Study, experiment: Experiment, examples: Mapping[str, Panels] | None = None
+    ) -> None:
+        self._words, self._experiment, self._examples = words, experiment, examples or {}
+        self._modalities = {one.label: true_modality(one.modality) for one in study.conditions}
+        self._asks = study.assessment
+        boxes = [*study.boxes, *([named_box(experiment.practice)] if experiment.practice else [])]
+        self._at_zero = not any(any(one.initial) for one in boxes)
+        changes = " ".join(words.changes[kind] for kind in deceptions(study.conditions_of(PEOPLE)))
+        self._facts = {"joints": len(study.box.joints), "budget": study.max_steps, "changes": changes}
+
+    def consent(self, boxes: int, *, ask_code: bool = False) -> Scene:
+        """The first scene; ``boxes`` is how many a participant would play. Nothing is stored before they agree."""
+        return self._filled("consent", self._words.consent, boxes=boxes) | {"ask_code": ask_code}
+
+    def closed(self, why: Why) -> Scene:
+        """The last scene of a participant who cannot go on. It admits false reports to those who leave early."""
+        then = self._words.closed.false_reports if why in ("late", "withdrawn") and self._facts["changes"] else ()
+        done = self._experiment
+        way = {"taken": ("", ""), "finished": (done.completion_url, done.completion_code)}
+        url, code = way.get(why, (done.left_url, done.left_code))
+        scene = self._filled("closed", getattr(self._words.closed, why), *then)
+        return scene | {"why": why, "completion_url": url, "completion_code": code}
+
+    def elsewhere(self, journey: Journey) -> Scene:
+        """The scene of a person who takes part, or took part, in another browser: nothing but the way back."""
+        return self.closed(journey.shut or ("finished" if journey.finished else "taken"))
+
+    def at(self, journey: Journey) -> Scene:
+        """The scene of a participant outside a box. It never says which answer is right."""
+        station, words, done = journey.station, self._words, self._experiment
+        boxes = len(journey.joined.slots)
+        match station.kind:
+            case "page":
+                return self._page(int(station.item), journey)
+            case "comprehension":
+                asked = tuple({"question": one.question, "options": one.options} for one in self._asked(journey))
+                notice = () if words.instructions else self._notice(journey)
+                more = {"questions": asked, "notice": notice}
+                return self._filled("comprehension", words.comprehension, boxes=boxes) | more
+            case "over":
+                return self._over(station.box, journey)
+            case "check":
+                check = done.checks[int(station.item) - 1]
+                return {"kind": "check", "question": check.question, "options": check.options}
+            case "ask":
+                return {"kind": "ask", "longest": LONGEST_ANSWER, **self._question(station.item).model_dump()}
+        admitted = words.debrief.false_reports if self._facts["changes"] else ()
+        scene = self._filled("debrief", words.debrief, *admitted, boxes=boxes)
+        return scene | {"completion_url": done.completion_url, "completion_code": done.completion_code}
+
+    def answered(self, journey: Journey, act: Act) -> bool | None:
+        """Whether an act answers the scene outside a box right; None where nothing is right or wrong.
+
+        Raises:
+            ActRefused: As ``impossible``, if it does not answer it.
+        """
+        kind, item = ("closed" if journey.shut else journey.station.kind), journey.station.item
+        if kind in ("page", "over") and isinstance(act, Next):
+            return None
+        if kind == "comprehension" and isinstance(act, Answers):
+            asked = self._asked(journey)
+            if len(asked) == len(act.answers) and all(
+                answer in one.options for one, answer in zip(asked, act.answers, strict=True)
+            ):
+                return not any(_missed(asked, act))
+        if kind == "check" and isinstance(act, Answer):
+            check = self._experiment.checks[int(item) - 1]
+            if act.answer in check.options:
+                return act.answer == check.right
+        if kind == "ask" and isinstance(act, Answer) and fits(self._question(item), act.answer):
+            return None
+        raise ActRefused("impossible", f"nothing that can be done in a scene of kind {kind}")
+
+    def _page(self, number: int, journey: Journey) -> Scene:
+        """A page of the instructions. ``notice`` says why somebody is back; ``begins`` is whether a box comes next."""
+        pages, say_false = self._words.instructions, self._experiment.say_false
+        text, panels = pages[number - 1], self._panels(journey)
+        told = [all(joint["position"] is not None for joint in before["joints"]) for before, _ in panels]
+        at_zero = bool(told) and all(told) and self._at_zero  # how agents get to know it, too
+        seen = bool(panels) and all(said or before["pictures"] for said, (before, _) in zip(told, panels, strict=True))
+        more = (
+            *(text.if_at_zero if at_zero else text.if_start_seen if seen else ()),
+            *(text.if_false if say_false else ()),
+            *((self._asks and text.if_asked) or ()),
+        )
+        example = text.example or ("box" if number == 1 and len(pages) > 1 else "step" if number <= 2 else "none")
+        examples = {
+            "box": tuple({"panel": before, "ask": False} for before, _ in panels),
+            "step": tuple({"panel": after, "ask": self._asks} for _, after in panels),
+            "none": (),
+        }
+        return self._filled("page", text, *more, boxes=len(journey.joined.slots)) | {
+            "number": number,
+            "of": len(pages),
+            "examples": examples[example],
+            "notice": self._notice(journey) if number == 1 else (),
+            "begins": number == len(pages) and not asks_comprehension(self._experiment, self._words),
+        }
+
+    def _over(self, number: int, journey: Journey) -> Scene:
+        """The scene after a box. It says whether the box was opened after practice, and where the study does."""
+        of, over, ending = len(journey.joined.slots), self._words.over, journey.endings.get(number)
+        solved = ending == "solved" if (self._experiment.feedback or not number) and ending != "error" else None
+        own = over if number else self._words.practice_over
+        said = () if solved is None else (over.solved if solved else over.unsolved,)
+        then = () if number else own.paragraphs
+        text = Longer(title=own.title, paragraphs=(*said, *then, *over.paragraphs))
+        scene = self._filled("over", text, number=number, of=of, boxes=of)
+        return scene | {"practice": not number, "number": number, "of": of, "solved": solved}
+
+    def _question(self, name: str) -> Question:
+        return next(one for one in self._experiment.questions if one.name == name)
+
+    def _asked(self, journey: Journey) -> tuple[ComprehensionQuestion, ...]:
+        """The questions on the instructions that a participant gets."""
+        here = {None, *(["false_reports"] if self._experiment.say_false else [])}
+        if all(joint["position"] is not None for before, _ in self._panels(journey) for joint in before["joints"]):
+            here.add("positions")
+        questions = self._experiment.comprehension.questions or self._words.comprehension.questions
+        return tuple(one for one in questions if one.only in here)
+
+    def _notice(self, journey: Journey) -> tuple[str, ...]:
+        """Why somebody is back at the instructions; nothing where they are not."""
+        if journey.misread is None:
+            return ()
+        wrong = " / ".join(_missed(self._asked(journey), journey.misread))
+        return (filled(self._words.comprehension.again, questions=wrong),)
+
+    def _panels(self, journey: Journey) -> tuple[Panels, ...]:
+        """The examples in the modalities that the participant will see."""
+        theirs = {self._modalities[slot.condition] for slot in journey.joined.slots}
+        return tuple(panels for modality, panels in self._examples.items() if modality in theirs)
+
+    def _filled(self, kind: str, text: Longer, *more: str, **facts: object) -> Scene:
+        """A scene of a filled-in title and paragraphs."""
+        known = {**self._facts, **facts}
+        paragraphs = tuple(filled(part, **known) for part in (*text.paragraphs, *more))
+        return {"kind": kind, "title": filled(text.title, **known), "paragraphs": paragraphs}
+
+
+def fits(question: Question, given: str) -> bool:
+    """Whether an answer is acceptable.
+
+    >>> age = Question(name="age", question="How old are you?", type="integer", low=18, high=120)
+    >>> [fits(age, answer) for answer in ("34", "banana", "7", "")]
+    [True, False, False, True]
     """
-
-    label: str
-    target: bool
-    kind: Literal["prismatic", "revolute"] | None = None
-    place: tuple[float, float] | None = None
-    position: Literal[0, 1] | None = None
-    handle: tuple[tuple[float, float], tuple[float, float]] | None = None
-
-
-class BoxPanel(StrictModel):
-    """What the agent's channel shows now.
-
-    Attributes:
-        view: ``panel`` draws the report, ``pictures`` shows camera pictures.
-        joints: The joints in listed order.
-        report: What came of the last attempt, in sentences in the participant's language.
-        last: Label of the joint that the report is about, by default the one attempted last; None before the first
-            attempt.
-        outcome: The reported outcome; None with pictures, before the first attempt, and where none is reported.
-        pictures: PNG files as data URLs, colours first.
-    """
-
-    view: Literal["panel", "pictures"]
-    joints: tuple[BoxJoint, ...]
-    report: tuple[str, ...]
-    last: str | None = None
-    outcome: Literal["moved", "blocked"] | None = None
-    pictures: tuple[str, ...] = ()
+    answer = given.strip()
+    if not answer:
+        return not question.required
+    if question.options:
+        return given in question.options
+    if question.type == "text":
+        return True
+    if not _WRITTEN[question.type].fullmatch(answer):
+        return False
+    number, low, high = float(answer.replace(",", ".")), question.low, question.high
+    return (low is None or low <= number) and (high is None or number <= high)
 
 
-class Example(StrictModel):
-    """A made-up box for the instructions. ``ask`` shows the question about the last action as well."""
-
-    panel: BoxPanel
-    ask: bool = False
-
-
-class InstructionPage(_Text):
-    """Page ``number`` of ``of`` of the instructions, with an example box in each modality of the participant.
-
-    ``notice`` says why somebody is back here: answers about the instructions were wrong. ``begins`` is whether a box
-    comes next.
-    """
-
-    kind: Literal["page"] = "page"
-    number: int
-    of: int
-    examples: tuple[Example, ...] = ()
-    notice: tuple[str, ...] = ()
-    begins: bool = False
-
-
-class OpenQuestion(StrictModel):
-    """A question with options, without the right one."""
-
-    question: str
-    options: tuple[str, ...]
-
-
-class ComprehensionQuestions(_Text):
-    """Questions on the instructions, all on one page. Only the server knows the right options.
-
-    ``notice`` is what went wrong before, where there are no instructions to go back to.
-    """
-
-    kind: Literal["comprehension"] = "comprehension"
-    questions: tuple[OpenQuestion, ...]
-    notice: tuple[str, ...] = ()
-
-
-class Box(StrictModel):
-    """A step of a trial or of the practice: the participant has to choose a joint.
-
-    Attributes:
-        number: The number of the box, from 1; 0 is the practice box.
-        of: The number of boxes without the practice.
-        step: The step to take, from 1.
-        budget: Steps of the trial.
-        ask: Whether the page asks what the last action did before a joint can be chosen.
-        remark: A remark with the report; often empty.
-        warning: A warning about reports; often empty.
-        spoken: What a screen reader says: also what the panel shows.
-        history: What was told after each step of this trial, oldest first; empty where the experimenter shows none.
-        history_open: Whether the history is unfolded when a box begins.
-        device: Whether the page sends the pointer device and the window size with each choice.
-    """
-
-    kind: Literal["box"] = "box"
-    practice: bool
-    number: int
-    of: int
-    step: int
-    budget: int
-    ask: bool
-    panel: BoxPanel
-    remark: str = ""
-    warning: str = ""
-    spoken: str
-    history: tuple[str, ...] = ()
-    history_open: bool = True
-    device: bool = False
-
-
-class TrialOver(_Text):
-    """The end of a box, the same for the practice box: its ``number`` is 0, and ``of`` does not count it.
-
-    ``solved`` is None where the experimenter gives no feedback; practice always has it.
-    """
-
-    kind: Literal["over"] = "over"
-    practice: bool
-    number: int
-    of: int
-    solved: bool | None
-
-
-class Check(OpenQuestion):
-    """An attention check. Only the server knows the right option."""
-
-    kind: Literal["check"] = "check"
-
-
-class Ask(StrictModel):
-    """A question of the experimenter at the end; ``name`` is its column.
-
-    Without options the answer is written: at most ``longest`` characters, and a number from ``low`` to ``high`` where
-    ``type`` asks for one.
-    """
-
-    kind: Literal["ask"] = "ask"
-    name: str
-    question: str
-    options: tuple[str, ...] = ()
-    required: bool = False
-    longest: int = LONGEST_ANSWER
-    type: Literal["text", "number", "integer"] = "text"
-    low: float | None = None
-    high: float | None = None
-
-
-class Debrief(_End):
-    """The debriefing, and the way back to the recruitment platform if there is one."""
-
-    kind: Literal["debrief"] = "debrief"
-
-
-class Closed(_End):
-    """The participant cannot go on.
-
-    ``why``: ``declined``, ``withdrawn``, ``full`` (no place left), ``taken`` (the same platform ID takes part in
-    another browser), ``finished`` (the same ID has reached the end there), ``late`` (was away too long, and somebody
-    else got the place), or ``screened`` (too many rounds of wrong answers about the instructions).
-    """
-
-    kind: Literal["closed"] = "closed"
-    why: Literal["declined", "withdrawn", "full", "taken", "finished", "late", "screened"]
-
-
-Scene = Annotated[
-    Consent | InstructionPage | ComprehensionQuestions | Box | TrialOver | Check | Ask | Debrief | Closed,
-    Field(discriminator="kind"),
-]
+def _missed(asked: tuple[ComprehensionQuestion, ...], act: Answers) -> Iterator[str]:
+    """The questions that were answered wrong."""
+    return (one.question for one, answer in zip(asked, act.answers, strict=True) if answer != one.right)

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.inputs import read_toml
-from lockprobe.people.file_errors import check_visible, first_error
-from lockprobe.people.right_answers import ComprehensionQuestion
-from lockprobe.people.right_answers import SettingsPart as _Part
+from lockprobe.people.experiment import ComprehensionQuestion, SettingsPart, check_visible, first_error
 
 _TEXTS = Path(__file__).with_name("texts")
 
@@ -20,13 +21,33 @@ LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))
 """The shipped languages."""
 
 TEXTS = "texts.toml"
-"""The copy of the texts, next to the diaries."""
+"""The copy of the texts, in the directory of people."""
 
 Text = Annotated[str, Field(min_length=1, max_length=4000), AfterValidator(check_visible)]
 Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
 
 
-class Longer(_Part):
+@cache
+def _english() -> dict[str, Any]:
+    return read_toml(_TEXTS / "en.toml")
+
+
+def _all_of(part: str) -> AfterValidator:
+    """Texts by name: those that the English file has in this part, and no other."""
+
+    def in_order(given: Mapping[str, str]) -> dict[str, str]:
+        known = _english()[part]
+        for name in given:
+            if name not in known:
+                raise ValueError(str(UnknownName("key", name, known)))
+        if missing := [name for name in known if name not in given]:
+            raise ValueError(f"{missing[0]} is missing")
+        return {name: given[name] for name in known}
+
+    return AfterValidator(in_order)
+
+
+class Longer(SettingsPart):
     """A title and what stands under it."""
 
     title: Text
@@ -42,7 +63,7 @@ class _Instruction(Longer):
         if_at_zero: More paragraphs, where every box starts with all joints at 0 and reports tell positions.
         if_start_seen: More paragraphs, where it starts otherwise, or where pictures show positions.
         example: The example box: ``box`` before the first step, ``step`` after one with its report and the question, or
-            ``none``. If left out, :func:`example_on` decides.
+            ``none``. If left out, the first page shows the box and the second a step; a single page shows a step.
     """
 
     if_false: Paragraphs = ()
@@ -84,17 +105,9 @@ class _Debrief(Longer):
     code: Text
 
 
-class _Changes(_Part):
-    """What a study did to reports and attempts, by :data:`~lockprobe.people.deceptions.Deception`."""
+class _Closed(SettingsPart):
+    """The last scene of who cannot go on, by why."""
 
-    false: Text
-    late: Text
-    another: Text
-    warned: Text
-    changed: Text
-
-
-class _Closed(_Part):
     false_reports: Paragraphs
     declined: Longer
     withdrawn: Longer
@@ -105,72 +118,11 @@ class _Closed(_Part):
     screened: Longer
 
 
-class PageWords(_Part):
-    """Buttons, labels, and the sentences of reports."""
-
-    next: Text
-    begin: Text
-    send: Text
-    skip: Text
-    step: Text
-    box: Text
-    practice: Text
-    practice_ends: Text | None = None  # texts of an earlier release, which people read on, have none
-    choose: Text
-    joint: Text
-    target: Text
-    slides: Text
-    turns: Text
-    position: Text
-    unknown_position: Text
-    first: Text
-    moved: Text
-    blocked: Text
-    now: Text
-    positions: Text
-    none: Text
-    no_report: Text
-    seen: Text
-    colours: Text
-    depth: Text
-    question: Text
-    said_moved: Text
-    said_blocked: Text
-    history: Text
-    waiting: Text
-    offline: Text
-    elsewhere: Text
-    here: Text
-    withdraw: Text
-    withdraw_sure: Text
-    withdraw_yes: Text
-    withdraw_no: Text
-    refused: Text
-    incomplete: Text
-    reload: Text
-    required: Text
-    all_required: Text
-    progress: Text
-    code: Text
-    wrong_code: Text
-    attempted: Text
-    number: Text
-    integer: Text
-    closed_code: Text
-    closed_leave: Text
-    example: Text
-    example_step: Text
-    example_some: Text
-    example_panel: Text
-    example_pictures: Text
-    example_depth: Text
-    example_positions: Text
-
-
-class Words(_Part):
+class Words(SettingsPart):
     """Everything that a participant reads.
 
-    ``language`` is a BCP 47 tag for screen readers, ``page`` the buttons and labels. Each other field is a scene.
+    ``language`` is a BCP 47 tag for screen readers, ``page`` the buttons, labels and sentences of reports, ``changes``
+    what a study did to people (:data:`~lockprobe.people.deceptions.Deception`). Each other field is a scene.
     """
 
     language: Annotated[str, Field(pattern=r"^[A-Za-z]{2,8}(-[A-Za-z0-9]{1,8})*$")]
@@ -182,9 +134,15 @@ class Words(_Part):
     practice_over: Longer
     over: _Over
     debrief: _Debrief
-    changes: _Changes
+    changes: Annotated[dict[str, Text], _all_of("changes")]
     closed: _Closed
-    page: PageWords
+    page: Annotated[dict[str, Text], _all_of("page")]
+
+    @property
+    def fingerprint(self) -> str:
+        """Language and fingerprint, for example ``en 3f9a01bc22d1``."""
+        known = self.model_dump_json(exclude_none=True)
+        return f"{self.language} {hashlib.sha256(known.encode()).hexdigest()[:12]}"
 
 
 def filled(text: str, **facts: object) -> str:
@@ -194,19 +152,6 @@ def filled(text: str, **facts: object) -> str:
     'Step 1 of 20 {x}'
     """
     return re.sub(r"\{(\w+)\}", lambda found: str(facts.get(found[1], found[0])), text)
-
-
-def example_on(words: Words, number: int) -> Literal["box", "step", "none"]:
-    """The example box on a page of instructions, from 1.
-
-    By default the first page shows the box and the second a step; a single page shows a step.
-    """
-    pages = words.instructions
-    if (said := pages[number - 1].example) is not None:
-        return said
-    if number == 1 and len(pages) > 1:
-        return "box"
-    return "step" if number <= 2 else "none"
 
 
 def read_words(name: str) -> Words:

@@ -1,26 +1,25 @@
-"""Tokens by which a browser proves that it is the same as before. A forged token is detected."""
+"""Tokens by which a browser proves that it is the same as before, and what else hangs on the secret of a study."""
 
 from __future__ import annotations
 
-import base64
-import binascii
 import hashlib
 import hmac
+import re
 import secrets
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.atomic_file import write_private
-from lockprobe.people.refusals import ActRefused
+from lockprobe.people.scenes import ActRefused
 
 TOKENS = "secret"
-"""The file of the secret, next to the diaries."""
+"""The file of the secret, in the directory of people."""
 
 _BYTES = 32
 
 
 class Tokens:
-    """Issues and recognises tokens: random bytes and their keyed hash (HMAC) under the secret of this study.
+    """Issues and recognises tokens: a random number and its keyed hash (HMAC) under the secret of this study.
 
     Args:
         path: The file of the secret. It is created if missing; only its owner can read it.
@@ -49,8 +48,8 @@ class Tokens:
 
     def new(self) -> str:
         """A new token."""
-        chance = secrets.token_bytes(_BYTES)
-        return _written(chance + self._sealed(chance))
+        chance = secrets.token_hex(_BYTES)
+        return chance + self._sealed(chance)
 
     def mark(self, token: str) -> str:
         """SHA-256 of a token, under which it is stored. The token cannot be derived from it.
@@ -58,27 +57,19 @@ class Tokens:
         Raises:
             ActRefused: As ``forged``, if the token was not issued here.
         """
-        try:
-            raw = base64.b64decode(token.encode("ascii"), altchars=b"-_", validate=True)
-        except (UnicodeEncodeError, binascii.Error, ValueError):
-            raw = b""
-        right = len(raw) == 2 * _BYTES and _written(raw) == token  # one way only: bits that fill it up are none of it
-        if not right or not hmac.compare_digest(raw[_BYTES:], self._sealed(raw[:_BYTES])):
+        chance = token[: 2 * _BYTES]
+        if not re.fullmatch("[0-9a-f]+", token) or not hmac.compare_digest(token, chance + self._sealed(chance)):
             raise ActRefused("forged", "a token that was not given out here")
         return hashlib.sha256(token.encode()).hexdigest()
 
     @property
     def preview(self) -> str:
         """The key with which an experimenter looks at the study."""
-        return hmac.digest(self._secret, b"preview", "sha256").hex()[:16]
+        return self._sealed("preview")[:16]
 
     def digest(self, person: str) -> str:
         """A keyed digest of a person's ID on a recruitment platform, which tells nobody the ID."""
-        return hmac.digest(self._secret, b"withdrew " + person.encode(), "sha256").hex()
+        return self._sealed(f"withdrew {person}")
 
-    def _sealed(self, chance: bytes) -> bytes:
-        return hmac.digest(self._secret, chance, "sha256")
-
-
-def _written(raw: bytes) -> str:
-    return base64.urlsafe_b64encode(raw).decode("ascii")
+    def _sealed(self, text: str) -> str:
+        return hmac.digest(self._secret, text.encode(), "sha256").hex()

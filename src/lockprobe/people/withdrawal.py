@@ -57,12 +57,9 @@ def delete_unnamed_pictures(journal: Journal) -> None:
         BadFile: If a record is damaged.
         OSError: If a file cannot be deleted.
     """
-    album = journal.directory / ALBUM
-    if not album.is_dir():
-        return
     named: set[bytes] = set()
     for key, record in journal.store.rows("select key, record from trial"):
         named.update(re.findall(PICTURE_NAME.pattern.encode(), unpacked(journal.store, key, record)))
-    for picture in album.iterdir():
+    for picture in (journal.directory / ALBUM).glob("*"):
         if PICTURE_NAME.fullmatch(picture.name) and picture.name.encode() not in named:
             picture.unlink()

@@ -13,9 +13,8 @@ from taking_part import START, take_part
 from lockprobe.interfaces.export import tidy_rows, trial_rows
 from lockprobe.interfaces.export.table_files import write_rows, write_table
 from lockprobe.interfaces.export.tables import TABLES, PeopleRecords, people_table, table_of
-from lockprobe.people.diary import Diary, Did, Released, read_diaries, write_diaries
+from lockprobe.people.diary import Answers, Diary, Did, Released, read_diaries, write_diaries
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.responses import Answers
 from lockprobe.studies.records.store import written as opened
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
@@ -103,7 +102,7 @@ def test_checks_and_answers_stand_with_their_questions(directory):
     (check,), (answer,) = found["checks"].rows, found["answers"].rows
     assert (check["check"], check["question"], check["answer"], check["right"]) == (1, "Blue, please.", "red", 0)
     assert (answer["name"], answer["question"], answer["answer"]) == ("why", "Why?", "because")
-    assert PeopleRecords.read(directory).experiment == Experiment.model_validate({"practice_layout": "fixed", **asked})
+    assert PeopleRecords.read(directory).experiment == Experiment.model_validate(asked)
 
 
 def test_trials_are_those_of_the_export_with_who_played_them(directory):

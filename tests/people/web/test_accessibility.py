@@ -81,8 +81,8 @@ EXAMPLES = (
 async def check_example(page, words, asks):
     """One example, which says in words what is seen in it, and in which nothing can be reached."""
     (name,) = await page.evaluate(EXAMPLES)
-    assert words.page.target in name
-    assert (words.page.question in name) is asks
+    assert words.page["target"] in name
+    assert (words.page["question"] in name) is asks
     await page.evaluate("document.querySelector('.example button').focus()")
     assert not await page.evaluate("document.activeElement.closest('.example')")
 

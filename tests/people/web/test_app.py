@@ -22,29 +22,35 @@ from visitor import in_short, without_the_page
 import lockprobe
 from lockprobe import load
 from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, BadValue, Missing
 from lockprobe.foundation.storage.database import Database
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.diary import read_diaries
+from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import read_words
+from lockprobe.people.tokens import Tokens
+from lockprobe.people.web import app
+from lockprobe.people.web.address import Address
 from lockprobe.studies.records.store import STORE
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Names
 from lockprobe.trial.record import Decision
 
 SOURCE = Path(lockprobe.__file__).parent
+JSON = {"content-type": "application/json"}
 
 
 def replies_to(visitor):
     return [answer.partition(b"\r\n\r\n")[2] for answer in visitor.http.received]
 
 
-async def raw(url, request):
+async def raw(url, request, wait=60):
     """The bytes of an answer to the bytes of a request."""
     parts = urlsplit(url)
     reader, writer = await asyncio.open_connection(parts.hostname, parts.port)
     try:
         writer.write(request.replace(b"HOST", parts.netloc.encode()))
-        return await asyncio.wait_for(reader.read(), 60)
+        return await asyncio.wait_for(reader.read(), wait)
     finally:
         writer.close()
         await writer.wait_closed()
@@ -101,7 +107,7 @@ def test_a_page_is_opened_with_its_words_and_a_cookie_that_no_script_reads(tmp_p
     opened = first.json()
     assert set(opened) == {"lease", "turn", "scene", "withdraw", "participant", "progress", "words"}
     assert set(opened["words"]) == {"language", "direction", "title", "consent", "debrief", "page"}
-    assert opened["words"]["page"] == read_words("en").page.model_dump()
+    assert opened["words"]["page"] == read_words("en").page
     assert (opened["scene"]["kind"], opened["participant"], opened["withdraw"]) == ("consent", None, False)
     cookie = first.headers["set-cookie"].lower()
     assert cookie.startswith("lockprobe=")
@@ -116,7 +122,6 @@ def test_nothing_is_written_before_consent_and_nothing_of_who_declines(tmp_path)
         async with served(tmp_path) as place, visiting(place, platform={"PROLIFIC_PID": "p1"}) as one:
             before = written(tmp_path)
             await one.open()
-            assert written(tmp_path) == before
             await one.act(kind="agree", agreed=False)
             assert (one.scene["kind"], one.scene["why"]) == ("closed", "declined")
             assert written(tmp_path) == before
@@ -159,43 +164,36 @@ def test_a_preview_shows_all_takes_no_place_and_leaves_nothing(tmp_path):
                     else:
                         assert looks.scene["kind"] == "debrief"
             assert written(tmp_path) == before
-            async with visiting(place, platform={"preview": "0" * 16}) as stranger:
-                answer = await stranger.post("/api/open", {"platform": stranger.platform})
+            for platform in ({"preview": "0" * 16}, {}):
+                answer = await place.http.post("/api/open", json={"platform": platform})
                 assert (answer.status_code, answer.json()["error"]) == (400, "incomplete")
 
     asyncio.run(visit())
 
 
-def test_an_act_counts_once_however_often_it_is_sent(tmp_path):
-    async def visit():
-        async with served(tmp_path) as place, visiting(place) as one:
-            await at_the_box(one, step=2)
-            body = {"lease": one.lease, "turn": one.turn}
-            joint = one.scene["panel"]["joints"][0]["label"]
-            body |= {"act": {"kind": "attempt", "joint": joint, "rt": 9, "claimed": "moved", "claimed_rt": 5}}
-            cookie = {"cookie": f"lockprobe={one.http.cookies['lockprobe']}"}
-            answers = await asyncio.gather(*(place.http.post("/api/act", json=body, headers=cookie) for _ in range(20)))
-            assert {answer.status_code for answer in answers} == {200}
-            assert len({answer.content for answer in answers}) == 1
-            scene = answers[0].json()["scene"]
-            assert (answers[0].json()["turn"], scene["step"]) == (one.turn + 1, 3)
-
-    asyncio.run(visit())
-
-
-def test_who_agrees_many_times_at_once_joins_once(tmp_path):
-    async def agree(place, visitor):
-        body = {"lease": visitor.lease, "turn": 1, "act": {"kind": "agree", "agreed": True}}
+def test_an_act_counts_once_however_often_it_is_sent_at_once(tmp_path):
+    async def send(place, visitor, turn, **act):
+        body = {"lease": visitor.lease, "turn": turn, "act": act, "platform": visitor.platform}
         cookie = {"cookie": f"lockprobe={visitor.http.cookies['lockprobe']}"}
-        answer = await place.http.post("/api/act", json=body | {"platform": visitor.platform}, headers=cookie)
-        return answer.json()
+        return await place.http.post("/api/act", json=body, headers=cookie)
 
     async def visit():
         async with served(tmp_path) as place, AsyncExitStack() as stack:
             who = [{"PROLIFIC_PID": "one"}] * 6 + [{"PROLIFIC_PID": f"p{i}"} for i in range(6)]
             visitors = [await stack.enter_async_context(visiting(place, platform=platform)) for platform in who]
             await asyncio.gather(*(visitor.open() for visitor in visitors))
-            return await asyncio.gather(*(agree(place, visitor) for visitor in visitors for _ in range(3)))
+            agree = {"kind": "agree", "agreed": True}
+            replies = await asyncio.gather(*(send(place, one, 1, **agree) for one in visitors for _ in range(3)))
+            one = next(one for one, reply in zip(visitors, replies[::3], strict=True) if reply.json()["participant"])
+            await one.open()
+            await at_the_box(one, step=2)
+            joint = one.scene["panel"]["joints"][0]["label"]
+            act = {"kind": "attempt", "joint": joint, "rt": 9, "claimed": "moved", "claimed_rt": 5}
+            answers = await asyncio.gather(*(send(place, one, one.turn, **act) for _ in range(20)))
+            assert {answer.status_code for answer in answers} == {200}
+            assert len({answer.content for answer in answers}) == 1
+            assert (answers[0].json()["turn"], answers[0].json()["scene"]["step"]) == (one.turn + 1, 3)
+            return [reply.json() for reply in replies]
 
     replies = asyncio.run(visit())
     joined = {reply["participant"] for reply in replies} - {None}
@@ -211,11 +209,9 @@ def test_of_two_tabs_the_newer_plays(tmp_path):
             old, shown = one.lease, one.seen[-1]
             await one.open()
             assert one.seen[-1] == shown
-            before = written(tmp_path)
             act = {"kind": "attempt", "joint": one.scene["panel"]["joints"][0]["label"], "rt": 1}
             refused = await one.http.post("/api/act", {"lease": old, "turn": one.turn, "act": act})
             assert (refused.status_code, refused.json()["error"]) == (409, "elsewhere")
-            assert written(tmp_path) == before
             await one.act(**act)
 
     asyncio.run(visit())
@@ -223,86 +219,173 @@ def test_of_two_tabs_the_newer_plays(tmp_path):
 
 ATTEMPT = {"kind": "attempt", "joint": "A", "rt": 1000}
 ASKED = ATTEMPT | {"claimed": "moved", "claimed_rt": 5.5}
-
-IMPOSSIBLE = {
-    "a joint that is none": (ASKED | {"joint": "H"}, 422, "impossible"),
-    "a joint with a long name": (ASKED | {"joint": "A" * 50}, 400, "malformed"),
-    "a joint by its number": (ASKED | {"joint": 0}, 400, "malformed"),
-    "nothing said though it was asked": (ATTEMPT, 422, "impossible"),
-    "something else said": (ASKED | {"claimed": "flew"}, 400, "malformed"),
-    "an answer where nothing is asked": ({"kind": "answer", "answer": "x", "rt": 1}, 422, "impossible"),
-    "going on from a box": ({"kind": "next"}, 422, "impossible"),
-    "agreeing again": ({"kind": "agree", "agreed": True}, 422, "impossible"),
-    "solving by decree": ({"kind": "solve"}, 400, "malformed"),
-    "more than there is": (ASKED | {"moved": True}, 400, "malformed"),
-    "time that runs backwards": (ASKED | {"rt": -1}, 400, "malformed"),
-    "no time": (ASKED | {"rt": None}, 400, "malformed"),
-    "endless time": (ASKED | {"rt": 1e300}, 400, "malformed"),
-    "time in words": (ASKED | {"rt": "12"}, 400, "malformed"),
-}
+MALFORMED, IMPOSSIBLE, FORGED = (400, "malformed"), (422, "impossible"), (401, "forged")
+STALE, ELSEWHERE, FOREIGN, NO_JSON = (409, "stale"), (409, "elsewhere"), (403, "cross-site"), (415, "not-json")
 
 
-def test_what_cannot_be_done_is_refused_and_changes_nothing(tmp_path):
-    async def visit():
-        async with served(tmp_path) as place, visiting(place) as one:
-            await at_the_box(one, step=2)
-            before = written(tmp_path)
-            for name, (act, status, code) in IMPOSSIBLE.items():
-                answer = await one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act})
-                assert (answer.status_code, answer.json()["error"]) == (status, code), name
-                assert written(tmp_path) == before, name
-            await one.play()
-
-    asyncio.run(visit())
-    refused = [f" {status} {code} POST /api/act" for _, status, code in IMPOSSIBLE.values()]
-    assert [line.partition("Z")[2] for line in logged(tmp_path)] == refused
-    assert len(load(tmp_path)) == 2
+def act_of(act=ASKED, **more):
+    """A body, in which the lease and the turn of the visitor are filled in."""
+    return {"lease": "LEASE", "turn": "TURN", "act": act, **more}
 
 
 BODIES = [
-    b"",
-    b"{",
-    b"null",
-    b"[]",
-    b'"open"',
-    b"[" * 16_000,
-    b'{"platform": ' + b'{"a":' * 2500 + b"1" + b"}" * 2500 + b"}",
-    b'{"platform": {"a": 1}}',
-    b'{"platform": {"a": "\\ud800"}}',
-    b'{"platform": {"a": "\xff"}}',
-    b'{"platform": {"a": "' + b"x" * 1000 + b'"}}',
-    b'{"platform": {}, "token": "mine"}',
+    b"", b"{", b"null", b"[]", b'"open"', b"[" * 16_000, b'{"platform": {"a": 1}}', b'{"platform": {"a": "\\ud800"}}',
+    b'{"platform": ' + b'{"a":' * 2500 + b"1" + b"}" * 2500 + b"}", b'{"platform": {"a": "\xff"}}',
+    b'{"platform": {"a": "' + b"x" * 1000 + b'"}}', b'{"platform": {}, "token": "mine"}', b"\x1f\x8b\x08gzip",
     json.dumps({"platform": {str(i): "" for i in range(1000)}}).encode(),
-]
-ACTS = [
-    b'{"lease": "LEASE", "turn": 1e400, "act": {"kind": "next"}}',
-    b'{"lease": "LEASE", "turn": ' + b"9" * 9000 + b', "act": {"kind": "next"}}',
-    b'{"lease": "LEASE", "turn": true, "act": {"kind": "next"}}',
-    b'{"lease": "LEASE", "turn": -1, "act": {"kind": "next"}}',
-    b'{"lease": "LEASE", "turn": 1, "act": {"kind": "attempt", "joint": "A", "rt": NaN}}',
-    b'{"lease": "LEASE", "turn": 1, "act": {"kind": "attempt", "joint": "A", "rt": Infinity}}',
-    b'{"lease": "' + b"x" * 1000 + b'", "turn": 1, "act": {"kind": "next"}}',
-    b'{"lease": null, "turn": 1, "act": {"kind": "next"}}',
-    b'{"turn": 1, "act": {"kind": "next"}}',
-]
+]  # fmt: skip
+"""That are none for any path."""
+
+REQUESTS = [
+    # acts that are none, or not of this scene
+    *(("/api/act", act_of(act), {}, IMPOSSIBLE) for act in (
+        ASKED | {"joint": "H"}, ATTEMPT, {"kind": "answer", "answer": "x", "rt": 1}, {"kind": "next"},
+        {"kind": "agree", "agreed": True}, {"kind": "answers", "answers": [], "rt": 1},
+    )),
+    *(("/api/act", act_of(act), {}, MALFORMED) for act in (
+        ASKED | {"joint": "A" * 50}, ASKED | {"joint": 0}, ASKED | {"claimed": "flew"}, {"kind": "solve"},
+        ASKED | {"moved": True}, ASKED | {"rt": -1}, ASKED | {"rt": None}, ASKED | {"rt": 1e300}, ASKED | {"rt": "12"},
+    )),
+    # turns, leases and tokens that were not given out
+    *(("/api/act", act_of(turn=turn), {}, MALFORMED) for turn in (-1, True, 10**12, "1", None, 1.5)),
+    *(("/api/act", act_of(turn=turn), {}, STALE) for turn in (0, 1, 1000)),
+    ("/api/act", {**act_of(ASKED | {"rt": 123456.0}), "turn": "LAST"}, {}, STALE),  # the last act again, but another
+    *(("/api/act", act_of(lease=lease), {}, ELSEWHERE) for lease in ("x", "OTHER")),
+    *(("/api/act", act_of(lease=lease), {}, MALFORMED) for lease in ("", "../x", "x" * 100, "x" * 1000, None)),
+    *(("/api/act", act_of(), {"cookie": f"lockprobe={token}"}, FORGED) for token in (
+        "", "x", "A" * 128, "0" * 128, "TOKEN"[:-1], "TOKENA", "../secret", "a" * 4000, '"\\303\\244"',
+    )),
+    ("/api/act", act_of(), {"cookie": ""}, FORGED),
+    ("/api/withdraw", {"lease": "LEASE"}, {"cookie": "lockprobe=forged"}, FORGED),
+    ("/api/open", {}, {"cookie": "lockprobe=forged"}, FORGED),
+    # bodies
+    *((path, body, {}, MALFORMED) for path in ("/api/open", "/api/act", "/api/withdraw") for body in BODIES),
+    ("/api/withdraw", b'{"lease": 1}', {}, MALFORMED),
+    *(("/api/act", b'{"lease": "LEASE", "turn": ' + turn + b', "act": {"kind": "next"}}', {}, MALFORMED)
+      for turn in (b"1e400", b"9" * 9000)),
+    *(("/api/act", b'{"lease": "LEASE", "turn": 1, "act": {"kind": "attempt", "joint": "A", "rt": ' + rt + b"}}", {}, MALFORMED)
+      for rt in (b"NaN", b"Infinity")),
+    ("/api/act", b"x" * 20_000, {}, (413, "too-large")),
+    # other people's pages and names
+    *(("/api/act", act_of(), {"origin": origin}, FOREIGN) for origin in ("https://evil.example", "null", "http://localhost")),
+    *(("/api/act", act_of(), {"sec-fetch-site": site}, FOREIGN) for site in ("cross-site", "same-site", "none")),
+    *(("/api/act", act_of(), {"host": host}, FOREIGN) for host in ("", "evil.example", "127.0.0.1", "127.0.0.1:80", "127.0.0.1:PORT@evil")),
+    *(("/api/act", act_of(), {"content-type": kind}, NO_JSON) for kind in (
+        "", "text/plain", "application/x-www-form-urlencoded", "multipart/form-data; boundary=x", "application/json; charset=utf-16",
+    )),
+    # paths and methods
+    ("/", {}, {}, (405, "unknown")), ("/x", {}, {}, (404, "unknown")), ("/api/open/", {}, {}, (404, "unknown")),
+]  # fmt: skip
+"""Path, body and headers of what a participant in the second step of a box may send -> what is answered."""
 
 
-def test_bodies_that_are_none_are_refused(tmp_path):
+def test_what_cannot_be_done_is_refused_logged_without_what_was_sent_and_changes_nothing(tmp_path):
     async def visit():
-        async with served(tmp_path) as place, visiting(place) as one:
-            await at_the_box(one)
-            before, headers = written(tmp_path), {"content-type": "application/json"}
-            bodies = [("/api/open", body) for body in BODIES]
-            bodies += [("/api/act", body.replace(b"LEASE", one.lease.encode())) for body in [*ACTS, *BODIES]]
-            bodies += [("/api/withdraw", body) for body in [*BODIES, b'{"lease": 1}']]
-            for path, body in bodies:
-                answer = await one.http.post(path, content=body, headers=headers)
-                assert (answer.status_code, answer.json()["error"]) == (400, "malformed"), (path, body[:60])
-            assert len(logged(tmp_path)) == len(bodies)
+        async with served(tmp_path) as place, visiting(place) as one, visiting(place) as other:
+            await at_the_box(other)
+            await at_the_box(one, step=2)
+            before, lines = written(tmp_path), len(logged(tmp_path))
+            token = one.http.cookies["lockprobe"]
+            values = {
+                b'"TURN"': str(one.turn), b'"LAST"': str(one.turn - 1), b"LEASE": one.lease, b"OTHER": other.lease,
+                b'"A"': json.dumps(one.scene["panel"]["joints"][0]["label"]),
+            }  # fmt: skip
+            for path, body, headers, (status, code) in REQUESTS:
+                content = body if isinstance(body, bytes) else json.dumps(body).encode()
+                for name, value in values.items():
+                    content = content.replace(name, value.encode())
+                port = str(urlsplit(place.url).port)
+                given = {name: said.replace("TOKEN", token).replace("PORT", port) for name, said in headers.items()}
+                answer = await one.http.post(path, content=content, headers=given)
+                what = (path, content[:80], given)
+                assert (answer.status_code, answer.json()["error"]) == (status, code), what
+                assert app.SECURITY_HEADERS.items() <= answer.headers.items(), what
+                assert "access-control-allow-origin" not in answer.headers
+                assert ("set-cookie" in answer.headers) == (code == "forged"), what  # which is forgotten
+                assert ("allow" in answer.headers) == (status == 405)
+                one.http.cookies["lockprobe"] = token
             assert written(tmp_path) == before
+            said = [line.partition("Z ")[2] for line in logged(tmp_path)[lines:]]
+            assert said == [f"{status} {code} POST {path}" for path, _, _, (status, code) in REQUESTS]
             await one.play()  # the page goes on as if nothing had been
+            await other.play()
 
     asyncio.run(visit())
+    assert len(load(tmp_path)) == 4
+
+
+def test_a_server_s_own_page_and_names_pass_and_links_of_others(tmp_path):
+    async def visit():
+        async with served(tmp_path, door=Address(port=0, allowed=("lab-pc",))) as place:
+            port = urlsplit(place.url).port
+            for headers in (
+                *({"host": f"{host}:{port}"} for host in ("localhost", "[::1]", "LOCALHOST", "lab-pc")),
+                {"origin": f"http://lab-pc:{port}", "sec-fetch-site": "same-origin"},
+                {"content-type": "application/json; charset=UTF-8"},
+            ):
+                answer = await place.http.post("/api/open", content=b"{}", headers=JSON | headers)
+                assert answer.status_code == 200, headers
+            assert (await place.http.get("/", headers={"sec-fetch-site": "cross-site"})).status_code == 200
+            cross = await place.http.get("/api/open", headers={"sec-fetch-site": "cross-site"})
+            assert cross.json()["error"] == "cross-site"
+
+    asyncio.run(visit())
+
+
+@pytest.mark.parametrize(
+    ("address", "url", "host", "secure"),
+    [
+        ({}, "http://127.0.0.1:8765/", "localhost:8765", False),
+        ({"public": "https://Study.Example.org:443/"}, "https://Study.Example.org:443/", "study.example.org", True),
+        ({"public": "http://a.example:8080"}, "http://a.example:8080/", "a.example:8080", False),
+        ({"public": "https://[2001:DB8::1]"}, "https://[2001:DB8::1]/", "[2001:db8::1]", True),
+        ({"host": "0.0.0.0", "port": 80, "allowed": ("lab-pc.local",)}, "http://lab-pc.local/", "lab-pc.local", False),
+        ({"host": "2001:db8::1", "port": 80}, "http://[2001:db8::1]/", "[2001:db8::1]", False),
+        ({"host": "0.0.0.0", "public": "https://a.example"}, "https://a.example/", "a.example", True),
+    ],
+)
+def test_a_server_goes_by_the_names_it_was_given(address, url, host, secure):
+    found = Address(**address)
+    assert (found.url, found.secure) == (url, secure)
+    assert host in found.hosts
+    assert {origin.partition("://")[2] for origin in found.origins} == found.hosts
+    assert "0.0.0.0" not in "".join(found.hosts)
+
+
+PUBLIC = ["study.example.org", "ftp://a.org", "https://", "https://a/b", "https://a?b", "https://a#b", "https://me@a",
+          "https://a:0", "https://a:99999", "https://a b", "https://[::1", "javascript:alert(1)"]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        *(({"public": public}, "public-url") for public in PUBLIC),
+        *(({"allowed": (name,)}, "allow-host") for name in ("", "a b", "a:80", "https://a", "a/b", "*")),
+        ({"host": "0.0.0.0"}, "--public-url"),
+    ],
+)
+def test_what_is_no_name_or_none_at_all_is_refused(address, said):
+    with pytest.raises((BadValue, Missing), match=said):
+        Address(**address)
+
+
+def test_only_tokens_of_this_secret_are_known_and_nobody_else_reads_it(tmp_path):
+    path = tmp_path / "people" / "secret"
+    token = Tokens(path).new()
+    path.chmod(0o644)
+    assert Tokens(path, given=True).mark(token) != Tokens(path).mark(Tokens(path).new())
+    assert (path.stat().st_mode & 0o777, path.parent.stat().st_mode & 0o777) == (0o600, 0o700)
+    assert token.encode() not in path.read_bytes()
+    for wrong, said in ((b"short", "not a secret"), (None, "Restore it")):
+        path.unlink()
+        if wrong:
+            path.write_bytes(wrong)
+        with pytest.raises(BadFile, match=said):
+            Tokens(path, given=True)
+    for irregular in (tmp_path / "link", tmp_path / "people"):
+        (tmp_path / "link").symlink_to(tmp_path / "nothing") if irregular.name == "link" else None
+        with pytest.raises(BadFile, match="not a regular file"):
+            Tokens(irregular)
 
 
 def mutated(body, luck):
@@ -310,17 +393,11 @@ def mutated(body, luck):
     content = bytearray(body)
     for _ in range(luck.randint(1, 4)):
         at, size = luck.randrange(len(content) + 1), luck.randint(1, 12)
-        way = luck.randrange(5)
-        if way == 0:
-            content[at : at + size] = luck.randbytes(size)
-        elif way == 1:
+        more = [b"{", b"}", b"null", b'"', b"1e999", b"-1", b"\\u0000", b"[[", b",", b"true", luck.randbytes(size)]
+        if luck.random() < 0.3:
             del content[at : at + size]
-        elif way == 2:
-            content[at:at] = content[at : at + size]
-        elif way == 3:
-            content[at:at] = luck.choice([b"{", b"}", b"null", b'"', b"1e999", b"-1", b"\\u0000", b"[[", b",", b"true"])
         else:
-            content[at : at + 1] = str(luck.randrange(10)).encode()
+            content[at : at + luck.choice((0, 1, size))] = luck.choice([*more, bytes(content[at : at + size])])
     return bytes(content)
 
 
@@ -349,209 +426,76 @@ def test_bodies_that_are_nearly_right_are_taken_whole_or_not_at_all(tmp_path):
     assert came[200] > 0
 
 
-def test_tokens_and_turns_that_were_not_given_out_are_refused(tmp_path):
-    async def visit():
-        async with served(tmp_path) as place, visiting(place) as one, visiting(place) as other:
-            await at_the_box(one, step=3)
-            await at_the_box(other, step=2)
-            before = written(tmp_path)
-
-            async def attempt(code, turn, lease=one.lease, cookie=one.http.cookies["lockprobe"], **act):
-                joint = next(joint["label"] for joint in one.scene["panel"]["joints"])
-                body = {"lease": lease, "turn": turn, "act": {**ASKED, "joint": joint, **act}}
-                headers = {} if cookie is None else {"cookie": f"lockprobe={cookie}"}
-                answer = await place.http.post("/api/act", json=body, headers=headers)
-                assert (answer.status_code, answer.json()["error"]) == code
-                return answer
-
-            for cookie in (None, "", "x", "A" * 86, one.http.cookies["lockprobe"][:-1], "../secret", "a" * 4000):
-                answer = await attempt((401, "forged"), one.turn, cookie=cookie)
-                assert "lockprobe=" in answer.headers["set-cookie"]
-                assert "max-age=0" in answer.headers["set-cookie"].lower()
-            for turn in (0, 1, one.turn - 2, one.turn + 1, one.turn + 1000):
-                await attempt((409, "stale"), turn)
-            last = one.turn - 1  # the last act again, but another
-            await attempt((409, "stale"), last, rt=123456.0)
-            for lease in ("x", other.lease):
-                await attempt((409, "elsewhere"), one.turn, lease=lease)
-            for lease in ("", "../x", "x" * 100):
-                await attempt((400, "malformed"), one.turn, lease=lease)
-            for path in ("/api/open", "/api/withdraw"):
-                body = {} if path.endswith("open") else {"lease": one.lease}
-                answer = await place.http.post(path, json=body, headers={"cookie": "lockprobe=forged"})
-                assert (answer.status_code, answer.json()["error"]) == (401, "forged")
-            assert written(tmp_path) == before
-            await asyncio.gather(one.play(), other.play())
-
-    asyncio.run(visit())
-    assert len(load(tmp_path)) == 4
-
-
 PATHS = [
-    b"/nothing",
-    b"/static/",
-    b"/static/nothing.js",
-    b"/static/../people/secret",
-    b"/static/..%2f..%2fpeople%2fsecret",
-    b"/static/%2e%2e/%2e%2e/secret",
-    b"/static//etc/passwd",
-    b"/static/page.js%00.html",
-    b"/static/page.js/",
-    b"//evil.example/",
-    b"/people/secret",
-    b"/study.db",
-    b"/study.db-wal",
-    b"/study.json",
-    b"/admin/",
-    b"/api/",
-    b"/api/open/",
-    b"/API/OPEN",
-    b"/static/..\\..\\secret",
-    b"/%ff%fe",
-    b"/" + b"a" * 5000,
-]
+    b"/nothing", b"/static/", b"/static/nothing.js", b"/static/../people/secret", b"/static/..%2f..%2fpeople%2fsecret",
+    b"/static/%2e%2e/%2e%2e/secret", b"/static//etc/passwd", b"/static/page.js%00.html", b"/static/page.js/",
+    b"//evil.example/", b"/people/secret", b"/study.db", b"/study.db-wal", b"/study.json", b"/admin/", b"/api/",
+    b"/api/open/", b"/API/OPEN", b"/static/..\\..\\secret", b"/%ff%fe", b"/%0a/\x1b[31m", b"/" + b"a" * 5000,
+]  # fmt: skip
+TWO_LENGTHS = (
+    b"POST /api/open HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\nContent-Type: application/json\r\n"
+    b"Content-Length: 1\r\nTransfer-Encoding: chunked\r\n\r\n"
+)
+SLOW = b"POST /api/open HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\nContent-Type: application/json\r\nContent-Length: 3\r\n\r\n{"
+NO_HTTP = [
+    b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", b"GET / HTTP/1.1\r\n\r\n", b"GET /\r\n\r\n", TWO_LENGTHS, SLOW,
+    b"GET / HTTP/1.1\r\nHost: HOST\r\nHost: evil.example\r\n\r\n",
+    b"POST /api/open HTTP/1.1\r\nHost: HOST\r\nContent-Length: -1\r\n\r\n",
+]  # fmt: skip
 
 
-def test_paths_lead_nowhere_else(tmp_path):
+def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(app, "SECONDS_FOR_A_BODY", 0.05)
+
     async def visit():
         async with served(tmp_path) as place:
             before = written(tmp_path)
             for path in PATHS:
                 answer = await raw(place.url, b"GET " + path + b" HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\n\r\n")
                 head, _, body = answer.partition(b"\r\n\r\n")
-                assert head.startswith(b"HTTP/1.1 404 "), (path, answer)
-                assert json.loads(body)["error"] == "unknown"
-            assert written(tmp_path) == before
-
-    asyncio.run(visit())
-    assert len(logged(tmp_path)) == len(PATHS)
-
-
-TWO_LENGTHS = (
-    b"POST /api/open HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\nContent-Type: application/json\r\n"
-    b"Content-Length: 1\r\nTransfer-Encoding: chunked\r\n\r\n"
-)
-
-
-def test_what_is_no_http_is_refused(tmp_path):
-    nonsense = [
-        b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
-        b"GET / HTTP/1.1\r\n\r\n",
-        b"GET /\r\n\r\n",
-        b"GET / HTTP/1.1\r\nHost: HOST\r\nHost: evil.example\r\n\r\n",
-        b"GET / HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\nX: " + b"a" * 100_000 + b"\r\n\r\n",
-        TWO_LENGTHS,
-        b"POST /api/open HTTP/1.1\r\nHost: HOST\r\nContent-Length: -1\r\n\r\n",
-    ]
-
-    async def visit():
-        async with served(tmp_path) as place:
-            before = written(tmp_path)
-            for request in nonsense:
+                if not head.startswith(b"HTTP/1.1 400 "):
+                    assert head.startswith(b"HTTP/1.1 404 "), (path, answer)
+                    assert json.loads(body)["error"] == "unknown"
+            for request in NO_HTTP:
                 answer = await raw(place.url, request)
                 assert answer.startswith((b"HTTP/1.1 400 ", b"HTTP/1.1 413 ")), (request[:40], answer[:200])
                 assert b"evil" not in answer
             assert (await place.http.get("/healthz")).text == "ok"
+            for content in (b"x" * 5_000_000, endless()):  # the answer arrives
+                assert (await place.http.post("/api/open", content=content, headers=JSON)).status_code == 413
             assert written(tmp_path) == before
 
-    asyncio.run(visit())
-    assert len(logged(tmp_path)) == len(nonsense)
-
-
-def test_large_bodies_are_refused_with_an_answer_that_arrives(tmp_path):
-    async def visit():
-        async with served(tmp_path) as place:
-            before = written(tmp_path)
-            kind = {"content-type": "application/json"}
-            for content in (b"x" * 20_000, b"x" * 5_000_000):
-                answer = await place.http.post("/api/open", content=content, headers=kind)
-                assert (answer.status_code, answer.json()["error"]) == (413, "too-large")
-
-            async def endless():
-                for _ in range(5000):
-                    yield b"x" * 1000
-
-            answer = await place.http.post("/api/open", content=endless(), headers=kind)
-            assert answer.status_code == 413
-            assert written(tmp_path) == before
+    async def endless():
+        for _ in range(5000):
+            yield b"x" * 1000
 
     asyncio.run(visit())
-
-
-@pytest.mark.parametrize(
-    ("method", "path", "status"),
-    [("GET", "/api/act", 405), ("PUT", "/", 405), ("DELETE", "/api/open", 405), ("POST", "/", 405), ("GET", "/x", 404)],
-)
-def test_there_are_only_the_ways_there_are(tmp_path, method, path, status):
-    async def visit():
-        async with served(tmp_path) as place:
-            return await place.http.request(method, path, headers={"content-type": "application/json"})
-
-    answer = asyncio.run(visit())
-    assert (answer.status_code, answer.json()["error"]) == (status, "unknown")
-    assert ("allow" in answer.headers) == (status == 405)
-
-
-@pytest.mark.parametrize(
-    "headers",
-    [
-        {"origin": "https://evil.example"},
-        {"sec-fetch-site": "cross-site"},
-        {"host": "evil.example"},
-        {"content-type": "text/plain"},
-        {"content-type": "application/x-www-form-urlencoded"},
-    ],
-)
-def test_other_peoples_pages_cannot_act(tmp_path, headers):
-    async def visit():
-        async with served(tmp_path) as place, visiting(place) as one:
-            await at_the_box(one)
-            before = written(tmp_path)
-            body = json.dumps({"lease": one.lease, "turn": one.turn, "act": ATTEMPT})
-            given = {"content-type": "application/json"} | headers
-            answer = await one.http.post("/api/act", content=body, headers=given)
-            assert answer.status_code == (415 if headers.get("content-type") else 403)
-            assert written(tmp_path) == before
-
-    asyncio.run(visit())
-    assert len(logged(tmp_path)) == 1
+    lines = logged(tmp_path)
+    assert len(lines) == len(PATHS) + len(NO_HTTP) + 2
+    assert all(line.isprintable() and len(line) < 200 for line in lines)
 
 
 SCRIPT = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 
 
-def test_script_in_free_text_is_text(tmp_path):
+def test_script_in_free_text_is_text_and_an_id_of_a_platform_that_is_none_is_not_kept(tmp_path):
     async def visit():
         async with served(tmp_path) as place, visiting(place, answers={"how": SCRIPT}) as one:
             await one.play()
+            for value in (SCRIPT, "", "a b", "../x", "a" * 65, "%00", "é", "a\n"):
+                answer = await place.http.post("/api/open", json={"platform": {"PROLIFIC_PID": value}})
+                assert (answer.status_code, answer.json()["error"]) == (400, "incomplete"), value
+                assert answer.json()["words"]["page"]["incomplete"] == read_words("en").page["incomplete"]
             return one
 
     one = asyncio.run(visit())
     assert SCRIPT in [line["act"]["answer"] for line in acts(tmp_path, one.identity) if line.get("scene") == "ask"]
     assert not any(b"alert" in reply for reply in replies_to(one))
+    said = "400 incomplete POST /api/open PROLIFIC_PID in the URL is not a value of a recruitment platform"
+    assert {line.partition("Z ")[2] for line in logged(tmp_path)} == {said}
 
 
-def test_ids_of_a_platform_that_are_none_are_not_kept(tmp_path):
-    async def visit():
-        async with served(tmp_path) as place:
-            before = written(tmp_path)
-            async with visiting(place, platform={"PROLIFIC_PID": SCRIPT}) as one:
-                answer = await one.post("/api/open", {"platform": one.platform})
-                assert (answer.status_code, answer.json()["error"]) == (400, "incomplete")
-                assert answer.json()["words"]["page"]["incomplete"] == read_words("en").page.incomplete
-                assert written(tmp_path) == before
-
-    asyncio.run(visit())
-    (line,) = logged(tmp_path)
-    assert line.endswith(
-        " 400 incomplete POST /api/open PROLIFIC_PID in the URL is not a value of a recruitment platform"
-    )
-    assert not any(b"alert" in path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())
-
-
-def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_path, monkeypatch):
-    from lockprobe.people.server_state import ServerState
-
+def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_path, monkeypatch, capfd):
     async def breaks(*arguments):
         raise KeyError("what was sent")
 
@@ -565,6 +509,7 @@ def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_pat
     assert answer.headers["x-content-type-options"] == "nosniff"
     (line,) = logged(tmp_path)
     assert re.search(r" 500 broken POST /api/open KeyError at web/test_app.py:\d+$", line)
+    assert capfd.readouterr().err.splitlines() == [line]
 
 
 @pytest.mark.parametrize("room", [0, 20, 4096])
@@ -660,10 +605,9 @@ def test_whatever_a_participant_sends_in_any_scene_nothing_breaks_leaks_or_locks
             one, other = [
                 await stack.enter_async_context(visiting(place, platform={"PROLIFIC_PID": f"p{i}"})) for i in (1, 2)
             ]
-            await other.open()
-            await other.act(kind="agree", agreed=True)
-            await one.open()
-            await one.act(kind="agree", agreed=True)
+            for each in (other, one):
+                await each.open()
+                await each.act(kind="agree", agreed=True)
             while one.scene["kind"] != "debrief":
                 for _ in range(12):
                     path, body, token = _anything(luck, one, other)

@@ -23,7 +23,7 @@ def test_who_answers_wrong_reads_again_and_then_plays(tmp_path):
             while look.scene != "comprehension":
                 look = await tab.go_on(look)
             await tab.press("[data-act=answers]")
-            assert await tab.page.locator(".missing").inner_text() == WORDS.page.all_required
+            assert await tab.page.locator(".missing").inner_text() == WORDS.page["all_required"]
             tab.answers = {FIRST.question: next(one for one in FIRST.options if one != FIRST.right)}
             look = await tab.go_on(look)
             assert (look.scene, look.heading) == ("page", WORDS.instructions[0].title)
@@ -59,7 +59,7 @@ def test_the_bar_grows_to_the_end_and_says_how_many_boxes_are_done(tmp_path):
     shares = [share for share, _ in bars]
     assert (shares[0], shares[-1], shares) == (0, 100, sorted(shares))
     said = dict.fromkeys(text for _, text in bars)
-    assert list(said) == [filled(WORDS.page.progress, done=done, of=2) for done in (0, 1, 2)]
+    assert list(said) == [filled(WORDS.page["progress"], done=done, of=2) for done in (0, 1, 2)]
 
 
 @pytest.mark.parametrize("tell", ["state", "both", "outcome"])
@@ -84,7 +84,7 @@ def test_beside_the_picture_it_is_said_where_the_joint_is_now(tmp_path, tell):
     for look in seen[1:]:
         label = re.search(r"\b([A-D])\b", look.report)[1]
         drawn = next(name for name in look.joints if f"Joint {label}" in name)
-        said = [at for at in (0, 1) if filled(WORDS.page.now, label=label, position=at) in look.report]
-        shown = [at for at in (0, 1) if filled(WORDS.page.position, position=at) in drawn]
+        said = [at for at in (0, 1) if filled(WORDS.page["now"], label=label, position=at) in look.report]
+        shown = [at for at in (0, 1) if filled(WORDS.page["position"], position=at) in drawn]
         assert said == shown
         assert len(said) == (tell != "outcome")

@@ -193,7 +193,7 @@ def test_what_the_server_will_not_take_is_said_in_the_words_of_the_study_and_can
         server = Server(a_page(), open=[refusal(400, "malformed", words)])
         async with page_of(server) as page:
             await page.wait_for_selector("dialog[open]")
-            assert await page.inner_text("dialog p") == read_words(words or "en").page.refused
+            assert await page.inner_text("dialog p") == read_words(words or "en").page["refused"]
             assert await page.get_attribute("html", "lang") == (words or "en")
             await page.click("[data-act=here]")
             await shown(page, 1)
@@ -222,7 +222,7 @@ def test_a_link_that_the_platform_did_not_fill_in_is_said_and_not_tried_again(la
         async with page_of(server, "?PROLIFIC_PID={{%PROLIFIC_PID%}}") as page:
             await page.wait_for_selector("dialog[open]")
             words = read_words(language)
-            assert await page.inner_text("dialog") == words.page.incomplete
+            assert await page.inner_text("dialog") == words.page["incomplete"]
             assert await page.title() == words.title
             assert await page.locator("button").count() == 0
             await page.keyboard.press("Escape")

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import logging
 import os
 import random
 import signal
@@ -22,6 +23,7 @@ from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import read_words
 from lockprobe.people.web import serving
 from lockprobe.people.web.address import Address
+from lockprobe.people.web.log import LOG, ServerLog
 from lockprobe.people.web.serving import opened
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import STORE
@@ -201,17 +203,6 @@ def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
     assert diary[-1].turn == turn
 
 
-def test_a_token_of_another_study_is_forged(tmp_path):
-    async def visit():
-        async with served(tmp_path / "a") as here, visiting(here) as one, served(tmp_path / "b") as there:
-            await one.open()
-            cookie = {"cookie": f"lockprobe={one.http.cookies['lockprobe']}"}
-            answer = await there.http.post("/api/open", json={}, headers=cookie)
-            assert answer.status_code == 401
-
-    asyncio.run(visit())
-
-
 async def begin(directory, door, study=STUDY):
     async with opened(directory, study, EXPERIMENT, read_words("en"), door):
         pass
@@ -226,16 +217,6 @@ def test_what_cannot_be_had_is_said_before_anything_is_written(tmp_path):
     with pytest.raises(Missing, match="--public-url"):
         Address(host="0.0.0.0")
     assert not (tmp_path / "study").exists()
-
-
-def test_a_start_that_fails_late_leaves_nothing_that_was_not_there(tmp_path, monkeypatch):
-    def fails(directory):
-        raise BadFile(directory, "cannot be written")
-
-    monkeypatch.setattr(serving.ServerLog, "open", fails)
-    with pytest.raises(BadFile):
-        asyncio.run(begin(tmp_path / "runs" / "study", Address(port=0)))
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_once_people_can_come_an_error_leaves_all_as_it_is(tmp_path):
@@ -303,3 +284,22 @@ def test_it_ends_in_one_line_where_somebody_else_replaces_the_records(tmp_path, 
     door = Address(port=0)
     with pytest.raises(BadFile, match="study.db: replaced by somebody else"):
         asyncio.run(serving.serve(tmp_path / "d", STUDY, EXPERIMENT, words, door, announce=replace_records))
+
+
+def test_the_log_is_its_owners_goes_on_and_cannot_fill_a_disk(tmp_path, monkeypatch, capfd):
+    with pytest.raises(BadFile, match="cannot be written"), ServerLog.open(tmp_path / "no"):
+        pass
+    for number in range(3):
+        monkeypatch.setattr("lockprobe.people.web.log.LARGEST", 150 if number == 2 else 10_000)
+        with ServerLog.open(tmp_path) as log:
+            log.refused({"raw_path": b"/%0a/\x1b[31m\r\n\xff" + b"a" * 1000, "method": "G" * 500}, 404, "unknown")
+            logging.getLogger("uvicorn.error").warning("something with %s in it", "a secret")
+            logging.getLogger("asyncio").error("worse\nsocket: 203.0.113.7", exc_info=(OSError, OSError(24), None))
+    written = tmp_path / LOG
+    assert written.stat().st_mode & 0o777 == 0o600
+    refused, worse, *_, last = [line.partition("Z ")[2] for line in written.read_text().splitlines()]
+    assert refused.startswith("404 unknown GGGGGGGGGG /%0a/?[31m??")
+    assert len(refused) < 200
+    assert worse == last == "error asyncio worse OSError"
+    assert (len(written.read_text().splitlines()), len(capfd.readouterr().err.splitlines())) == (4, 6)
+    assert logging.getLogger("asyncio").handlers == []

@@ -13,11 +13,20 @@ from lockprobe.foundation.terminal_text import readable
 from lockprobe.interfaces.export.data_dictionary import PLATFORM
 from lockprobe.interfaces.export.table_files import Rows, rows_of
 from lockprobe.interfaces.export.tidy import COLUMNS, TidyCell, tidy_columns, tidy_rows, trial_columns, trial_rows
-from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries, without_identity
+from lockprobe.people.diary import (
+    Answer,
+    Answers,
+    Attempt,
+    Broken,
+    Diary,
+    Did,
+    Released,
+    acts_of_steps,
+    read_diaries,
+    seconds_of_trials,
+)
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.journey import Journey
-from lockprobe.people.responses import Answer, Answers, Attempt
-from lockprobe.people.step_times import acts_of_steps, key_of, seconds_of_trials
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
@@ -70,7 +79,7 @@ class PeopleRecords:
             directory,
             read_study(directory),
             tuple(load(directory)),
-            tuple(without_identity(kept, platform=platform_ids) for kept in read_diaries(directory)),
+            tuple(kept.without_identity(platform=platform_ids) for kept in read_diaries(directory)),
             kept_experiment(directory),
         )
 
@@ -300,7 +309,7 @@ def _device(kept: Diary) -> dict[str, TidyCell]:
 def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, TidyCell]]:
     recorded = set(map(id, acts.values()))
     for kept in records.diaries:
-        keys = {box: key_of(records.study, kept, box) for box in range(len(kept.joined.slots) + 1)}
+        keys = {box: kept.key(records.study, box) for box in range(len(kept.joined.slots) + 1)}
         for line in kept.lines:
             if isinstance(line, Released):
                 continue

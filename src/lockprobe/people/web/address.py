@@ -79,13 +79,12 @@ class Address:
 def _origin_of(url: str) -> str:
     """An origin as browsers write it, in lower case and without the usual port; empty if the URL is none."""
     try:
-        parts = urlsplit(url)
+        parts = urlsplit(url.lower())
         port = parts.port
     except ValueError:
         return ""
-    name = f"[{parts.hostname}]" if parts.hostname and ":" in parts.hostname else parts.hostname
-    alone = parts.path in ("", "/") and not (parts.query or parts.fragment or "@" in parts.netloc)
-    usual = {"http": 80, "https": 443}.get(parts.scheme)
-    if not (usual and name and _NAME.fullmatch(name) and alone) or port == 0:
+    name, usual = parts.netloc.rpartition(":")[0] if port is not None else parts.netloc, {"http": 80, "https": 443}
+    alone = parts.path in ("", "/") and not (parts.query or parts.fragment)
+    if parts.scheme not in usual or not (_NAME.fullmatch(name) and alone) or port == 0:
         return ""
-    return f"{parts.scheme}://{name}" + ("" if port in (None, usual) else f":{port}")
+    return f"{parts.scheme}://{name}" + ("" if port in (None, usual[parts.scheme]) else f":{port}")

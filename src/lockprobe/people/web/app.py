@@ -7,6 +7,7 @@ scripts cannot read holds the token that identifies a participant.
 
 from __future__ import annotations
 
+import asyncio
 import json
 import mimetypes
 import traceback
@@ -17,30 +18,59 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import Field, ValidationError
 from starlette.applications import Starlette
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.middleware.gzip import GZipMiddleware
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
-from starlette.types import ASGIApp, ExceptionHandler, Scope
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.people.refusals import STATUS, ActRefused
-from lockprobe.people.responses import Act
-from lockprobe.people.scenes import StrictModel
-from lockprobe.people.server_state import PageReply, ServerState
+from lockprobe.people.diary import Act, StrictModel
+from lockprobe.people.scenes import ActRefused
+from lockprobe.people.server_state import Reply, ServerState
 from lockprobe.people.texts import Words
 from lockprobe.people.web.address import Address
-from lockprobe.people.web.guard import Guard
 from lockprobe.people.web.log import LOGGED, ServerLog
 
 STATIC = Path(__file__).with_name("static")
 
-COOKIE = "lockprobe"
+STATUS: Mapping[str, int] = {
+    "malformed": 400,  # the lease of a page has a wrong form, or the body is no such JSON object
+    "incomplete": 400,  # the recruitment platform did not fill in a parameter of the URL
+    "forged": 401,  # the token was not given out here
+    "wrong-code": 403,  # the code to join is missing or wrong
+    "cross-site": 403,  # sent by a page of another site
+    "stale": 409,  # the act is for another scene than the one shown; the page has to ask for that one
+    "elsewhere": 409,  # the study is open in a newer tab
+    "too-large": 413,  # the body has too many bytes
+    "not-json": 415,  # the body is no JSON
+    "impossible": 422,  # the act has the right form, but this scene does not allow it
+}
+"""The HTTP status for each code of a refusal."""
 
-SECONDS_REMEMBERED = 60 * 24 * 3600
-"""How long a browser keeps its cookie, so that one can come back later."""
+COOKIE, SECONDS_REMEMBERED = "lockprobe", 60 * 24 * 3600
+"""The cookie, and how long a browser keeps it, so that one can come back later."""
+
+LARGEST_BODY, SECONDS_FOR_A_BODY = 16 * 1024, 20.0
+"""Bytes of the largest body that is read, and the time for one to arrive."""
+
+SECURITY_HEADERS: Mapping[str, str] = {
+    "content-security-policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "no-referrer",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "permissions-policy": "camera=(), geolocation=(), microphone=()",
+    "x-robots-tag": "noindex",
+}
+"""On every answer. No script but the page's own runs, nothing is loaded from elsewhere, no other page frames it."""
 
 Word = Annotated[str, Field(max_length=200)]
 Platform = Annotated[dict[Word, Word], Field(max_length=40)]
@@ -65,10 +95,21 @@ Body = TypeVar("Body", bound=StrictModel)
 
 
 async def _body(request: Request, kind: type[Body]) -> Body:
+    """What a page sent.
+
+    Raises:
+        ActRefused: If it is large or slow, or no such JSON object.
+    """
+    body = b""
     try:
-        return kind.model_validate_json(await request.body())
-    except ValidationError:
-        raise ActRefused("malformed", "the body is no such JSON object") from None
+        async with asyncio.timeout(SECONDS_FOR_A_BODY):
+            async for part in request.stream():
+                body += part
+                if len(body) > LARGEST_BODY:
+                    raise ActRefused("too-large", f"a body has at most {LARGEST_BODY} bytes")
+        return kind.model_validate_json(body)
+    except (ValidationError, TimeoutError, ClientDisconnect):
+        raise ActRefused("malformed", "the body is no such JSON object, or did not arrive") from None
 
 
 def page_version() -> str:
@@ -95,6 +136,61 @@ class _Files(StaticFiles):
         return answer
 
 
+class Guard:
+    """Checks host and origin of every request, and puts the security headers on every answer.
+
+    The Host header has to be a name of this server with its port, which Starlette's ``TrustedHostMiddleware`` ignores.
+    A POST has to come from a page of this server, and be JSON. Proxy headers are not trusted, since any client can set
+    them.
+    """
+
+    def __init__(self, app: ASGIApp, address: Address, log: ServerLog) -> None:
+        self._app, self._log = app, log
+        self._hosts, self._origins = address.hosts, address.origins
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """One request."""
+
+        async def sent(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                headers.update(SECURITY_HEADERS)
+                headers.setdefault("cache-control", "no-store")
+            await send(message)
+
+        if scope["type"] != "http":
+            return
+        try:
+            self._check(scope, Headers(scope=scope))
+        except ActRefused as error:
+            await _refused(error, self._log, scope)(scope, receive, sent)
+        else:
+            await self._app(scope, receive, sent)
+
+    def _check(self, scope: Scope, headers: Headers) -> None:
+        if len(headers.getlist("host")) != 1 or headers["host"].lower() not in self._hosts:
+            why = "this server does not accept that host name; see --public-url and --allow-host"
+            raise ActRefused("cross-site", why)
+        if scope["method"] not in ("GET", "HEAD", "OPTIONS") or scope["path"].startswith("/api/"):
+            # browsers say which page sent a request, and no page can forge it; others need not
+            origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
+            if not (set(origins) <= self._origins and set(sites) <= {"same-origin"}):
+                raise ActRefused("cross-site", "only the study's own page can do that")
+        if scope["method"] == "POST":
+            kind, _, parameters = headers.get("content-type", "").lower().partition(";")
+            if kind.strip() != "application/json" or parameters.strip() not in ("", "charset=utf-8"):
+                raise ActRefused("not-json", "the body must be JSON")
+            if "transfer-encoding" in headers and "content-length" in headers:
+                raise ActRefused("malformed", "a body of two lengths")  # where a proxy could read another one
+
+
+def _refused(error: ActRefused, log: ServerLog, scope: Scope, **more: object) -> Response:
+    """The answer to a request that is refused. Which parameter was wrong is logged, and not what it held."""
+    status = STATUS[error.code]
+    log.refused(scope, status, error.code, str(error) if error.code == "incomplete" else "")
+    return JSONResponse({"error": error.code, "message": str(error), **more}, status)
+
+
 def _forget(answer: Response) -> Response:
     answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
     return answer
@@ -109,19 +205,8 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
     }  # all others come with their scenes
     mimetypes.add_type("text/javascript", ".js")  # whatever a system says
 
-    def shown(reply: PageReply, **more: object) -> Response:
-        scene = reply.scene.model_dump(mode="json")
-        answer = JSONResponse(
-            {
-                "lease": reply.lease,
-                "turn": reply.turn,
-                "scene": scene,
-                "withdraw": reply.identity is not None,
-                "participant": reply.identity,
-                "progress": reply.progress,
-                **more,
-            }
-        )
+    def shown(reply: Reply, **more: object) -> Response:
+        answer, scene = JSONResponse({**reply.body, **more}), reply.body["scene"]
         if scene["kind"] == "closed" and scene["why"] in ("declined", "withdrawn"):
             return _forget(answer)  # nothing is kept of them, here or there
         answer.set_cookie(
@@ -144,31 +229,10 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
     async def alive(request: Request) -> Response:
         return PlainTextResponse("ok")
 
-    files = _Files(directory=STATIC)
-    inner = Starlette(
-        routes=[
-            Route("/healthz", alive),
-            Route("/api/open", opened, methods=["POST"]),
-            Route("/api/act", act, methods=["POST"]),
-            Route("/api/withdraw", withdraw, methods=["POST"]),
-            Mount("/static", files),
-            Route("/", files),
-        ],
-        exception_handlers=_refusals(log, texts),
-    )
-    inner.router.redirect_slashes = False
-    return Guard(GZipMiddleware(inner, minimum_size=1000, compresslevel=6), address, log.refused)
-
-
-def _refusals(log: ServerLog, texts: Mapping[str, object]) -> Mapping[Any, ExceptionHandler]:
-    """What answers and logs requests that are refused or fail."""
-
     async def refused(request: Request, error: Exception) -> Response:
         assert isinstance(error, ActRefused)
-        why = str(error) if error.code == "incomplete" else ""  # which parameter, and not what it held
-        log.refused(request.scope, STATUS[error.code], error.code, why)
         more = {"words": texts} if request.url.path == "/api/open" else {}  # the page has none yet
-        answer = JSONResponse({"error": error.code, "message": str(error), **more}, STATUS[error.code])
+        answer = _refused(error, log, request.scope, **more)
         return _forget(answer) if error.code == "forged" else answer  # a cookie of another study; the page starts again
 
     async def no_route(request: Request, error: Exception) -> Response:
@@ -185,4 +249,18 @@ def _refusals(log: ServerLog, texts: Mapping[str, object]) -> Mapping[Any, Excep
         error.add_note(LOGGED)
         return JSONResponse({"error": "broken", "message": "something went wrong here; please try again"}, 500)
 
-    return {ActRefused: refused, HTTPException: no_route, Exception: broken}
+    files = _Files(directory=STATIC)
+    handlers: Mapping[Any, Any] = {ActRefused: refused, HTTPException: no_route, Exception: broken}
+    inner = Starlette(
+        routes=[
+            Route("/healthz", alive),
+            Route("/api/open", opened, methods=["POST"]),
+            Route("/api/act", act, methods=["POST"]),
+            Route("/api/withdraw", withdraw, methods=["POST"]),
+            Mount("/static", files),
+            Route("/", files),
+        ],
+        exception_handlers=handlers,
+    )
+    inner.router.redirect_slashes = False
+    return Guard(GZipMiddleware(inner, minimum_size=1000, compresslevel=6), address, log)

@@ -37,11 +37,10 @@ async def opened(
     Raises:
         UserMistake: If the port or the directory cannot be used.
     """
-    listening = listen(address.host, address.port)
-    with contextlib.closing(listening):
+    with contextlib.closing(listen(address.host, address.port)) as listening:
         address = replace(address, port=listening.getsockname()[1])
         async with ServerState.open(directory, study, experiment, words, page=page_version()) as state:
-            with ServerLog.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error", "asyncio"):
+            with ServerLog.open(directory / PEOPLE_DIRECTORY) as log:
                 app = application(state, words, address, log)
                 async with running(app, listening, log.say, seconds_to_finish=SECONDS_TO_FINISH):
                     state.invite()

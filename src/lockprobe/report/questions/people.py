@@ -60,7 +60,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     own = ended(begun)
     if not opened.study.invited and not own:
         return
-    from lockprobe.people.progress import flow_of  # the whole experiment, which no study of agents needs
+    from lockprobe.people.journey import flow_of  # the whole experiment, which no study of agents needs
 
     yield _people(quantity="boxes", of="planned", value=opened.study.invited, unit="boxes")
     yield _people(quantity="boxes", of="finished", value=opened.finished_by_people, unit="boxes")

@@ -24,8 +24,7 @@ from lockprobe.foundation.inputs import is_there, read_input
 from lockprobe.foundation.plugins import no_foreign_code
 from lockprobe.foundation.spec import MCP, Spec, spec_kind
 from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.people.responses import Attempt
-from lockprobe.people.step_times import acts_of_steps, key_of
+from lockprobe.people.diary import Attempt, acts_of_steps
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.verify.check import Check, also
 from lockprobe.report.verify.made_again import report_held
@@ -239,7 +238,7 @@ def _attempts(of: _PlayedAgain) -> Iterator[Check]:
     failed += (f"{trial.key}: its player has no diary" for trial in people if diaries and trial.agent not in diaries)
     for diary in opened.diaries:
         for box in range(1, len(diary.joined.slots) + 1):
-            acts, key = diary.attempts(box), key_of(of.study, diary, box)
+            acts, key = diary.attempts(box), diary.key(of.study, box)
             trial = of.trials.get(key)
             if trial is not None and trial.agent == diary.spec:
                 attempts = [

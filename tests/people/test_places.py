@@ -1,0 +1,424 @@
+"""A study is opened for people, beside models that play it; places are as many as there are, and each trial is played once."""
+
+import asyncio
+import json
+import os
+import stat
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+from seated import (
+    WORDS,
+    Clock,
+    Player,
+    an_act,
+    as_played,
+    diary_of,
+    flow,
+    free,
+    go_on,
+    opened,
+    people_study,
+    short,
+    take_part,
+    to_first,
+    under,
+    without_page,
+)
+from stored import acts, records, rewrite_acts, sql
+
+from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged, UserMistake
+from lockprobe.interventions.conditions import flips, read_condition
+from lockprobe.people.diary import Released, read_diaries
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.texts import read_words
+from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import Timing
+from lockprobe.studies.running.runner import run_study
+from lockprobe.trial.condition import Condition
+
+STUDY, HOURS = people_study(), 3600.0
+
+
+def at_first_step(shown):
+    return shown.scene.kind == "box" and shown.scene.step == 2
+
+
+def begun(directory, study=STUDY, experiment=None, **settings):
+    """Somebody has joined."""
+    return take_part(directory, study, experiment or short(), until=lambda one: one.scene.kind == "box", **settings)[0]
+
+
+def is_released(directory, shown):
+    return isinstance(diary_of(directory, shown.identity)[-1], Released)
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_nobody_else_reads_what_people_did_whatever_the_umask(tmp_path, there):
+    before = os.umask(0)
+    try:
+        if there:
+            run_study(replace(STUDY, agents=("random",)), tmp_path / "study")
+        take_part(tmp_path / "study", STUDY, short())
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "study").stat().st_mode) == 0o700
+
+
+def test_people_and_models_join_each_other_whatever_they_are_called_and_whatever_the_order_of_conditions(tmp_path):
+    played = run_study(replace(STUDY, agents=("random",), names={"random": "blind"}), tmp_path)
+    begun(tmp_path)
+    before = (tmp_path / "study.json").read_bytes()
+    begun(tmp_path, replace(STUDY, conditions=STUDY.conditions[::-1]))
+    assert (tmp_path / "study.json").read_bytes() == before
+    assert read_study(tmp_path).labels == ("blind", "participant")
+    take_part(tmp_path, STUDY, short(), people=2)
+    trials = load(tmp_path)
+    assert trials[: len(played)] == played
+    assert all(map(read_study(tmp_path).asks_for, trials))
+    both = run_study(replace(read_study(tmp_path), agents=("round-robin",), names={}), tmp_path)
+    assert {trial.group for trial in both} == {"blind", "round-robin", "participant"}
+    assert load(tmp_path)[: len(trials)] == trials
+
+
+@pytest.mark.parametrize(
+    "change", [{"seed": 8}, {"max_steps": 5}, {"conditions": flips((0.0,))}, {"assessment": False}]
+)
+def test_another_study_in_the_same_directory_is_refused(tmp_path, change):
+    begun(tmp_path)
+    with pytest.raises(SettingsChanged):
+        begun(tmp_path, replace(STUDY, **change))
+
+
+@pytest.mark.parametrize(
+    "change", [{"history": False}, {"feedback": True}, {"practice": "chain-2"}, {"design": "between"}]
+)
+def test_other_settings_are_refused_once_somebody_has_joined_but_for_those_of_places_and_ends(tmp_path, change):
+    take_part(tmp_path, STUDY, short(), until=lambda shown: shown.scene.kind == "consent")
+    begun(tmp_path, experiment=short(**change, participants=1))
+    with pytest.raises(SettingsChanged, match=next(iter(change))):
+        begun(tmp_path)
+    ends = {"completion_url": "https://example.org/done", "completion_code": "C2", "away_minutes": 2}
+    assert begun(tmp_path, experiment=short(**change, **ends, participants=2)).identity
+    assert json.loads((tmp_path / "people" / "experiment.json").read_text())["participants"] == 2
+
+
+def test_other_texts_are_refused_once_somebody_who_can_come_back_has_read_these(tmp_path):
+    async def opens(words, **settings):
+        async with opened(tmp_path, STUDY, short(**settings), words=words) as reception:
+            return len(reception.sessions)
+
+    edited = WORDS.model_copy(update={"title": "Another title"})
+    assert asyncio.run(opens(edited)) == 0
+    identity = begun(tmp_path).identity
+    with pytest.raises(SettingsChanged, match="texts is 'en "):
+        asyncio.run(opens(edited))
+    assert asyncio.run(opens(WORDS, language="elsewhere/english.toml")) == 1
+    assert read_words(str(tmp_path / "people" / "texts.toml")) == WORDS
+    joined, *rest = acts(tmp_path, identity)
+    rewrite_acts(tmp_path, identity, [joined | {"token": ""}, *rest])  # came from elsewhere
+    assert asyncio.run(opens(edited)) == 1
+
+
+def test_two_servers_cannot_have_one_directory(tmp_path):
+    async def both():
+        async with opened(tmp_path, STUDY, short()), opened(tmp_path, STUDY, short()):
+            pass
+
+    with pytest.raises(DirectoryBusy):
+        asyncio.run(both())
+
+
+CHECK = {"question": "?", "options": ["a", "b"], "right": "a"}
+
+
+@pytest.mark.parametrize(
+    ("specs", "settings", "words", "error"),
+    [
+        ((), {"practice": "no-such-box"}, "en", "no box is called"),
+        ((), {"trials_each": 5}, "en", "trials_each: got 5"),
+        ((), {"checks": [{"after": 3, **CHECK}]}, "en", "checks, after: got 3"),
+        (("truth", "nudge"), {}, "de", "texts: got 'de', expected English ones with nudge"),
+        (("truth", "correction?p=1"), {}, "de", "expected English ones with"),
+        (("truth", "history?last=3"), {}, "en", "condition: got 'history?last=3', expected what is told or done"),
+    ],
+)
+def test_what_cannot_be_had_is_said_before_anything_is_written(tmp_path, specs, settings, words, error):
+    async def opens():
+        study = under(*specs) if specs else STUDY
+        async with opened(tmp_path / "new", study, Experiment(**settings), words=read_words(words)):
+            pass
+
+    with pytest.raises(UserMistake, match=error.replace("?", r"\?")):
+        asyncio.run(opens())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_people_cannot_play_is_refused_however_it_is_on_disk(tmp_path):
+    run_study(replace(STUDY, agents=("random",), conditions=(Condition(), read_condition("history?last=3"))), tmp_path)
+    kept = replace(read_study(tmp_path), agents=("random", "participant"))
+    with pytest.raises(BadValue, match="condition: got 'history.last=3', expected what is told or done"):
+        begun(tmp_path, kept)
+    assert not (tmp_path / "people").exists()
+
+
+def test_without_its_secret_a_study_with_participants_is_not_opened_and_stays_as_it_is(tmp_path):
+    begun(tmp_path)
+    (tmp_path / "people" / "secret").unlink()
+    before = (tmp_path / "people" / "experiment.json").read_bytes()
+    with pytest.raises(BadFile, match="Restore it"):
+        begun(tmp_path, experiment=short(participants=2))
+    assert (tmp_path / "people" / "experiment.json").read_bytes() == before
+
+
+def forgotten(directory, trials=1):
+    """As if the server had been killed after the last act was on disk, and before the trial was."""
+    sql(directory, "delete from trial where id in (select id from trial order by id desc limit ?)", trials)
+
+
+@pytest.mark.parametrize("modality", ["symbolic", "rgb"])
+def test_a_trial_that_was_over_and_not_written_down_is_written_down(tmp_path, modality):
+    pictures = {
+        "p": (0.0,),
+        "plant": "fast-twin?width=64&height=64",
+        "modalities": ("rgb",),
+        "max_steps": 2,
+        "trials": 1,
+    }
+    study = people_study(**(pictures if modality == "rgb" else {}))
+    (shown,) = take_part(tmp_path, study, short(), "round-robin")
+    before = sql(tmp_path, "select * from trial")
+    forgotten(tmp_path)
+
+    async def again():
+        async with opened(tmp_path, study, short()) as reception:
+            return await reception.enter(shown.token, {})
+
+    assert asyncio.run(again()).scene == shown.scene
+    assert sql(tmp_path, "select * from trial") == before
+
+
+def _without_a_step(lines):
+    del lines[min(n for n, line in enumerate(lines) if line.get("box") == 2)]
+    for turn, line in enumerate(lines[1:], 2):
+        line["turn"] = turn
+
+
+def _with_another_last_step(lines):
+    last = [line for line in lines if line.get("scene") == "box"][-1]
+    last["act"]["joint"] = "A" if last["act"]["joint"] != "A" else "B"
+
+
+def _with_other_trials(lines):
+    lines[0]["slots"][0]["trial"] = 9
+
+
+@pytest.mark.parametrize("change", [_without_a_step, _with_another_last_step, _with_other_trials])
+def test_a_diary_that_disagrees_with_what_is_played_again_is_named(tmp_path, change):
+    (shown,) = take_part(tmp_path, STUDY, short())
+    forgotten(tmp_path)
+    lines = acts(tmp_path, shown.identity)
+    change(lines)
+    rewrite_acts(tmp_path, shown.identity, lines)
+    said = "trials of another study" if change is _with_other_trials else "step .* as it was shown before"
+    with pytest.raises(BadFile, match=f"study.db: participant {shown.identity}: {said}"):
+        begun(tmp_path)
+
+
+def test_everybody_goes_on_after_a_restart_and_balance_is_kept(tmp_path):
+    study = people_study(p=(0.0, 0.2, 0.4), trials=6)
+    left = [begun(tmp_path, study) for _ in range(3)]
+
+    async def go_on_together():
+        async with opened(tmp_path, study, short()) as reception:
+            back = [await reception.enter(shown.token, {}) for shown in left]
+            assert [shown.scene for shown in back] == [shown.scene for shown in left]
+            player = lambda: Player(tmp_path, study, "ideal-observer")  # noqa: E731 - one for each
+            await asyncio.gather(*(go_on(reception, player(), shown) for shown in back))
+
+    asyncio.run(go_on_together())
+    take_part(tmp_path, study, short(), "ideal-observer", people=3)
+    trials = load(tmp_path)
+    assert len({trial.key for trial in trials}) == len(trials) == study.size
+    for trial in trials:
+        assert as_played(trial) == as_played(without_page(study, trial, "ideal-observer"))
+    slots = [diary.joined.slots for diary in read_diaries(tmp_path)]
+    for place in range(3):
+        assert Counter(person[place].condition for person in slots) == {one.label: 2 for one in study.conditions}
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_record_names_the_page_on_which_the_box_was_begun(tmp_path, lost):
+    (left,) = take_part(tmp_path, STUDY, short(), until=at_first_step)
+
+    async def goes_on(page, until):
+        async with opened(tmp_path, STUDY, short(), page=page) as reception:
+            await go_on(reception, Player(tmp_path, STUDY, "round-robin"), await reception.enter(left.token, {}), until)
+
+    asyncio.run(goes_on("2", lambda shown: shown.scene.kind == "over" and shown.scene.number == 2))
+    before = sql(tmp_path, "select * from trial")
+    if lost:
+        forgotten(tmp_path, 2)
+        asyncio.run(goes_on("3", lambda shown: True))
+    assert sql(tmp_path, "select * from trial") == before
+    assert [trial.facts["page"] for trial in load(tmp_path)] == ["1", "2"]
+
+
+def test_who_plays_a_trial_that_came_from_elsewhere_finished_goes_on_with_the_next(tmp_path):
+    here, there = tmp_path / "here", tmp_path / "there"
+    (left,) = take_part(here, STUDY, short(), until=lambda one: one.scene.kind == "box" and one.scene.step == 3)
+    take_part(there, STUDY, short())
+    comes = load(there)[0]
+    with Journal.open(here, STUDY) as journal:
+        journal.append(comes, Timing(key=comes.key, seconds=1.0, steps=len(comes.steps)))
+
+    async def comes_back():
+        async with opened(here, STUDY, short()) as reception:
+            shown = await reception.enter(left.token, {})
+            assert (shown.scene.kind, shown.scene.number, shown.scene.solved) == ("over", 1, None)
+            await go_on(reception, Player(here, STUDY, "round-robin"), shown)
+            return free(reception)
+
+    places = asyncio.run(comes_back())
+    assert [trial.agent for trial in load(here)] == [comes.agent, f"participant:{left.identity}"]
+    assert (len(records(here)), places) == (2, [3, 3])
+
+
+@pytest.mark.parametrize(
+    ("study", "settings", "people", "kinds"),
+    [
+        ({}, {}, 7, {"debrief": 4, "closed": 3}),
+        ({}, {"participants": 2}, 3, {"debrief": 2, "closed": 1}),
+        ({"trials": 1}, {"trials_each": 1}, 3, {"debrief": 2, "closed": 1}),
+        ({"trials": 5}, {}, 12, {"debrief": 5, "closed": 7}),
+    ],
+)
+def test_as_many_take_part_as_there_is_room_for_at_once_and_each_trial_is_played_once(
+    tmp_path, study, settings, people, kinds
+):
+    last = take_part(tmp_path, people_study(**study), short(**settings), people=people)
+    assert Counter(shown.scene.kind for shown in last) == kinds
+    assert {shown.scene.why for shown in last if shown.scene.kind == "closed"} == {"full"}
+    keys = [trial.key for trial in load(tmp_path)]
+    assert len(keys) == len(set(keys)) == sum(len(diary.joined.slots) for diary in read_diaries(tmp_path))
+
+
+def test_what_is_left_is_given_even_if_it_is_less(tmp_path):
+    study = people_study(trials=3)
+    take_part(tmp_path, study, short(trials_each=2), people=3)
+    assert len(load(tmp_path)) == study.size
+
+
+def test_nobody_takes_part_twice_under_one_name_of_the_platform_if_it_is_kept(tmp_path):
+    names = {"PROLIFIC_PID": "ann", "STUDY_ID": "s"}
+    first, second = take_part(tmp_path / "a", STUDY, short(), people=2, platform=names)
+    assert {"taken"} == {one.scene.why for one in (first, second) if one.scene.kind == "closed"}
+    (again,) = take_part(tmp_path / "a", STUDY, short(), platform=names)
+    assert again.scene.why == "finished"
+    (other,) = take_part(tmp_path / "a", STUDY, short(), platform={"PROLIFIC_PID": "bob", "STUDY_ID": "s"})
+    assert other.scene.kind == "debrief"
+    last = take_part(tmp_path / "b", STUDY, short(recruitment=[]), people=2, platform=names)
+    assert [shown.scene.kind for shown in last] == ["debrief"] * 2
+    assert diary_of(tmp_path / "b", last[0].identity)[0].platform == {}
+
+
+@pytest.mark.parametrize(("away", "kind"), [(23.0, "closed"), (25.0, "debrief")])
+def test_who_was_away_too_long_makes_room_for_others(tmp_path, away, kind):
+    clock, study = Clock(), people_study(p=(0.0,), trials=1)
+    (left,) = take_part(tmp_path, study, short(), until=at_first_step, clock=clock)
+    clock.now += away * HOURS
+    (comes,) = take_part(tmp_path, study, short(), clock=clock)
+    assert comes.scene.kind == kind
+    assert is_released(tmp_path, left) == (kind == "debrief")
+
+
+def test_as_long_as_nobody_needs_the_place_nobody_is_sent_away_and_who_comes_back_goes_on(tmp_path):
+    clock = Clock()
+    (left,) = take_part(tmp_path, STUDY, short(), until=at_first_step, clock=clock)
+    clock.now += 1000 * HOURS
+    take_part(tmp_path, STUDY, short(), clock=clock, platform={"PROLIFIC_PID": "ann"})  # finds a free place
+
+    async def comes_back():
+        async with opened(tmp_path, STUDY, short(participants=2), clock=clock) as reception:
+            for who, why in (("ann", "finished"), ("bob", None)):  # only bob could join if somebody left
+                shown = await reception.enter(None, {"PROLIFIC_PID": who})
+                assert shown.scene.get("why") == why
+            first = await reception.enter(left.token, {})
+            assert (first.scene, first.turn) == (left.scene, left.turn)
+            assert (await reception.enter(None, {})).scene.why == "full"  # who has just come back stays
+            player = Player(tmp_path, STUDY, "round-robin")
+            on = await go_on(reception, player, first, lambda shown: shown.scene.kind == "over")
+            clock.now += 1000 * HOURS
+            on = await reception.act(on.token, on.lease, on.turn, an_act(on.scene), {})  # in the same tab
+            return await go_on(reception, player, on), flow(reception)
+
+    shown, progress = asyncio.run(comes_back())
+    assert shown.scene.kind == "debrief"
+    assert (progress.finished, len(load(tmp_path))) == (2, 4)
+
+
+def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_with_more_time(tmp_path):
+    clock, study = Clock(), people_study(trials=2)
+    take_part(tmp_path, study, short(), clock=clock)
+    (left,) = take_part(tmp_path, study, short(), until=lambda shown: shown.scene.kind == "over", clock=clock)
+
+    async def comes_back(experiment):
+        async with opened(tmp_path, study, experiment, clock=clock) as reception:
+            tab = await reception.enter(left.token, {})
+            if tab.scene.kind != "closed":
+                clock.now += 25 * HOURS
+                new = await to_first("box", reception, await reception.enter(None, {}))
+                assert len(diary_of(tmp_path, new.identity)[0].slots) == 1
+                tab = await reception.act(tab.token, tab.lease, tab.turn, an_act(tab.scene), {})
+            again = await reception.enter(left.token, {})
+            assert tab.scene.why == again.scene.why == "late"
+            assert again.identity
+            return free(reception)
+
+    for experiment in (short(), short(away_minutes=100_000)):
+        assert asyncio.run(comes_back(experiment)) == [0, 0]
+    assert len(load(tmp_path)) == 3  # what was finished stays
+
+
+def test_who_has_played_all_boxes_is_never_too_late(tmp_path):
+    clock, asking = Clock(), short(questions=[{"name": "how", "question": "How?"}], participants=1)
+    take_part(tmp_path, STUDY, asking, until=lambda shown: shown.scene.kind == "ask", clock=clock)
+    clock.now += 1000 * HOURS
+    assert take_part(tmp_path, STUDY, asking, clock=clock)[0].scene.why == "full"
+
+
+def test_what_people_left_is_played_by_others_no_luck_is_met_twice_and_orders_stay_balanced(tmp_path):
+    clock, study = Clock(), people_study(p=(0.0, 0.2, 0.4, 0.5), trials=8, max_steps=2)
+    for _ in range(8):  # each is sent away for the next
+        take_part(tmp_path, study, short(participants=1), until=lambda one: one.scene.kind == "over", clock=clock)
+        clock.now += 48 * HOURS
+    assert Counter(trial.p for trial in load(tmp_path)) == dict.fromkeys(study.p, 2)
+    joined = [diary.joined for diary in read_diaries(tmp_path)]
+    assert set(Counter(tuple(slot.condition for slot in one.slots) for one in joined).values()) == {2}
+    take_part(tmp_path, study, short(), people=8, clock=clock)
+    trials = load(tmp_path)
+    assert len({trial.key for trial in trials}) == len(trials) == study.size
+    lucks = [(trial.agent, trial.repetition, trial.trial) for trial in trials]
+    assert len(set(lucks)) == len(lucks)
+
+
+def test_only_so_many_trials_are_held_and_who_comes_back_goes_on(tmp_path):
+    async def four():
+        async with opened(tmp_path, STUDY, short()) as reception:
+            reception.state._most, people = 2, []
+            for _ in range(4):
+                people.append(await to_first("box", reception, await reception.enter(None, {})))
+                assert sum(session.holds for session in reception.sessions) <= 2
+            held = [one.journey.joined.identity for one in reception.sessions if one.holds]
+            assert held == [shown.identity for shown in people[2:]]  # those who did something last
+            for shown in people:
+                again = await reception.enter(shown.token, {})
+                assert again.scene == shown.scene
+                assert (
+                    await reception.act(again.token, again.lease, again.turn, an_act(again.scene), {})
+                ).scene.step == 2
+
+    asyncio.run(four())
