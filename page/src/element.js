@@ -4,70 +4,51 @@
  * @param {string} tag
  * @param {Record<string, unknown>} [attributes] `on…` are listeners; false and null leave an attribute out.
  * @param {...(Node | string | null)} children
- * @returns {HTMLElement}
  */
 export function element(tag, attributes = {}, ...children) {
-  return filled(document.createElement(tag), attributes, children);
+  return made(document.createElement(tag), attributes, children);
 }
 
-/**
- * The same for drawings.
- *
- * @param {string} tag
- * @param {Record<string, unknown>} [attributes]
- * @param {...(Node | string | null)} children
- * @returns {SVGElement}
- */
+/** The same for drawings. */
 export function drawn(tag, attributes = {}, ...children) {
-  return filled(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
+  return made(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 }
 
-function filled(made, attributes, children) {
+function made(node, attributes, children) {
   for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
-    else if (value !== null && value !== undefined && value !== false)
-      made.setAttribute(name, value === true ? "" : String(value));
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (![null, undefined, false].includes(value)) node.setAttribute(name, value === true ? "" : String(value));
   }
-  made.append(...children.filter((child) => child !== null && child !== undefined));
-  return made;
+  node.append(...children.filter((child) => child !== null && child !== undefined));
+  return node;
 }
 
-/**
- * @param {readonly string[]} texts
- * @returns {HTMLElement[]}
- */
+/** A text with its `{names}` filled in; what is in braces and no fact stays as it is. */
+export function filled(text, facts) {
+  return text.replace(/\{(\w+)\}/g, (whole, name) => (Object.hasOwn(facts, name) ? String(facts[name]) : whole));
+}
+
 export function paragraphs(texts) {
   return texts.map((text) => element("p", {}, text));
 }
 
-/**
- * What went wrong before, set apart from what stands under it.
- *
- * @param {{notice?: readonly string[]}} scene
- * @returns {HTMLElement[]}
- */
+/** What went wrong before, set apart from what stands under it. */
 export function noticeOf({ notice }) {
   return notice?.length ? [element("div", { class: "notice", role: "note" }, ...paragraphs(notice))] : [];
 }
 
-/**
- * The heading of a scene. It takes the focus, so that a screen reader begins there.
- *
- * @param {string} text
- */
+/** The heading of a scene. It takes the focus, so that a screen reader begins there. */
 export function heading(text) {
   return element("h1", { tabindex: -1 }, text);
 }
 
-/**
- * A button that does something in a scene; without `onclick` it sends its form.
- *
- * @param {string} act By which programs find it.
- * @param {string} text
- * @param {((event: Event) => void) | null} onclick
- * @param {string} [looks]
- */
+/** A button; `act` is by what programs find it. Without `onclick` it sends its form. */
 export function actButton(act, text, onclick, looks) {
   const does = onclick ? { type: "button", onclick } : { type: "submit" };
   return element("button", { ...does, class: looks, "data-act": act }, text);
+}
+
+/** Buttons side by side. */
+export function acts(...buttons) {
+  return element("div", { class: "acts" }, ...buttons);
 }

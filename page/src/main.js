@@ -5,28 +5,40 @@
 import { initJsPsych } from "jspsych";
 
 import { guardKeys } from "./choosing.js";
-import { showProgress } from "./progress.js";
+import { offerToWithdraw } from "./dialogs.js";
+import { element, filled } from "./element.js";
 import { ScenePlugin } from "./scene.js";
 import { Session } from "./session.js";
-import { Trouble } from "./trouble.js";
-import { offerToWithdraw } from "./withdraw.js";
 
 const place = document.getElementById("scene");
 const foot = document.getElementById("foot");
-const trouble = new Trouble(document.getElementById("trouble"));
-const session = new Session(trouble);
+const session = new Session();
 const jsPsych = initJsPsych({ display_element: place });
 
 /** What is the same in every scene: how far one is, the way out, and what those see who drive the page. */
 function frame() {
-  const { scene, turn, words, progress } = session;
+  const { scene, turn, progress } = session.shown;
+  const words = session.words.page;
   place.dataset.scene = scene.kind;
   place.dataset.turn = String(turn);
   place.removeAttribute("tabindex"); // jsPsych sets it; nothing here needs it
   if (scene.kind !== "box") document.getElementById("spoken").textContent = "";
-  showProgress(document.getElementById("progress"), progress, words.page);
-  if (!session.mayWithdraw) foot.replaceChildren();
-  else if (!foot.hasChildNodes()) offerToWithdraw(foot, words.page, withdraw);
+  document.getElementById("progress").replaceChildren(...(progress ? wayOf(progress, words) : []));
+  if (!session.shown.withdraw) foot.replaceChildren();
+  else if (!foot.hasChildNodes()) offerToWithdraw(foot, words, withdraw);
+}
+
+/** How far a participant is in the whole study: a bar, and the boxes that are done. */
+function wayOf({ share, done, of }, words) {
+  const percent = Math.round(100 * share);
+  const text = filled(words.progress, { done, of });
+  const bar = element("span", { class: "way-done" });
+  bar.style.width = `${percent}%`;
+  const facts = { role: "progressbar", "aria-valuenow": percent, "aria-valuemin": 0, "aria-valuemax": 100 };
+  return [
+    element("span", { class: "whole-way", ...facts, "aria-label": text }, bar),
+    element("span", { "aria-hidden": "true" }, text),
+  ];
 }
 
 /** Ends whatever is shown: the loop goes on with the scene that the server shows then. */
@@ -46,5 +58,5 @@ addEventListener("pageshow", (event) => {
 });
 guardKeys();
 await session.open();
-const shown = { type: ScenePlugin, scene: () => session.scene, words: () => session.words, act, on_start: frame };
+const shown = { type: ScenePlugin, scene: () => session.shown.scene, words: () => session.words, act, on_start: frame };
 await jsPsych.run([{ timeline: [shown], loop_function: () => true }]);

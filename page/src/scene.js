@@ -1,7 +1,6 @@
 import { ParameterType } from "jspsych";
 
-import { meant, onKeys } from "./choosing.js";
-import { SceneClock } from "./clock.js";
+import { meant, onKeys, sceneClock } from "./choosing.js";
 import { boxOf } from "./scenes/box.js";
 import { answersOf, questionOf } from "./scenes/questions.js";
 import { consentOf, textOf } from "./scenes/read.js";
@@ -48,7 +47,7 @@ export class ScenePlugin {
     let open = true;
     // `make` gives what was done, from the ms since the scene was painted; nothing if something is missing
     const answer = (event, make) => {
-      const rt = clock.now();
+      const rt = clock();
       const done = open && meant(event, rt) ? make(rt) : null;
       if (!done) return;
       open = false;
@@ -58,7 +57,7 @@ export class ScenePlugin {
     const { part, begin, keyed } = SHOWN[scene.kind](scene, words, answer);
     await Promise.all([...part.querySelectorAll("img")].map((image) => image.decode().catch(() => {})));
     display.append(part);
-    clock = new SceneClock();
+    clock = sceneClock();
     const endKeys = keyed ? onKeys(keyed) : () => {};
     if (begin) begin(clock);
     else part.querySelector("h1").focus();

@@ -1,60 +1,49 @@
-import { Refusal, said } from "./talk.js";
-import { FIRST_WORDS, speak } from "./words.js";
+import { ask, showConnection } from "./dialogs.js";
 
 const LONGEST = 64; // characters of a parameter that goes along
 const MOST = 40; // parameters that go along, as many as the server reads
+const PATIENCE = 15_000; // ms for one request
+const SLOW = 1_500; // ms after which it is said that it takes a moment
+const FIRST_WAIT = 500; // ms; doubled with each failure
+const LONGEST_WAIT = 8_000; // ms
+
+/** Until the server has said in which language, only this can be needed. */
+const FIRST_WORDS = {
+  waiting: "One moment …",
+  offline: "No connection. Trying again …",
+  refused: "That could not be taken.",
+  incomplete: "This link is incomplete.",
+  reload: "Try again",
+};
 
 /** The parameters of the URL, as recruitment platforms set them; the server keeps those that it was told to keep. */
 function platform() {
-  const found = [...new URLSearchParams(location.search)].filter(
-    ([name, value]) => name.length <= LONGEST && value.length <= LONGEST,
-  );
-  return Object.fromEntries(found.slice(0, MOST));
+  const short = ([name, value]) => name.length <= LONGEST && value.length <= LONGEST;
+  return Object.fromEntries([...new URLSearchParams(location.search)].filter(short).slice(0, MOST));
 }
 
-/**
- * What the server shows to this tab, and how it is answered. One thing is said at a time.
- *
- * @typedef {object} Scene What the server shows; `kind` says which plugin shows it.
- * @property {string} kind
- */
+/** What the server shows to this tab, and how it is answered. One thing is said at a time. */
 export class Session {
-  /** @type {Scene} */
-  scene = { kind: "none" };
-  /** Number of the scene. */
-  turn = 0;
-  words = FIRST_WORDS;
-  mayWithdraw = false;
-  /** @type {{share: number, done: number, of: number} | null} How far this participant is. */
-  progress = null;
-  #lease = "";
-  #trouble;
+  /** What the server sent last: `scene`, its number `turn`, `lease`, `progress`, and whether one may `withdraw`. */
+  shown = { scene: { kind: "none" }, turn: 0, lease: "" };
+  words = { page: FIRST_WORDS };
   #line = Promise.resolve();
   #begunAnew = false;
-
-  /** @param {import("./trouble.js").Trouble} trouble */
-  constructor(trouble) {
-    this.#trouble = trouble;
-  }
 
   /** The scene in which this participant is; other tabs cannot act any more. */
   open() {
     return this.#inTurn(() => this.#opened());
   }
 
-  /**
-   * Does something in the present scene. Afterwards there is a new one.
-   *
-   * @param {object} act
-   */
+  /** Does something in the present scene. Afterwards there is a new one. */
   act(act) {
-    const turn = this.turn;
-    return this.#inTurn(() => this.#said("api/act", { lease: this.#lease, turn, act, platform: platform() }));
+    const { turn } = this.shown;
+    return this.#inTurn(() => this.#said("api/act", { lease: this.shown.lease, turn, act, platform: platform() }));
   }
 
   /** Ends it, and has all deleted. Afterwards there is a new scene. */
   withdraw() {
-    return this.#inTurn(() => this.#said("api/withdraw", { lease: this.#lease }));
+    return this.#inTurn(() => this.#said("api/withdraw", { lease: this.shown.lease }));
   }
 
   #inTurn(todo) {
@@ -67,37 +56,68 @@ export class Session {
     return this.#said("api/open", { platform: platform() });
   }
 
+  /**
+   * Says something to the server until it answers. The same is said again after a lost reply, so the server can tell a
+   * resend from a second act. Where it refuses, what helps is to ask where we are; where that helps nothing, this never
+   * comes back.
+   */
   async #said(path, body) {
-    try {
-      this.#take(await said(path, body, (state) => this.#trouble.connection(state)));
-    } catch (refusal) {
-      await this.#refused(refusal, path);
+    const answer = await answerTo(path, JSON.stringify(body), this.words.page);
+    if (answer.words) this.#speak(answer.words);
+    if (!answer.error) {
+      this.shown = answer;
+      return;
     }
-  }
-
-  /** What helps: the server is asked where we are. Where that helps nothing, this never comes back. */
-  async #refused(refusal, path) {
-    if (!(refusal instanceof Refusal)) throw refusal;
-    this.#speak(refusal.words);
-    const ofOldCookie = refusal.code === "forged" && path === "api/open" && !this.#begunAnew;
+    const { page } = this.words;
+    const ofOldCookie = answer.error === "forged" && path === "api/open" && !this.#begunAnew;
     if (ofOldCookie) this.#begunAnew = true; // of another study; the server has had it forgotten
-    else if (refusal.code === "incomplete") await this.#trouble.incomplete();
-    else if (refusal.code === "wrong-code") await this.#trouble.wrongCode();
-    else if (refusal.code === "elsewhere") await this.#trouble.elsewhere();
-    else if (refusal.code !== "stale") await this.#trouble.refused();
+    else if (answer.error === "incomplete") await ask(page.incomplete, "");
+    else if (answer.error === "wrong-code") await ask(page.wrong_code, page.reload);
+    else if (answer.error === "elsewhere") await ask(page.elsewhere, page.here);
+    else if (answer.error !== "stale") await ask(page.refused, page.reload);
     await this.#opened();
   }
 
+  /** Says to browsers and screen readers in which language the page is. */
   #speak(words) {
-    if (words) speak((this.words = this.#trouble.words = words));
+    this.words = words;
+    document.documentElement.lang = words.language;
+    document.documentElement.dir = words.direction;
+    document.title = words.title;
   }
+}
 
-  #take(answer) {
-    this.#speak(answer.words);
-    this.#lease = answer.lease;
-    this.turn = answer.turn;
-    this.scene = answer.scene;
-    this.mayWithdraw = answer.withdraw;
-    this.progress = answer.progress;
+async function answerTo(path, text, words) {
+  for (let wait = FIRST_WAIT; ; wait = Math.min(2 * wait, LONGEST_WAIT)) {
+    const slow = wait === FIRST_WAIT ? setTimeout(() => showConnection(words.waiting), SLOW) : 0;
+    const answer = await once(path, text);
+    clearTimeout(slow);
+    showConnection(answer ? "" : words.offline);
+    if (answer) return answer;
+    await pause(wait);
   }
+}
+
+/** The answer, or null if there was none, or one that asks for patience. */
+async function once(path, body) {
+  const headers = { "Content-Type": "application/json" };
+  const how = { method: "POST", headers, body, credentials: "same-origin", cache: "no-store", redirect: "error" };
+  try {
+    const reply = await fetch(path, { ...how, signal: AbortSignal.timeout(PATIENCE) });
+    return reply.status === 429 || reply.status >= 500 ? null : await reply.json();
+  } catch {
+    return null;
+  }
+}
+
+/** Waits, but no longer than until the network is back. */
+function pause(ms) {
+  return new Promise((resolve) => {
+    const timer = setTimeout(resolve, ms);
+    const back = () => {
+      clearTimeout(timer);
+      resolve();
+    };
+    addEventListener("online", back, { once: true });
+  });
 }

@@ -1,14 +1,10 @@
-import { element, paragraphs } from "../element.js";
-import { filled } from "../words.js";
-import { claimOf } from "./claim.js";
+import { element, filled } from "../element.js";
+import { claimOf, reportOf } from "../scenes/box.js";
 import { nameOf } from "./joint.js";
 import { panelOf } from "./panel.js";
 import { picturesOf } from "./pictures.js";
 
-const VIEWS = {
-  panel: panelOf,
-  pictures: (scene, words) => picturesOf(scene, words, () => {}),
-};
+const VIEWS = { panel: panelOf, pictures: picturesOf };
 
 /** By what parts are found with which something can be done. */
 const HOOKS = ["id", "data-joint", "data-claim", "aria-keyshortcuts"];
@@ -16,22 +12,17 @@ const HOOKS = ["id", "data-joint", "data-claim", "aria-keyshortcuts"];
 /**
  * The examples of a page of instructions: boxes as they will look, on which nothing can be done. Each is one picture,
  * whose text says all that is seen in it.
- *
- * @param {object} scene A scene of the kind `page`.
- * @param {Record<string, string>} words
- * @returns {HTMLElement[]}
  */
 export function examplesOf(scene, words) {
   const some = scene.examples.length > 1;
   return scene.examples.map(({ panel, ask }, i) => {
-    const box = { panel, practice: true, number: -1 - i };
     const shown = element(
       "div",
       { class: "box", inert: true, translate: "no" },
-      element("div", { class: "report", "data-outcome": panel.outcome }, ...paragraphs(panel.report)),
+      reportOf(panel),
       ask ? claimOf(words, () => {}) : null,
       element("h2", {}, words.choose),
-      VIEWS[panel.view](box, words),
+      VIEWS[panel.view]({ panel, practice: true, number: -1 - i }, words, () => {}),
     );
     for (const part of shown.querySelectorAll("button, [id]")) {
       for (const name of HOOKS) part.removeAttribute(name);

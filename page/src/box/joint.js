@@ -1,13 +1,6 @@
-import { drawn, element } from "../element.js";
-import { filled } from "../words.js";
+import { drawn, element, filled } from "../element.js";
 
-/**
- * What a joint is called, also for those who do not see it.
- *
- * @param {object} joint
- * @param {Record<string, string>} words
- * @param {"panel" | "pictures"} view
- */
+/** What a joint is called, also for those who do not see it; `view` is `panel` or `pictures`. */
 export function nameOf(joint, words, view) {
   const parts = [filled(words.joint, { label: joint.label })];
   if (joint.target) parts.push(words.target);
@@ -19,59 +12,28 @@ export function nameOf(joint, words, view) {
   return parts.join(", ");
 }
 
-/**
- * The button of a joint beside pictures.
- *
- * @param {object} joint
- * @param {Record<string, string>} words
- */
+/** The button of a joint beside pictures. */
 export function labelButton(joint, words) {
-  return element(
-    "button",
-    {
-      type: "button",
-      class: "label",
-      "data-joint": joint.label,
-      "data-target": joint.target,
-      "aria-label": nameOf(joint, words, "pictures"),
-    },
-    element("span", { class: "letter" }, joint.label),
-    " ",
-    joint.target ? element("span", { class: "target" }, targetMark(), words.target) : null,
-  );
+  const target = joint.target ? element("span", { class: "target" }, targetMark(), words.target) : null;
+  const letter = element("span", { class: "letter" }, joint.label);
+  return jointButton(joint, words, "pictures", { class: "label" }, letter, " ", target);
 }
 
-/**
- * The button of a joint as it is drawn: a slider or a knob, where it was last told to be.
- *
- * @param {object} joint
- * @param {Record<string, string>} words
- * @param {0 | 1 | null} from The position in which it is drawn first, before it goes to where it is.
- */
+/** The button of a joint as it is drawn: a slider or a knob, first at `from`, before it goes to where it was told to be. */
 export function drawnButton(joint, words, from) {
-  const picture = drawn(
-    "svg",
-    { viewBox: "0 0 64 64", "aria-hidden": "true", focusable: "false" },
-    ...(joint.kind === "revolute" ? knob(joint.position) : slider(joint.position)),
-  );
+  const parts = joint.kind === "revolute" ? knob(joint.position) : slider(joint.position);
+  const picture = drawn("svg", { viewBox: "0 0 64 64", "aria-hidden": "true", focusable: "false" }, ...parts, ...digits());
   const letter = element("span", { class: "letter" }, joint.target ? targetMark() : null, joint.label);
-  const button = element(
-    "button",
-    {
-      type: "button",
-      class: "joint",
-      "data-joint": joint.label,
-      "data-kind": joint.kind ?? "prismatic",
-      "data-target": joint.target,
-      "data-position": from ?? "none",
-      "aria-label": nameOf(joint, words, "panel"),
-    },
-    letter,
-    " ",
-    picture,
-    joint.target ? element("span", { class: "target" }, words.target) : null,
-  );
-  return button;
+  const target = joint.target ? element("span", { class: "target" }, words.target) : null;
+  const own = { class: "joint", "data-kind": joint.kind ?? "prismatic", "data-position": from ?? "none" };
+  return jointButton(joint, words, "panel", own, letter, " ", picture, target);
+}
+
+function jointButton(joint, words, view, own, ...children) {
+  const { label, target } = joint;
+  const name = nameOf(joint, words, view);
+  const all = { type: "button", ...own, "data-joint": label, "data-target": target, "aria-label": name };
+  return element("button", all, ...children);
 }
 
 /** A bull's-eye: the target is marked by more than colour. */
@@ -93,6 +55,7 @@ function digits() {
 }
 
 function slider(position) {
+  const ribs = () => drawn("path", { class: "ribs", d: "M11 23v12M14 23v12M17 23v12" });
   return [
     drawn("rect", { class: "way", x: 2, y: 17, width: 60, height: 24, rx: 12 }),
     drawn("rect", { class: "groove", x: 12, y: 26.5, width: 40, height: 5, rx: 2.5 }),
@@ -102,12 +65,7 @@ function slider(position) {
       drawn("rect", { class: "grip", x: 4, y: 15, width: 20, height: 28, rx: 7 }),
       position === null ? unknown(14, 28) : ribs(),
     ),
-    ...digits(),
   ];
-}
-
-function ribs() {
-  return drawn("path", { class: "ribs", d: "M11 23v12M14 23v12M17 23v12" });
 }
 
 function knob(position) {
@@ -119,7 +77,6 @@ function knob(position) {
       drawn("circle", { class: "grip", cx: 32, cy: 27, r: 17 }),
       position === null ? unknown(32, 26) : drawn("path", { class: "pointer", d: "M32 27V8" }),
     ),
-    ...digits(),
   ];
 }
 

@@ -3,37 +3,21 @@ import { labelButton } from "./joint.js";
 
 const REACH = 0.12; // of a picture's width: how far from a handle a click may be
 
-/**
- * The box as a camera sees it. A click on a handle chooses its joint; so do the buttons below.
- *
- * @param {object} scene
- * @param {Record<string, string>} words
- * @param {(label: string, event: Event) => void} choose
- * @returns {HTMLElement}
- */
+/** The box as a camera sees it. A click on a handle chooses its joint; so do the buttons below. */
 export function picturesOf(scene, words, choose) {
   const { joints, pictures } = scene.panel;
-  const buttons = joints.map((joint) => labelButton(joint, words, "pictures"));
-  const under = (event) => nearest(joints, event);
+  const buttons = joints.map((joint) => labelButton(joint, words));
   const point = (event) => {
-    const found = under(event);
+    const found = nearest(joints, event);
     event.currentTarget.classList.toggle("over", found !== null);
     for (const button of buttons) button.classList.toggle("near", button.dataset.joint === found);
   };
   const click = (event) => {
-    const found = under(event);
+    const found = nearest(joints, event);
     if (found !== null) choose(found, event);
   };
-  const images = pictures.map((url, i) =>
-    element("img", {
-      src: url,
-      alt: i ? words.depth : words.colours,
-      draggable: "false",
-      onpointermove: point,
-      onpointerleave: point,
-      onclick: click,
-    }),
-  );
+  const does = { draggable: "false", onpointermove: point, onpointerleave: point, onclick: click };
+  const images = pictures.map((src, i) => element("img", { src, alt: i ? words.depth : words.colours, ...does }));
   return element(
     "div",
     { class: "pictures" },
@@ -46,12 +30,10 @@ export function picturesOf(scene, words, choose) {
 function nearest(joints, event) {
   const frame = event.currentTarget.getBoundingClientRect();
   const at = { x: (event.clientX - frame.left) / frame.width, y: (event.clientY - frame.top) / frame.height };
-  const ratio = frame.height / frame.width;
   let best = { label: null, distance: REACH };
-  for (const joint of joints) {
-    if (!joint.handle) continue;
-    const distance = toSegment(at, joint.handle, ratio);
-    if (distance < best.distance) best = { label: joint.label, distance };
+  for (const { label, handle } of joints) {
+    const distance = handle ? toSegment(at, handle, frame.height / frame.width) : Infinity;
+    if (distance < best.distance) best = { label, distance };
   }
   return best.label;
 }

@@ -1,15 +1,12 @@
-import { claimOf, showClaimed } from "../box/claim.js";
-import { historyOf } from "../box/history.js";
 import { panelOf } from "../box/panel.js";
 import { picturesOf } from "../box/pictures.js";
-import { meant } from "../choosing.js";
-import { deviceOf } from "../device.js";
-import { element, heading, paragraphs } from "../element.js";
-import { filled } from "../words.js";
+import { deviceOf, meant } from "../choosing.js";
+import { acts, element, filled, heading, paragraphs } from "../element.js";
 
 const VIEWS = { panel: panelOf, pictures: picturesOf };
 
 let cameFrom = { box: "", joint: "" }; // which box was shown last, and which joint was chosen there
+let unfolded = null; // whether somebody wants to see the history; before that it is as the study has it
 
 /** One step of a box: a joint is chosen with a click, a key or a finger, where asked after what the last action did. */
 export function boxOf(scene, { page: words }, answer) {
@@ -33,11 +30,14 @@ export function boxOf(scene, { page: words }, answer) {
     });
   };
   const say = (what, event) => {
-    const at = clock.now();
+    const at = clock();
     if (claimed || !meant(event, at)) return;
     claimed = what;
     claimedAt = at;
-    showClaimed(claim, claimed);
+    for (const button of claim.querySelectorAll("button")) {
+      button.setAttribute("aria-pressed", String(button.dataset.claim === claimed));
+      button.setAttribute("aria-disabled", "true");
+    }
     for (const button of part.querySelectorAll("button[data-joint]")) button.removeAttribute("aria-disabled");
     (lastChosen() ?? buttonOf(panel.joints[0].label)).focus({ preventScroll: true });
   };
@@ -51,7 +51,7 @@ export function boxOf(scene, { page: words }, answer) {
     if (scene.ask) button.setAttribute("aria-disabled", "true");
     button.addEventListener("click", (event) => choose(button.dataset.joint, event));
   }
-  const ends = practice && words.practice_ends;
+  const ends = practice ? element("p", { class: "where" }, filled(words.practice_ends, { budget })) : null;
   const part = element(
     "div",
     { class: "box", "data-view": panel.view, translate: "no" }, // or a browser changes letters and reports
@@ -64,9 +64,9 @@ export function boxOf(scene, { page: words }, answer) {
     element(
       "div",
       { class: "now" },
-      ends ? element("p", { class: "where" }, filled(words.practice_ends, { budget })) : null,
+      ends,
       warning ? element("p", { class: "warning" }, warning) : null,
-      element("div", { class: "report", "data-outcome": panel.outcome }, ...paragraphs(panel.report)),
+      reportOf(panel),
       remark ? element("p", { class: "remark" }, remark) : null,
       claim,
       element("h2", { id: "choose" }, words.choose),
@@ -93,4 +93,38 @@ export function boxOf(scene, { page: words }, answer) {
     }
   };
   return { part, begin, keyed };
+}
+
+/** What came of the last attempt. */
+export function reportOf({ report, outcome }) {
+  return element("div", { class: "report", "data-outcome": outcome }, ...paragraphs(report));
+}
+
+/** What the last action did, as the participant sees it: asked before a joint can be chosen, and answered once. */
+export function claimOf(words, said) {
+  const button = (claimed, text, key) => {
+    const onclick = (event) => said(claimed, event);
+    const own = { type: "button", "data-claim": claimed, "aria-keyshortcuts": key, "aria-pressed": "false", onclick };
+    return element("button", own, text);
+  };
+  return element(
+    "div",
+    { class: "claim", role: "group", "aria-labelledby": "claim-question" },
+    element("h2", { id: "claim-question", tabindex: -1 }, words.question),
+    acts(button("moved", words.said_moved, "1"), button("blocked", words.said_blocked, "2")),
+  );
+}
+
+/** What was told before in this trial, the newest first; null if nothing is shown of it. */
+function historyOf(scene, words) {
+  if (!scene.history.length) return null;
+  const rows = scene.history.map((said, i) => element("li", { value: i + 1 }, said)).reverse();
+  const list = element(
+    "details",
+    { class: "history", open: unfolded ?? scene.history_open },
+    element("summary", {}, words.history),
+    element("ol", { reversed: true, tabindex: 0, "aria-label": words.history }, ...rows),
+  );
+  list.addEventListener("toggle", () => (unfolded = list.open));
+  return list;
 }

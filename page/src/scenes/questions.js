@@ -1,5 +1,6 @@
-import { actButton, element, heading, noticeOf, paragraphs } from "../element.js";
-import { filled } from "../words.js";
+import { actButton, acts, element, filled, heading, noticeOf, paragraphs } from "../element.js";
+
+const NUMBERS = { number: /^[+-]?[0-9]{1,15}([.,][0-9]{1,15})?$/, integer: /^[+-]?[0-9]{1,15}$/ };
 
 /** A question: one of some options, or words. */
 export function questionOf(scene, words, answer) {
@@ -7,35 +8,27 @@ export function questionOf(scene, words, answer) {
   title.id = "question";
   const field = scene.options.length ? choices(scene.options, "answer", "question") : room(scene);
   const required = scene.kind === "check" || scene.required;
-  const missing = element("p", { class: "missing", role: "alert" });
-  const send = (event) => {
-    event.preventDefault();
-    const answered = given(field);
+  const send = (event) =>
     answer(event, (rt) => {
-      if ((required && !answered) || (answered && !fits(scene, answered))) {
-        const wanted = scene.type === "integer" ? words.page.integer : words.page.number;
-        missing.textContent = answered ? filled(wanted, { limits: limits(scene) }) : words.page.required;
-        field.querySelector("input, textarea").focus();
-        return null;
-      }
-      return { kind: "answer", answer: answered, rt };
+      const answered = given(field);
+      if ((!required && !answered) || (answered && fits(scene, answered))) return { kind: "answer", answer: answered, rt };
+      const wanted = scene.type === "integer" ? words.page.integer : words.page.number;
+      say(answered ? filled(wanted, { limits: limits(scene) }) : words.page.required);
+      field.querySelector("input, textarea").focus();
+      return null;
     });
-  };
   const skip = (event) => answer(event, (rt) => ({ kind: "answer", answer: "", rt }));
   const keyed = (key) => {
     const input = field.querySelectorAll("input[type=radio]")[Number(key) - 1];
     if (!input) return;
     input.checked = true;
-    missing.replaceChildren();
+    say("");
     input.focus();
   };
-  const acts = element(
-    "div",
-    { class: "acts" },
-    actButton("answer", words.page.send, null, "first"),
-    required ? null : actButton("skip", words.page.skip, skip),
-  );
-  return { part: form(send, missing, title, field, missing, acts), keyed };
+  const buttons = [actButton("answer", words.page.send, null, "first")];
+  if (!required) buttons.push(actButton("skip", words.page.skip, skip));
+  const { part, say } = form(send, buttons, title, field);
+  return { part, keyed };
 }
 
 /** Questions on the instructions, all of which have to be answered at once. */
@@ -48,27 +41,30 @@ export function answersOf(scene, words, answer) {
       choices(options, `answer-${i}`),
     ),
   );
-  const missing = element("p", { class: "missing", role: "alert" });
-  const send = (event) => {
-    event.preventDefault();
+  const send = (event) =>
     answer(event, (rt) => {
       const chosen = fields.map((field) => field.querySelector("input:checked"));
       const open = chosen.indexOf(null);
       if (open < 0) return { kind: "answers", answers: chosen.map((input) => input.value), rt };
-      missing.textContent = words.page.all_required;
+      say(words.page.all_required);
       fields[open].querySelector("input").focus();
       return null;
     });
-  };
-  const acts = element("div", { class: "acts" }, actButton("answers", words.page.send, null, "first"));
   const text = [heading(scene.title), ...noticeOf(scene), ...paragraphs(scene.paragraphs)];
-  return { part: form(send, missing, ...text, ...fields, missing, acts) };
+  const { part, say } = form(send, [actButton("answers", words.page.send, null, "first")], ...text, ...fields);
+  return { part };
 }
 
-/** A form; what is missing is said until something is written or chosen. */
-function form(onsubmit, missing, ...children) {
-  const oninput = () => missing.replaceChildren();
-  return element("form", { class: "words", novalidate: true, onsubmit, oninput }, ...children);
+/** A form, and what says what is missing until something is written or chosen. */
+function form(send, buttons, ...children) {
+  const missing = element("p", { class: "missing", role: "alert" });
+  const say = (text) => (missing.textContent = text);
+  const onsubmit = (event) => {
+    event.preventDefault();
+    send(event);
+  };
+  const how = { class: "words", novalidate: true, onsubmit, oninput: () => say("") };
+  return { part: element("form", how, ...children, missing, acts(...buttons)), say };
 }
 
 function choices(texts, name, labelled) {
@@ -83,8 +79,6 @@ function choices(texts, name, labelled) {
   const group = labelled ? { role: "radiogroup", "aria-labelledby": labelled } : {};
   return element("div", { class: "options", ...group }, ...rows);
 }
-
-const NUMBERS = { number: /^[+-]?[0-9]{1,15}([.,][0-9]{1,15})?$/, integer: /^[+-]?[0-9]{1,15}$/ };
 
 /** Whether a written answer is of the kind that is asked for; the server looks again. */
 function fits({ type, low, high }, answer) {
@@ -101,18 +95,17 @@ function limits({ low, high }) {
 }
 
 /** Room for a number or for words. */
-function room(scene) {
+function room({ type, longest }) {
   const own = { "aria-labelledby": "question", "data-field": "answer" };
-  if (!(scene.type in NUMBERS)) {
-    return element("div", {}, element("textarea", { rows: 5, maxlength: scene.longest, ...own }));
-  }
-  const inputmode = scene.type === "integer" ? "numeric" : "decimal";
-  return element("div", {}, element("input", { type: "text", inputmode, maxlength: 32, autocomplete: "off", ...own }));
+  const inputmode = type === "integer" ? "numeric" : "decimal";
+  const field = !(type in NUMBERS)
+    ? element("textarea", { rows: 5, maxlength: longest, ...own })
+    : element("input", { type: "text", inputmode, maxlength: 32, autocomplete: "off", ...own });
+  return element("div", {}, field);
 }
 
 /** An option exactly as it came, or words without space around them. */
 function given(field) {
   const chosen = field.querySelector("input:checked, input[type=text], textarea");
-  if (!chosen) return "";
-  return chosen.type === "radio" ? chosen.value : chosen.value.trim();
+  return chosen?.type === "radio" ? chosen.value : (chosen?.value.trim() ?? "");
 }
