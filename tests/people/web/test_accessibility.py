@@ -1,46 +1,22 @@
 """The page for everybody: small screens, no mouse, screen readers, slow lines; and what it tells a browser."""
 
 import asyncio
-import json
-import re
 from collections import Counter
 from dataclasses import replace
 
 import pytest
-from browser import browser, needs_a_browser, new_tab, plan_of, run, served, trials_of, violations
+from browser import browser, needs_a_browser, new_tab, plan_of, run, served, violations
+from seated import people_study
 
 from lockprobe.boxes.families import box
-from lockprobe.interventions.conditions import flips
 from lockprobe.people.texts import read_words
-from lockprobe.studies.study import Study
 
 pytestmark = needs_a_browser
 
-STUDY = Study(
-    name="flips",
-    agents=("participant",),
-    boxes=(box("chain-4"),),
-    conditions=flips((0.4,)),
-    repetitions=1,
-    trials=2,
-    seed=11,
-    max_steps=4,
-)
+STUDY = people_study(p=(0.4,), trials=2, seed=11, max_steps=4)
 SHORT = replace(STUDY, max_steps=2)
-LARGE = Study(
-    name="flips",
-    agents=("participant",),
-    boxes=(box("random-8-3"),),
-    conditions=flips((0.4,)),
-    repetitions=1,
-    trials=2,
-    seed=11,
-    max_steps=2,
-)
-PICTURES = Study(
-    name="modalities", agents=("participant",), boxes=(box("chain-4"),), conditions=flips((0.0,), modalities=("rgbd",)), repetitions=1, trials=2, max_steps=2,
-    plant="fast-twin?width=160&height=120",
-)  # fmt: skip
+LARGE = replace(SHORT, boxes=(box("random-8-3"),))
+PICTURES = people_study(p=(0.0,), modalities=("rgbd",), trials=2, max_steps=2, plant="fast-twin?width=160&height=120")
 CHECK = {"after": 0, "question": "Choose blue.", "options": ["red", "blue"], "right": "blue"}
 ASKED = [{"name": "how", "question": "How?"}, {"name": "which", "question": "Which?", "options": ["one", "two"]}]
 WHOLE = {"checks": [CHECK], "questions": ASKED, "completion_url": "https://example.org/done", "completion_code": "C0DE"}
@@ -58,7 +34,7 @@ OVERLAPS = """() => {
 }"""
 
 
-async def every_scene(tab, url, study, experiment, directory, inspect):
+async def every_scene(tab, url, inspect):
     """Walk through a whole session; each scene is inspected, the last too. Kinds of scenes that were seen."""
     look, seen = await tab.open(f"{url}?PROLIFIC_PID=w1"), []
     while True:
@@ -127,7 +103,7 @@ def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
                 if look.scene == "page":
                     await check_example(page, read_words(shown["language"]), look.turn == 3)
 
-            seen = await every_scene(tab, url, study, WHOLE, tmp_path, inspect)
+            seen = await every_scene(tab, url, inspect)
             assert set(seen) == {"consent", "page", "comprehension", "box", "over", "check", "ask", "debrief"}
             assert told == []
 
@@ -222,57 +198,22 @@ def test_the_keyboard_alone_is_enough(tmp_path):
     run(without_a_mouse())
 
 
-def test_a_whole_session_tells_no_truth_and_asks_nobody_else(tmp_path):
-    sent = []
-
+def test_a_whole_session_asks_nobody_else_and_shows_no_truth(tmp_path):
     async def overheard():
         async with browser() as chromium, served(tmp_path, STUDY, **WHOLE) as url:
-            tab = await new_tab(chromium)
+            tab, sent, doms = await new_tab(chromium), [], []
             tab.page.on("requestfinished", lambda request: sent.append(request))  # noqa: PLW0108 - it has to be a function
-            doms = []
 
             async def keep(look):
-                doms.append((look, await tab.page.content()))
+                doms.append(await tab.page.content())
 
-            await every_scene(tab, url, STUDY, WHOLE, tmp_path, keep)
+            await every_scene(tab, url, keep)
             await asyncio.sleep(0.2)
             assert {request.url.startswith(url) for request in sent} == {True}
-            sizes = [await request.sizes() for request in sent]
-            loaded = [size for request, size in zip(sent, sizes, strict=True) if "/api/" not in request.url]
-            assert 0 < sum(size["responseBodySize"] for size in loaded) < 200_000
-            api = [request for request in sent if "/api/" in request.url]
-            bodies = [await (await request.response()).text() for request in api]
-            return doms, bodies, [request.post_data for request in api], [await r.all_headers() for r in api]
+            sizes = [(await request.sizes())["responseBodySize"] for request in sent if "/api/" not in request.url]
+            assert 0 < sum(sizes) < 200_000
+            return "".join(doms) + "".join(request.post_data or "" for request in sent)
 
-    doms, bodies, posted, headers = run(overheard())
+    said = run(overheard())
     plan = plan_of(tmp_path, STUDY, "w1", 1)
-    secret = {*plan.box.names, *(plan_of(tmp_path, STUDY, "w1", n).key for n in (1,)), "chain-4", "seed", "interlock"}
-    page = "".join(html for _, html in doms)
-    for word in secret:
-        assert word not in page + "".join(bodies) + "".join(posted), word
-    for name in ("state", "moved_truth", "repetition", "trial", "p", "key", "plan"):
-        assert f'"{name}"' not in "".join(bodies), name
-    assert all(re.search("lockprobe=", header.get("cookie", "")) or i == 0 for i, header in enumerate(headers))
-    _check_told(bodies, trials_of(tmp_path))
-
-
-def _check_told(bodies, trials):
-    """What the page got of every step is what was told of it, where that was false too."""
-    scenes = [json.loads(body)["scene"] for body in bodies]
-    told = [
-        (scene["number"], scene["step"] - 1, scene["panel"]["last"], scene["panel"]["outcome"], _ones(scene["panel"]))
-        for scene in scenes
-        if scene["kind"] == "box" and not scene["practice"] and scene["step"] > 1
-    ]
-    expected, false = [], 0
-    for trial in sorted(trials.values(), key=lambda trial: trial.facts["position"]):
-        for step in trial.steps[:-1]:
-            ones = {label for label, at in zip(trial.labels, step.told_state, strict=True) if at == "1"}
-            expected.append((trial.facts["position"], step.step, step.decision.joint, None, ones))
-            false += step.moved != step.told_moved
-    assert told == expected
-    assert false
-
-
-def _ones(panel):
-    return {joint["label"] for joint in panel["joints"] if joint["position"]}
+    assert [word for word in (*plan.box.names, plan.key, "chain-4", "seed", "interlock") if word in said] == []

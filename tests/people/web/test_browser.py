@@ -1,8 +1,9 @@
 """People at the page: strategies that see what it shows and choose there play as they do without it."""
 
 import asyncio
-import os
-import time
+import re
+from collections import defaultdict
+from dataclasses import dataclass, replace
 
 import pytest
 from browser import (
@@ -19,134 +20,101 @@ from browser import (
     served,
     serving,
     trials_of,
+    violations,
     without_the_page,
 )
-from seated import diaries_of, people_study
+from seated import diaries_of, people_study, under
 
 from lockprobe.boxes.families import box
+from lockprobe.people.diary import Did
+from lockprobe.people.texts import filled, read_words
+from lockprobe.trial.condition import Condition
 
 pytestmark = needs_a_browser
 
-AT_ONCE = int(os.environ.get("LOCKPROBE_BROWSERS", "6"))
-"""Browsers at once: each way to choose with each strategy."""
-
+WORDS = read_words("en")
 CHECK = {"after": 1, "question": "Choose blue.", "options": ["red", "blue"], "right": "blue"}
 ASK = {"name": "how", "question": "How did you go about it?"}
-
-
-ARGUMENTS = (
-    "flips",
-    "--box",
-    "chain-4",
-    "--layout",
-    "fixed",
-    "--p",
-    "0,0.4",
-    "--repetitions",
-    1,
-    "--seed",
-    7,
-    "--max-steps",
-    9,
-)
-"""The same study for ``lockprobe serve``, but for its trials."""
+SCRIPT = '<img src=x onerror="window.hurt = 1"><script>window.hurt = 1</script>'
 
 
 def a_study(**settings):
     return people_study(**{"max_steps": 9, **settings})
 
 
-def check_equal(directory, study, strategy, who, boxes, *, claims=True):
-    """Every box of somebody is, step by step, what the strategy plays without a page."""
+def at_the_page(directory, study, does, how="click", **experiment):
+    """What ``does`` with a tab and the address of the study comes to."""
+
+    async def visit():
+        async with browser() as chromium, served(directory, study, **experiment) as url:
+            tab = await new_tab(chromium, how)
+            tab.language = experiment.get("language", "en")
+            return await does(tab, f"{url}?PROLIFIC_PID=w1")
+
+    return run(visit())
+
+
+def playing(directory, study, strategy):
+    """A person who takes part as a strategy, from one look to another, and knows what was shown between."""
+    kept = {"reader": None, "luck": None}
+
+    async def goes_on(tab, look, until=lambda look: False):
+        look, kept["reader"], kept["luck"] = await attend(
+            tab, look, directory, study, strategy, "w1", until=until, **kept
+        )
+        return look
+
+    return goes_on
+
+
+def check_equal(directory, study, strategy, boxes, *, claims=True):
+    """Every box is, step by step, what the strategy plays without a page, and every act is there once."""
     trials = trials_of(directory)
+    assert len(trials) == boxes
     for number in range(1, boxes + 1):
-        plan = plan_of(directory, study, who, number)
+        plan = plan_of(directory, study, "w1", number)
         mine = trials[plan.key]
-        assert mine.agent == f"participant:{joined(directory, who).identity}"
+        assert mine.agent == f"participant:{joined(directory, 'w1').identity}"
         assert mine.facts["position"] == number
         assert bare(mine, claims=claims) == bare(without_the_page(plan, strategy), claims=claims)
-    return trials
+    (diary,) = diaries_of(directory)
+    assert [line.turn for line in diary[1:]] == list(range(2, 1 + len(diary)))
+
+
+class Restless(Tab):
+    """Somebody who loads the page again after everything that happens."""
+
+    async def look(self, after=-1):
+        first = await super().look(after)
+        await self.page.reload()
+        assert await super().look() == first
+        return first
 
 
 @pytest.mark.parametrize(
-    "case",
+    ("how", "strategy", "settings"),
     [
         ("key", "ideal-observer", {"flip": "integrated"}),
-        ("click", "ideal-observer", {"layout": "shuffled"}),
-        *(
-            pytest.param(case, marks=pytest.mark.slow)
-            for case in [
-                ("click", "human-inspired", {}),
-                ("touch", "human-inspired", {"flip": "outcome-only", "assessment": False}),
-                ("touch", "random", {"box": box("random-6-4")}),
-            ]
-        ),
+        ("restless", "human-inspired", {"box": box("chain-3"), "p": (0.4,)}),
+        pytest.param("touch", "human-inspired", {"flip": "outcome-only", "assessment": False}, marks=pytest.mark.slow),
+        pytest.param("touch", "random", {"box": box("random-6-4"), "layout": "shuffled"}, marks=pytest.mark.slow),
     ],
-    ids=lambda case: " ".join([case[0], *map(str, case[2])]),
 )
-def test_a_strategy_at_the_page_plays_as_without_it(case, tmp_path):
-    how, strategy, settings = case
+def test_a_strategy_at_the_page_plays_as_without_it(how, strategy, settings, tmp_path):
     study = a_study(**{"max_steps": 6, **settings})
-    language = "de" if how == "touch" else "en"
-    shown = {"language": language, "practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
-    run(_takes_part(tmp_path, study, strategy, how, **shown))
-    trials = check_equal(tmp_path, study, strategy, "w1", 2, claims=strategy != "random")
-    assert len(trials) == 2
+    shown = {"language": "de" if how == "touch" else "en", "practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
+
+    async def plays(tab, address):
+        tab.answers = {"Choose blue.": "blue"}
+        tab = Restless(tab.page, answers=tab.answers) if how == "restless" else tab
+        return await playing(tmp_path, study, strategy)(tab, await tab.open(address))
+
+    assert at_the_page(tmp_path, study, plays, how, **shown).scene == "debrief"
+    check_equal(tmp_path, study, strategy, len(study.conditions), claims=strategy != "random")
     (diary,) = diaries_of(tmp_path)
     answers = {line.item: line for line in diary[1:] if line.item}
-    assert answers["1"].right is True
-    assert answers["how"].act.answer == "words"
-    times = [line.act.rt for line in diary[1:] if line.scene == "box"]
-    assert all(0 < rt < 60_000 for rt in times)
-
-
-async def _takes_part(directory, study, strategy, how, **experiment):
-    async with browser() as chromium, served(directory, study, **experiment) as url:
-        tab = await new_tab(chromium, how)
-        tab.language, tab.answers = experiment["language"], {"Choose blue.": "blue"}
-        look = await tab.open(f"{url}?PROLIFIC_PID=w1")
-        assert look.scene == "consent"
-        look, _, _ = await attend(tab, look, directory, study, strategy, "w1")
-        assert look.scene == "debrief"
-
-
-@pytest.mark.slow
-def test_many_browsers_at_once_and_the_server_is_killed_meanwhile(tmp_path):
-    study = a_study(trials=AT_ONCE)
-    names = [f"w{i}" for i in range(AT_ONCE)]
-    began = time.monotonic()
-    run(_crowd(tmp_path, study, names))
-    print(f"{AT_ONCE} browsers: {time.monotonic() - began:.0f} s")
-    for i, who in enumerate(names):
-        trials = check_equal(tmp_path, study, _played_by(i), who, 2)
-    assert len(trials) == 2 * AT_ONCE
-    steps = sum(len(trial.steps) for trial in trials.values())
-    assert sum(line.scene == "box" and line.box > 0 for diary in diaries_of(tmp_path) for line in diary[1:]) == steps
-
-
-def _played_by(i):
-    return ("human-inspired", "ideal-observer")[i % 2]
-
-
-async def _crowd(directory, study, names):
-    with serving(directory, *ARGUMENTS, "--trials", study.trials) as server:
-        async with browser() as chromium:
-
-            async def takes_part(i, who):
-                tab = await new_tab(chromium, ("click", "key", "touch")[i % 3], viewport={"width": 400, "height": 740})
-                look = await tab.open(f"{server.url}?PROLIFIC_PID={who}")
-                look, _, _ = await attend(tab, look, directory, study, _played_by(i), who)
-                assert look.scene == "debrief"
-                await tab.page.context.close()
-
-            async def power_cuts():
-                for acts in (8 * len(names), 16 * len(names)):
-                    while sum(map(len, diaries_of(directory))) < acts:  # noqa: ASYNC110 - of another process
-                        await asyncio.sleep(0.05)
-                    await asyncio.to_thread(server.kill)
-                    await asyncio.to_thread(server.start)
-
-            await asyncio.gather(power_cuts(), *(takes_part(i, who) for i, who in enumerate(names)))
+    assert (answers["1"].right, answers["how"].act.answer) == (True, "words")
+    assert all(0 < line.act.rt < 60_000 for line in diary[1:] if line.scene == "box")
 
 
 def at_step(number, step):
@@ -155,42 +123,34 @@ def at_step(number, step):
 
 def test_whatever_happens_to_the_page_no_action_counts_twice(tmp_path):
     study = a_study()
-    run(_interrupted(tmp_path, study))
-    check_equal(tmp_path, study, "human-inspired", "w1", 2)
-    acts = [line.turn for line in diaries_of(tmp_path)[0][1:]]
-    assert acts == list(range(2, 2 + len(acts)))
+    goes_on = playing(tmp_path, study, "human-inspired")
 
-
-async def _interrupted(directory, study):
-    async with browser() as chromium, served(directory, study) as url:
-        tab = await new_tab(chromium)
+    async def interrupted(tab, address):
         context = tab.page.context
-        address = f"{url}?PROLIFIC_PID=w1"
-        part = (directory, study, "human-inspired", "w1")
-        look, *kept = await attend(tab, await tab.open(address), *part, until=at_step(1, 3))
+        look = await goes_on(tab, await tab.open(address), at_step(1, 3))
 
         await tab.page.reload()  # loaded again
         assert await tab.look() == look
-        look, *kept = await attend(tab, look, *part, until=at_step(1, 4), reader=kept[0], luck=kept[1])
+        look = await goes_on(tab, look, at_step(1, 4))
 
         await tab.page.goto("about:blank")  # away, and back with the button
         await tab.page.go_back()
         assert (await tab.look()).turn == look.turn
-        look, *kept = await attend(tab, look, *part, until=at_step(1, 5), reader=kept[0], luck=kept[1])
+        look = await goes_on(tab, look, at_step(1, 5))
 
         await context.set_offline(True)  # no network at the moment of the act; then there is
-        doing = asyncio.create_task(attend(tab, look, *part, until=at_step(1, 6), reader=kept[0], luck=kept[1]))
+        doing = asyncio.create_task(goes_on(tab, look, at_step(1, 6)))
         await tab.page.wait_for_selector("#trouble p")
         assert not doing.done()
         await context.set_offline(False)
-        look, *kept = await doing
+        look = await doing
 
         await context.route("**/api/act", _losing_its_reply, times=1)  # what is done arrives, and its reply does not
-        look, *kept = await attend(tab, look, *part, until=at_step(1, 7), reader=kept[0], luck=kept[1])
+        look = await goes_on(tab, look, at_step(1, 7))
+        return await goes_on(tab, await _two_tabs(context, tab, look, address))
 
-        look = await _two_tabs(context, tab, look, address)
-        look, _, _ = await attend(tab, look, *part, reader=kept[0], luck=kept[1])
-        assert look.scene == "debrief"
+    assert at_the_page(tmp_path, study, interrupted).scene == "debrief"
+    check_equal(tmp_path, study, "human-inspired", 2)
 
 
 async def _losing_its_reply(route):
@@ -212,99 +172,58 @@ async def _two_tabs(context, tab, look, address):
     return again
 
 
-class Restless(Tab):
-    """Somebody who loads the page again after everything that happens."""
-
-    async def look(self, after=-1):
-        first = await super().look(after)
-        await self.page.reload()
-        assert await super().look() == first
-        return first
-
-
-def test_a_page_that_is_loaded_again_shows_the_same_in_every_scene(tmp_path):
-    study = a_study(box=box("chain-3"), p=(0.4,), max_steps=6)
-    run(_restless(tmp_path, study))
-    check_equal(tmp_path, study, "human-inspired", "w1", 1)
-
-
-async def _restless(directory, study):
-    shown = {"practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
-    async with browser() as chromium, served(directory, study, **shown) as url:
-        tab = Restless((await new_tab(chromium)).page)
-        look = await tab.open(f"{url}?PROLIFIC_PID=w1")
-        look, _, _ = await attend(tab, look, directory, study, "human-inspired", "w1")
-        assert look.scene == "debrief"
-
-
 def test_a_server_that_is_killed_and_started_again_loses_nothing(tmp_path):
     study = a_study()
-    run(_killed(tmp_path, study))
-    check_equal(tmp_path, study, "human-inspired", "w1", 2)
+    goes_on = playing(tmp_path, study, "human-inspired")
+    arguments = ("flips", "--box", "chain-4", "--layout", "fixed", "--p", "0,0.4", "--repetitions", 1, "--seed", 7,
+                 "--max-steps", 9, "--trials", 4)  # fmt: skip
 
+    async def killed():
+        with serving(tmp_path, *arguments) as server:
+            async with browser() as chromium:
+                tab = await new_tab(chromium)
+                look = await tab.open(f"{server.url}?PROLIFIC_PID=w1")
+                for step in (1, 4):
+                    look = await goes_on(tab, look, at_step(1, step))
+                    await asyncio.to_thread(server.kill)
+                    doing = asyncio.create_task(goes_on(tab, look, at_step(1, step + 1)))
+                    await tab.page.wait_for_selector("#trouble p")
+                    await asyncio.to_thread(server.start)
+                    look = await doing
+                return await goes_on(tab, look)
 
-async def _killed(directory, study):
-    with serving(directory, *ARGUMENTS, "--trials", 4) as server:
-        async with browser() as chromium:
-            tab = await new_tab(chromium)
-            part, kept = (directory, study, "human-inspired", "w1"), (None, None)
-            look = await tab.open(f"{server.url}?PROLIFIC_PID=w1")
-            for step in (1, 4):
-                look, *kept = await attend(tab, look, *part, until=at_step(1, step), reader=kept[0], luck=kept[1])
-                await asyncio.to_thread(server.kill)
-                doing = asyncio.create_task(
-                    attend(tab, look, *part, until=at_step(1, step + 1), reader=kept[0], luck=kept[1])
-                )
-                await tab.page.wait_for_selector("#trouble p")
-                await asyncio.to_thread(server.start)
-                look, *kept = await doing
-            look, _, _ = await attend(tab, look, *part, reader=kept[0], luck=kept[1])
-            assert look.scene == "debrief"
+    assert run(killed()).scene == "debrief"
+    check_equal(tmp_path, study, "human-inspired", 2)
 
 
 def test_pictures_are_read_off_the_page(tmp_path):
     pytest.importorskip("mujoco")
-    study = a_study(
-        name="modalities", p=(0.0,), plant="fast-twin?width=160&height=120", modalities=("rgb",), trials=1, max_steps=8
-    )
-    run(_viewing(tmp_path, study))
-    trials = check_equal(tmp_path, study, "viewer", "w1", 1)
-    assert len(trials) == 1
+    pictures = {"plant": "fast-twin?width=160&height=120", "modalities": ("rgb",)}
+    study = a_study(name="modalities", p=(0.0,), trials=1, max_steps=8, **pictures)
 
-
-async def _viewing(directory, study):
-    async with browser() as chromium, served(directory, study) as url:
-        tab = await new_tab(chromium)
-
+    async def views(tab, address):
         async def note(response):
-            if "/api/" in response.url:
-                scene = (await response.json())["scene"]
-                if scene["kind"] == "box":
-                    joints = scene["panel"]["joints"]
-                    tab.handles = tuple(
-                        tuple((x * 160 - 0.5, y * 120 - 0.5) for x, y in joint["handle"]) for joint in joints
-                    )
+            scene = (await response.json())["scene"] if "/api/" in response.url else {"kind": ""}
+            if scene["kind"] == "box":
+                handles = [joint["handle"] for joint in scene["panel"]["joints"]]
+                tab.handles = tuple(tuple((x * 160 - 0.5, y * 120 - 0.5) for x, y in handle) for handle in handles)
 
         tab.page.on("response", note)
-        look = await tab.open(f"{url}?PROLIFIC_PID=w1")
-        look, _, _ = await attend(tab, look, directory, study, "viewer", "w1")
-        assert look.scene == "debrief"
+        return await playing(tmp_path, study, "viewer")(tab, await tab.open(address))
+
+    assert at_the_page(tmp_path, study, views).scene == "debrief"
+    check_equal(tmp_path, study, "viewer", 1)
 
 
 def test_withdrawing_deletes_and_says_so(tmp_path):
     study = a_study()
-    run(_withdraws(tmp_path, study))
-    assert diaries_of(tmp_path) == []
 
-
-async def _withdraws(directory, study):
-    async with browser() as chromium, served(directory, study, left_code="GONE") as url:
-        tab = await new_tab(chromium)
-        look = await tab.open(f"{url}?PROLIFIC_PID=visitor-7")
+    async def withdraws(tab, address):
+        look = await tab.open(address.replace("w1", "visitor-7"))
         assert not await tab.page.locator("[data-act=withdraw]").count()  # nothing is kept before the consent
-        look, *_ = await attend(tab, look, directory, study, "random", "visitor-7", until=at_step(2, 2))
-        assert trials_of(directory)
-        identity = joined(directory, "visitor-7").identity
+        look, *_ = await attend(tab, look, tmp_path, study, "random", "visitor-7", until=at_step(2, 2))
+        assert trials_of(tmp_path)
+        identity = joined(tmp_path, "visitor-7").identity
         await tab.press("[data-act=withdraw]")
         await tab.press("[data-act=withdraw-no]")
         assert (await tab.look()).turn == look.turn
@@ -312,37 +231,147 @@ async def _withdraws(directory, study):
         await tab.press("[data-act=withdraw-yes]")
         await tab.page.wait_for_selector("[data-scene=closed]")
         assert await tab.page.locator("[data-code=GONE]").is_visible()
-        assert trials_of(directory) == {}
-        kept = b"".join(path.read_bytes() for path in directory.rglob("*") if path.is_file())
+        kept = b"".join(path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())
         assert (identity.encode() in kept, b"visitor-7" in kept) == (False, False)
 
+    at_the_page(tmp_path, study, withdraws, left_code="GONE")
+    assert (diaries_of(tmp_path), trials_of(tmp_path)) == ([], {})
 
-def test_what_somebody_writes_is_text_wherever_it_is_shown(tmp_path):
-    study = a_study(p=(0.0,), trials=1)
-    run(_writes(tmp_path, study))
+
+@dataclass(frozen=True, kw_only=True)
+class Shouting:
+    """Somebody's own intervention."""
+
+    def brief(self, briefing, past, task, rng):
+        return briefing.remarking(SCRIPT).warning_of(SCRIPT)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Painting:
+    """Somebody's own words."""
+
+    after_words = True
+
+    def perceive(self, percept, past, task, rng):
+        return replace(percept, text=SCRIPT)
+
+
+def test_what_somebody_writes_or_a_condition_says_is_text_wherever_it_is_shown(tmp_path):
+    acting = Condition(interventions=(Shouting(), Painting()), name="<img src=x>")
+    study = replace(under("truth", trials=1), conditions=(acting,))
+
+    async def writes(tab, address):
+        goes_on, tab.answers = playing(tmp_path, study, "random"), {ASK["question"]: SCRIPT}
+        look = await goes_on(tab, await tab.open(f"{address}&x={SCRIPT}"), at_step(1, 2))
+        assert [look.remark, look.warning, look.report] == [SCRIPT] * 3
+        assert look.history == [f"{SCRIPT} {SCRIPT}"]
+        await goes_on(tab, look)
+        await assert_no_script_ran(tab.page)
+
+    at_the_page(tmp_path, study, writes, questions=[ASK])
     assert "<img src=x onerror=" in str(diaries_of(tmp_path))
 
 
-async def _writes(directory, study):
-    script = '<img src=x onerror="window.hurt = 1"><script>window.hurt = 1</script>'
-    async with browser() as chromium, served(directory, study, questions=[ASK]) as url:
-        tab = await new_tab(chromium)
-        tab.answers = {ASK["question"]: script}
-        look = await tab.open(f"{url}?PROLIFIC_PID=w1&x={script}")
-        await attend(tab, look, directory, study, "random", "w1")
-        await assert_no_script_ran(tab.page)
-
-
 def test_whoever_took_part_in_another_study_under_this_name_begins_without_trouble(tmp_path):
-    async def visit():
-        async with (
-            browser() as chromium,
-            served(tmp_path / "a", a_study()) as one,
-            served(tmp_path / "b", a_study()) as b,
-        ):
-            tab = await new_tab(chromium)
-            assert (await tab.open(one)).scene == "consent"
-            assert (await tab.open(b)).scene == "consent"  # cookies know no ports
+    async def visit(tab, address):
+        assert (await tab.open(address)).scene == "consent"
+        async with served(tmp_path / "b", a_study()) as other:
+            assert (await tab.open(other)).scene == "consent"  # cookies know no ports
             assert await tab.page.locator("dialog[open]").count() == 0
 
-    run(visit())
+    at_the_page(tmp_path / "a", a_study(), visit)
+
+
+def test_who_answers_wrong_reads_again_and_then_plays_and_the_bar_grows_to_the_end(tmp_path):
+    first = WORDS.comprehension.questions[0]
+
+    async def plays(tab, address):
+        bars, bar = [], tab.page.locator("[role=progressbar]")
+        look = await tab.open(address)
+        assert not await bar.count()
+        while look.scene != "comprehension":
+            look = await tab.go_on(look)
+        await tab.press("[data-act=answers]")
+        assert await tab.page.locator(".missing").inner_text() == WORDS.page["all_required"]
+        tab.answers = {first.question: next(one for one in first.options if one != first.right)}
+        look = await tab.go_on(look)
+        assert (look.scene, look.heading) == ("page", WORDS.instructions[0].title)
+        assert first.question in await tab.page.locator(".notice").inner_text()
+        tab.answers = {}
+        while look.scene != "debrief":
+            if look.scene == "box":
+                await tab.choose("A", "moved" if look.asks else None)
+                look = await tab.look(after=look.turn)
+            else:
+                look = await tab.go_on(look)
+            assert not await tab.page.locator(".notice").count()
+            bars.append((int(await bar.get_attribute("aria-valuenow")), await bar.get_attribute("aria-label")))
+        return bars
+
+    bars = at_the_page(tmp_path, people_study(max_steps=2), plays, comprehension={"ask": True})
+    rounds = [one.right for one in diaries_of(tmp_path)[0] if isinstance(one, Did) and one.scene == "comprehension"]
+    assert rounds == [False, True]
+    assert [percent for percent, _ in bars] == sorted(percent for percent, _ in bars)
+    assert bars[-1] == (100, filled(WORDS.page["progress"], done=2, of=2))
+    assert bars[0][1] == filled(WORDS.page["progress"], done=0, of=2)
+
+
+@pytest.mark.parametrize("tell", ["state", "outcome"])
+def test_beside_the_picture_it_is_said_where_the_joint_is_now(tmp_path, tell):
+    study = people_study(p=(0.0,), max_steps=4, modalities=(f"symbolic?tell={tell}",))
+
+    async def plays(tab, address):
+        seen, look = [], await tab.open(address)
+        while look.scene != "box":
+            look = await tab.go_on(look)
+        while look.scene == "box":
+            seen.append(look)
+            await tab.choose("ABCD"[look.step[0] % 4], "moved" if look.asks else None)
+            look = await tab.look(after=look.turn)
+        return seen
+
+    seen = at_the_page(tmp_path, study, plays)
+    assert len(seen) > 2
+    for look in seen[1:]:
+        label = re.search(r"\b([A-D])\b", look.report)[1]
+        drawn = next(name for name in look.joints if f"Joint {label}" in name)
+        said = [at for at in (0, 1) if filled(WORDS.page["now"], label=label, position=at) in look.report]
+        shown = [at for at in (0, 1) if filled(WORDS.page["position"], position=at) in drawn]
+        assert said == shown
+        assert len(said) == (tell != "outcome")
+
+
+@pytest.mark.slow
+def test_every_condition_is_shown_as_it_acts(tmp_path):
+    """What agents read beside a report stands on the page; who plays at random plays as without it."""
+    specs = ("flip?p=0.4 + nudge", "correction?p=1", "drop?p=1", "distract?p=0.5 + warn?rate=0.4")
+    study, looks = under(*specs, box=box("random-6-4"), max_steps=20, trials=5, seed=9), defaultdict(list)
+
+    async def sees(tab, address):
+        look = await playing(tmp_path, study, "random")(tab, await tab.open(address), note)
+        assert await tab.page.get_by_text("something was changed on purpose").count() == 1
+        assert await violations(tab.page) == []
+        return look
+
+    def note(look):
+        if look.scene == "box":
+            looks[look.box].append(look)
+        return False
+
+    assert at_the_page(tmp_path, study, sees).scene == "debrief"
+    check_equal(tmp_path, study, "random", len(specs), claims=False)
+    by = {trial.condition: trial for trial in trials_of(tmp_path).values()}
+    for trial in by.values():
+        seen = looks[trial.facts["position"]]
+        assert [look.remark for look in seen] == [step.remark for step in trial.steps]
+        assert all(look.remark in look.spoken for look in seen)
+        assert [bool(look.warning) for look in seen] == ["warn" in trial.condition] * len(seen)
+        told, shown = [step.told for step in trial.steps[:-1]], [look.report for look in seen[1:]]
+        if trial.condition == "correction?p=1":
+            assert shown == told
+            assert [line[: len(text)] for line, text in zip(seen[-1].history, told, strict=True)] == told
+        if trial.condition == "drop?p=1":
+            assert set(shown) == {"Nothing was reported."}
+    nudged = by["flip?p=0.4 + nudge"]
+    assert nudged.changed["nudge"] == 1
+    assert any("Note: you are repeating" in line for line in looks[nudged.facts["position"]][-1].history)
