@@ -14,7 +14,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.people.assignment import conditions_of
-from lockprobe.people.diary import Act, Agree, Answer, Answers, Attempt, Joined, Next, read_diaries
+from lockprobe.people.diary import Act, Agree, Answer, Answers, Attempt, Next, read_diaries
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.journey import Flow, flow_of
 from lockprobe.people.scenes import ActRefused
@@ -143,6 +143,7 @@ class Player:
     def __init__(self, directory: Path, study: Study, spec: str) -> None:
         self._directory, self._study, self._agent = directory, study, resolve(spec).make()
         self._past: tuple[Turn, ...] = ()
+        self._streams = {}
 
     async def act(self, shown: Shown) -> Act:
         """What it does."""
@@ -151,19 +152,27 @@ class Player:
         return an_act(shown.scene)
 
     async def _attempt(self, scene: Parts, identity: str | None) -> Attempt:
+        decision = await self.decide(scene, identity)
+        claimed = (decision.claimed or "moved") if scene.ask else None
+        return Attempt(joint=decision.joint, claimed=claimed, rt=412.5, claimed_rt=200.0 if scene.ask else None)
+
+    async def decide(self, scene: Parts, identity: str | None) -> Decision:
+        """Which joint it attempts, and what it says of its last action."""
         if scene.step == 1:
             self._past = ()
         situation = Situation(task=_task(scene, self._study), past=self._past, percept=percept_of(scene.panel))
         decision = await self._agent.decide(situation, self._stream(scene, identity).at(scene.step))
         self._past = (*self._past, Turn(percept=situation.percept, decision=decision))
-        claimed = (decision.claimed or "moved") if scene.ask else None
-        return Attempt(joint=decision.joint, claimed=claimed, rt=412.5, claimed_rt=200.0 if scene.ask else None)
+        return decision
 
     def _stream(self, scene: Parts, identity: str | None):
-        joined = diary_of(self._directory, identity)[0]
-        assert isinstance(joined, Joined)
-        slot = joined.slots[max(0, scene.number - 1)]
-        return slot.plan(self._study, joined.identity).luck.stream("agent" if scene.number else "practice")
+        """The random stream of the strategy in a box, looked up once."""
+        if (identity, scene.number) not in self._streams:
+            joined = diary_of(self._directory, identity)[0]
+            slot = joined.slots[max(0, scene.number - 1)]
+            luck = slot.plan(self._study, joined.identity).luck
+            self._streams[identity, scene.number] = luck.stream("agent" if scene.number else "practice")
+        return self._streams[identity, scene.number]
 
 
 def an_act(scene: Parts) -> Act:

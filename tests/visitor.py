@@ -12,13 +12,12 @@ import subprocess
 from dataclasses import dataclass, field
 
 import forked
+from seated import Player, parts
 from wire import Gone, Wire
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.people.diary import read_diaries
 from lockprobe.people.texts import read_words
 from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 PATIENCE = 60.0
 """Seconds for which a visitor tries to reach a server that is gone."""
@@ -58,8 +57,7 @@ class Visitor:
         self.seen = []
         self.resent = 0
         self.lease = self.identity = self.words = None
-        self._past, self._percept, self._rng, self._box = (), None, None, None
-        self._agent = resolve(self.strategy).make()
+        self._player = Player(self.directory, self.study, self.strategy)
 
     @property
     def scene(self):
@@ -148,49 +146,10 @@ class Visitor:
 
     async def decide(self):
         """What the strategy does, from what is shown."""
-        scene = self.scene
-        if scene["practice"]:
-            joints = [joint["label"] for joint in scene["panel"]["joints"]]
-            return Decision(joint=self.luck.choice(joints), claimed=scene["panel"]["outcome"])
-        percept = shown_percept(scene["panel"])
-        if scene["number"] != self._box:
-            slot = slots_of(self.directory, self.identity)[scene["number"] - 1]
-            plan = slot.plan(self.study, self.identity)
-            self._box, self._luck, self._past = scene["number"], plan.luck.stream("agent"), ()
-        situation = Situation(task=shown_task(scene), past=self._past, percept=percept)
-        decision = await self._agent.decide(situation, self._luck.at(scene["step"]))
-        self._past = (*self._past, Turn(percept=percept, decision=decision))
-        return decision
+        return await self._player.decide(parts(self.scene), self.identity)
 
     async def close(self):
         await self.http.close()
-
-
-def shown_task(scene):
-    """What is known before the first step, from what is shown."""
-    joints = scene["panel"]["joints"]
-    return Task(
-        joints=tuple(joint["label"] for joint in joints),
-        target=next(joint["label"] for joint in joints if joint["target"]),
-        budget=scene["budget"],
-        places=tuple(tuple(joint["place"]) for joint in joints if joint["place"] is not None),
-    )
-
-
-def shown_percept(panel):
-    """One report, from what is shown."""
-    positions = tuple(joint["position"] for joint in panel["joints"])
-    return Percept(
-        joint=panel["last"],
-        outcome=panel["outcome"],
-        positions=None if None in positions else tuple(position == 1 for position in positions),
-        text=" ".join(panel["report"]),
-    )
-
-
-def slots_of(directory, identity):
-    """Which trials somebody plays."""
-    return next(one.joined.slots for one in read_diaries(directory) if one.identity == identity)
 
 
 def in_short(trial, *, assessed=True):

@@ -11,7 +11,6 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.people.experiment import (
     EXPERIMENT,
     Experiment,
-    check_visible,
     experiment_from,
     kept_experiment,
     read_experiment,
@@ -37,16 +36,12 @@ ENGLISH = words_file("en").read_text("utf-8")
         (CHECK + 'options = ["a", "b"]', "checks.0.right: is missing"),
         (CHECK + 'options = ["a", "b"]\nright = "c"', "checks.0: options must be distinct, and right must be one of them"),
         (CHECK + 'options = ["a", "b"]\nright = "a"\nwhen = 1', "there are: question, options, right, after"),
-        (f'practice = "{"x" * 9999}"', "practice: got 'xxx"),
         (QUESTION + "low = 3", "questions.0: low and high need type"),
         (QUESTION + 'type = "integer"\noptions = ["a", "b"]', "questions.0: a number, or options"),
         (QUESTION + 'type = "number"\nlow = 3\nhigh = 2', "questions.0: low is above high"),
         (QUESTION + 'type = "age"', "questions.0.type: got 'age'"),
         (QUESTION + QUESTION, "all: two questions have the same name"),
         ("require_id = true\nrecruitment = []", "all: require_id needs a parameter in recruitment"),
-        ('completion_code = "a\\u0000b"', "completion_code: holds the control character U+0000"),
-        (QUESTION.replace('"q"', '"a\\u001bb"'), "questions.0.question: holds the control character U+001B"),
-        (QUESTION + 'options = ["a\\u001bb"]', "questions.0.options.0: holds the control character U+001B"),
         *((QUESTION.replace('"q"', f'"{one}"'), "without space around them") for one in (" red", "red ", "\u00a0red", " ")),
         (QUESTION + 'options = [" red"]', "without space around them"),
     ],
@@ -69,7 +64,6 @@ def test_it_is_said_where_what_came_and_what_is_allowed(tmp_path, text, said):
         ('withdraw_yes = "Yes, delete everything"\n', "", "page: withdraw_yes is missing"),
         ('next = "Go on"\n', 'next = "Go on"\nremove = "x"\n', "page: no key is called 'remove'"),
         ('agree = "I agree to take part"\n', "", "consent.agree: is missing"),
-        ('title = "Open the', 'title = "Open\\u0000the', "title: holds the control character U+0000"),
         ('right = "As soon', 'only = "positions"\nright = "As soon', None),
     ],
 )
@@ -89,14 +83,6 @@ def test_a_text_of_ones_own_is_read_and_an_unknown_language_lists_those_there_ar
     assert read_words(str(file)).title == "<script>alert(1)</script>"
     with pytest.raises(UnknownName, match="en"):
         read_words("tlh")
-
-
-@pytest.mark.parametrize("character", ["\x00", "\x1b", "\x07", "\x7f", "\x9b", "\r", "\ud800"])
-def test_what_nobody_sees_is_no_text_and_other_scripts_and_lines_are(character):
-    with pytest.raises(ValueError, match=f"U\\+{ord(character):04X}"):
-        check_visible(f"a{character}b")
-    for text in ("\u202b\u05e9\u05dc\u202c", "a\nb\tc", "👩\u200d🔬", ""):
-        assert check_visible(text) == text
 
 
 def test_what_is_kept_reads_back_and_what_is_no_settings_is_refused(tmp_path):

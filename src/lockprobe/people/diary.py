@@ -106,11 +106,7 @@ class Slot(StrictModel):
     trial: int
 
     def plan(self, study: Study, identity: str) -> Plan:
-        """The trial as a participant plays it.
-
-        Raises:
-            UnknownName: If the study has no such condition.
-        """
+        """The trial as a participant plays it."""
         return study.plan(participant_spec(identity), study.labelled(self.condition), self.repetition, self.trial)
 
 
@@ -232,11 +228,7 @@ class Diary:
         return self.joined.slots[box - 1].plan(study, self.identity).key
 
     def check_slots(self, study: Study, directory: Path) -> None:
-        """Refuse trials that the study does not have.
-
-        Raises:
-            BadFile: If the participant plays such a trial.
-        """
+        """Raise BadFile if the participant plays a trial that the study does not have."""
         for slot in self.joined.slots:
             there = 1 <= slot.repetition <= study.repetitions and 1 <= slot.trial <= study.trials
             if not (there and slot.condition in [one.label for one in study.conditions_of(PEOPLE)]):
@@ -259,11 +251,7 @@ def bad_diary(store: Path, identity: str, why: str) -> BadFile:
 
 
 def read_diaries(directory: Path | str) -> list[Diary]:
-    """The diaries of a study in the order in which the participants joined; empty if nobody has.
-
-    Raises:
-        BadFile: If a diary is damaged.
-    """
+    """The diaries of a study in the order in which the participants joined; raises BadFile if one is damaged."""
     if not is_there(Path(directory) / STORE):
         return []
     entries: dict[str, list[str]] = {}
@@ -287,11 +275,7 @@ def sound_entries(store: Path, identity: str, entries: Sequence[str]) -> int:
 
 
 def _diary(store: Path, identity: str, entries: Sequence[str]) -> Diary:
-    """The diary that entries are, of which there is at least one.
-
-    Raises:
-        Damaged: If they are none.
-    """
+    """The diary that entries are, of which there is at least one; raises Damaged if they are none."""
     lines = list[Entry]()
     try:
         check_participant(participant_spec(identity))
@@ -313,11 +297,7 @@ def _diary(store: Path, identity: str, entries: Sequence[str]) -> Diary:
 
 
 def write_entry(store: Database, identity: str, number: int, entry: Entry) -> None:
-    """Append an entry, number ``number`` from 1, to the diary of a participant, and flush it to disk.
-
-    Raises:
-        BadFile: If it cannot be written, or the diary was deleted meanwhile, which does not come back.
-    """
+    """Append an entry, number ``number`` from 1, to a diary and flush it to disk; a deleted one stays deleted."""
     with store.transaction(sync=True) as writing:
         if store.one("select count(*) from act where participant = ?", identity) != (number - 1,):
             raise bad_diary(store.path, identity, "the diary was deleted")
@@ -325,11 +305,7 @@ def write_entry(store: Database, identity: str, number: int, entry: Entry) -> No
 
 
 def write_diaries(store: Database, diaries: Iterable[Diary]) -> None:
-    """Write diaries in place of those that there are of the same participants, all or none.
-
-    Raises:
-        BadFile: If they cannot be written.
-    """
+    """Write diaries in place of those that there are of the same participants, all or none."""
     with store.transaction(sync=True) as writing:
         for diary in diaries:
             writing.execute("delete from act where participant = ?", (diary.identity,))

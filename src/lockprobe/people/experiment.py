@@ -1,12 +1,8 @@
-"""The experimenter's settings for people (``people.toml``). They change no trial that models play.
-
-``lockprobe serve --write-people FILE`` writes an example that explains each one.
-"""
+"""The experimenter's settings for people (``people.toml``). They change no trial that models play."""
 
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, Self, get_args
@@ -24,9 +20,6 @@ EXPERIMENT = "experiment.json"
 SECRET = ("completion_url", "completion_code", "left_url", "left_code", "join_code")
 """Settings that are not shared with data."""
 
-_LONGEST = 80
-"""The most characters printed of a wrong value."""
-
 
 class SettingsPart(BaseModel):
     """Base of what an experimenter writes into a file: immutable, and without unknown keys."""
@@ -34,21 +27,9 @@ class SettingsPart(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-def check_visible(text: str) -> str:
-    """The text, for a field of a model.
-
-    Raises:
-        ValueError: If it holds an invisible control character; line breaks may stay.
-    """
-    for character in text:
-        if unicodedata.category(character) in ("Cc", "Cs") and character not in "\n\t":
-            raise ValueError(f"holds the control character U+{ord(character):04X}")
-    return text
-
-
 def _bare(text: str) -> str:
     """Refuse surrounding space: it is invisible, and would make another option."""
-    if text != check_visible(text).strip():
+    if text != text.strip():
         raise ValueError(f"got {text!r}, expected words without space around them")
     return text
 
@@ -57,7 +38,7 @@ Text = Annotated[str, Field(min_length=1, max_length=2000), AfterValidator(_bare
 Option = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_bare)]
 Options = Annotated[tuple[Option, ...], Field(max_length=20)]
 Url = Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")]
-Code = Annotated[str, Field(max_length=100), AfterValidator(check_visible)]
+Code = Annotated[str, Field(max_length=100)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 
 
@@ -135,32 +116,10 @@ class Question(SettingsPart):
 
 
 class Experiment(SettingsPart):
-    """How people take part.
+    """How people take part. The example that ``lockprobe serve --write-people FILE`` writes explains each setting.
 
-    Attributes:
-        history: Whether earlier reports of the trial stay in view, as they do in a model's conversation.
-        history_open: Whether earlier reports are unfolded when a box begins; the same on every device.
-        device: Whether the diary keeps the device of each choice (mouse, finger, pen, keyboard) and the size of the
-            window, in CSS pixels.
-        feedback: Whether the end of a box says if it was opened. Models are not told.
-        design: ``within``: each participant plays every condition; ``between``: each plays one.
-        trials_each: Boxes per participant; None is each condition once, or one box in a between design.
-        practice: Name of the practice box; empty for none. Its rule is none of those of the boxes that people play.
-        participants: The most participants; None is as many as the study has trials for.
-        language: ``en``, another shipped language, or the path of a file with texts.
-        recruitment: Parameters of the URL that are kept, as recruitment platforms set them. The first identifies a
-            person, who can take part only once. Empty for none.
-        comprehension: The questions on the instructions.
-        say_false: Whether the instructions say that reports can be wrong.
-        completion_url: Where participants go at the end.
-        completion_code: The code that they enter there.
-        left_url: Where all others go: who do not agree, find no place, are too late or screened out, or withdraw.
-        left_code: Their code.
-        require_id: Whether the URL has to hold the first parameter of ``recruitment``.
-        join_code: A code to join, in the URL (``?code=…``) or on the page; empty for none.
-        away_minutes: Minutes without an act after which a place may be given to somebody who finds no other.
-        checks: Attention checks.
-        questions: Questions at the end.
+    None for ``trials_each`` is each condition once, or one box in a between design; for ``participants`` as many as
+    the study has trials for.
     """
 
     history: bool = True
@@ -239,7 +198,6 @@ def first_error(error: ValidationError, model: type[BaseModel]) -> str:
         return f"{where}: {first['ctx']['error']}"
     if first["type"] == "missing":
         return f"{where}: is missing"
-    came = came[:_LONGEST] + "…" if isinstance(came, str) and len(came) > _LONGEST else came
     expected = re.sub(r"^\w+ should (be|have|match) |^expected ", "", plain(first["msg"]))
     return str(BadValue(where, came, expected))
 

@@ -43,11 +43,7 @@ def coming_diaries(directory: Path, sources: Iterable[Path]) -> list[Diary]:
 
 
 def take_diaries(journal: Journal, coming: Sequence[Diary], sources: Iterable[Path]) -> None:
-    """Write diaries that come, and settings for people where there are none, into an open directory.
-
-    Raises:
-        BadFile: If something cannot be written.
-    """
+    """Write diaries that come, and settings for people where there are none, into an open directory."""
     if coming:
         make_private(journal.directory)
         write_diaries(journal.store, coming)

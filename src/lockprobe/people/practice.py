@@ -30,9 +30,6 @@ def practice_plan(study: Study, experiment: Experiment, identity: str = "0") -> 
 
     Everybody has the same box, on a panel and with labels of their own unless the panel of the study is fixed, so that
     no order in space can be learnt.
-
-    Raises:
-        UnknownName: If there is no such box.
     """
     if not experiment.practice:
         return None

@@ -97,21 +97,14 @@ class ServerState:
         clock: Callable[[], float] = time.time,
         page: str = "",
     ) -> AsyncIterator[ServerState]:
-        """Open a new study for people, or continue one.
+        """Open a new study for people, or continue one, beside models that may have played there.
 
-        Args:
-            directory: The directory of the study, created if missing. Models may have played there before.
-            study: The study; its agents do not matter.
-            experiment: How people take part.
-            words: The texts that they read.
-            clock: Seconds since 1970.
-            page: Version of the page, for the record.
+        The agents of ``study`` do not matter; ``page`` is the version of the page, for the record.
 
         Raises:
             SettingsChanged: If the directory holds another study, or people joined under other settings.
-            DirectoryBusy: If another process is writing there.
-            BadFile: If a file in it is damaged, or a replayed trial differs from what was shown.
-            UserMistake: If the plant is not available, there is no such practice box, or nobody can play a condition.
+            UserMistake: If the plant is not available, there is no such practice box, nobody can play a condition, a
+                file is damaged, or a replayed trial differs from what was shown.
         """
         there = read_study(directory) if (directory / SETTINGS).exists() else study
         study = replace(study, agents=tuple(dict.fromkeys((*there.agents, PEOPLE))), names=there.names)
@@ -156,11 +149,7 @@ class ServerState:
         return f"?{PREVIEW}={self._tokens.preview}"
 
     def check(self) -> None:
-        """Check that no other process has changed the records.
-
-        Raises:
-            BadFile: If one has.
-        """
+        """Raise BadFile if another process has changed the records."""
         self._opened.journal.store.check()
 
     def invite(self) -> None:
@@ -168,15 +157,12 @@ class ServerState:
         self._opened.journal.used = True
 
     async def enter(self, token: str | None, platform: Mapping[str, str]) -> Reply:
-        """Answer a page that was just loaded. The participant resumes here; older pages can act no longer.
+        """Answer a page that was just loaded under an URL with these parameters.
 
-        Args:
-            token: The browser's token; None if it has none.
-            platform: The parameters of the URL.
+        The participant with this token resumes here; older pages can act no longer.
 
         Raises:
             ActRefused: As ``forged``, or as ``incomplete`` if a required parameter is missing or not filled in.
-            BadFile: If something cannot be written or read.
         """
         preview, kept, code = self._come_from(platform)
         lease = secrets.token_hex(16)
@@ -198,20 +184,13 @@ class ServerState:
         return _reply(token, lease, 1, self._opened.scenes.consent(boxes, ask_code=ask_code))
 
     async def act(self, token: str | None, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> Reply:
-        """Do an act and return the next scene. The act is on disk before this returns.
-
-        Args:
-            token: The browser's token; None if it has none.
-            lease: The lease that the page got when it was loaded.
-            turn: The number of the scene that the act answers.
-            act: The act.
-            platform: The parameters of the URL.
+        """Do an act that answers scene number ``turn``. It is on disk before this returns the next scene.
 
         Raises:
             ActRefused: As ``forged``; ``elsewhere`` if a newer page was loaded; ``stale`` if another scene is shown;
                 ``impossible`` if this scene does not allow the act; ``malformed``; ``incomplete``; ``wrong-code``.
                 Nothing is then written, except that a box broke.
-            BadFile: If something cannot be written or read; the act then has no effect.
+            BadFile: If it cannot be written; the act then has no effect.
         """
         token, mark = self._proof(token, lease)
         session = self._marked.get(mark)
@@ -239,12 +218,7 @@ class ServerState:
             return await self._reply(token, lease, session)
 
     async def withdraw(self, token: str | None, lease: str) -> Reply:
-        """Delete all data of the participant, at the participant's request.
-
-        Raises:
-            ActRefused: As ``forged``, ``elsewhere`` or ``malformed``.
-            BadFile: If it cannot be written; the next opening of the study then finishes the deletion.
-        """
+        """Delete all data of the participant, at their request; what fails the next opening of the study finishes."""
         token, mark = self._proof(token, lease)
         async with self._joining:  # they may be about to join
             session = self._marked.get(mark)
@@ -263,12 +237,7 @@ class ServerState:
         return _reply(token, lease, 1, self._opened.scenes.closed("withdrawn"))
 
     async def _joined(self, mark: str, act: Agree, came: Mapping[str, str]) -> Session | Scene:
-        """Record consent and assign trials; or the scene of a person who does not take part, or cannot.
-
-        Raises:
-            ActRefused: Without a required ID or the code to join.
-            BadFile: If it cannot be written; the participant has then not joined.
-        """
+        """Record consent and assign trials; or the scene of a person who does not take part, or cannot."""
         opened = self._opened
         if not act.agreed:
             return opened.scenes.closed("declined")
@@ -327,11 +296,7 @@ class ServerState:
         return sorted(late, key=lambda session: session.journey.at)
 
     async def _make_room(self) -> None:
-        """Release the trials of late participants, longest away first, as far as a new one needs them.
-
-        Raises:
-            BadFile: If it cannot be written.
-        """
+        """Release the trials of late participants, longest away first, as far as a new one needs them."""
         study, experiment = self._opened.study, self._opened.experiment
         for session in self._late():
             if session.lock.locked():
@@ -376,11 +341,7 @@ class ServerState:
         return platform.get(names[0]) if names else None
 
     def _come_from(self, platform: Mapping[str, str]) -> tuple[bool, dict[str, str], str]:
-        """What the parameters of a URL say: whether it is a preview, those that are kept, and the code to join.
-
-        Raises:
-            ActRefused: As ``incomplete``, if the recruitment platform did not fill one in.
-        """
+        """What the parameters of a URL say: whether it is a preview, those that are kept, and the code to join."""
         if secrets.compare_digest(platform.get(PREVIEW, "").encode(), self._tokens.preview.encode()):
             return True, {}, ""
         kept = {name: platform[name] for name in self._opened.experiment.recruitment if name in platform}
@@ -447,11 +408,7 @@ def _reply(
 
 
 def _check(study: Study, experiment: Experiment, words: Words) -> None:
-    """Refuse what cannot be had before anything is written: a plant, a condition, settings that do not fit the study.
-
-    Raises:
-        UserMistake: If there is something.
-    """
+    """Refuse what cannot be had before anything is written: a plant, a condition, settings of another study."""
     study.check_agents()
     check_playable(study.conditions, PERSON)
     luck, boxes = study.repetitions * study.trials, boxes_each(study, experiment)

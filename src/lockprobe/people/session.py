@@ -76,11 +76,7 @@ class Session:
 
     @classmethod
     async def restore(cls, opened: OpenStudy, diary: Diary) -> Session:
-        """A session for a participant who joined before. Replays and records finished, unrecorded trials.
-
-        Raises:
-            BadFile: If the diary belongs to another study, or a replayed trial differs from what was shown.
-        """
+        """A session for a participant who joined before. Replays and records finished, unrecorded trials."""
         diary.check_slots(opened.study, opened.journal.directory)
         way = stations(opened.experiment, opened.words, len(diary.joined.slots))
         session = cls(opened, Journey.of(diary, way), lines=1 + len(diary.lines))
@@ -88,11 +84,7 @@ class Session:
         return session
 
     async def show(self) -> Scene:
-        """The scene that the participant is in.
-
-        Raises:
-            BadFile: If something cannot be written, or a replayed trial differs from what was shown.
-        """
+        """The scene that the participant is in."""
         trial, opened, journey = await self._ready(), self._opened, self.journey
         if trial is None or trial.situation is None:
             return opened.scenes.closed(journey.shut) if journey.shut else opened.scenes.at(journey)
@@ -122,20 +114,12 @@ class Session:
         self._write(Did(at=now, turn=turn, scene=station.kind, act=act, box=box, item=item, right=right))
 
     def write_first(self) -> None:
-        """Write the line ``joined``, the record of consent.
-
-        Raises:
-            BadFile: If it cannot be written.
-        """
+        """Write the line ``joined``, the record of consent."""
         self._opened.journal.used = True
         self._keep(self.journey.joined)
 
     async def release(self) -> None:
-        """Give the trials that are not finished to others.
-
-        Raises:
-            BadFile: If it cannot be written.
-        """
+        """Give the trials that are not finished to others."""
         self._write(Released(at=self._opened.clock()))
         await self.let_go()
 
@@ -256,11 +240,7 @@ class Session:
         }
 
     async def _record_owed(self) -> None:
-        """Record the finished trials that are not on record, from the steps on disk, as after a kill or a full disk.
-
-        Raises:
-            BadFile: If a replay ends differently, or the record cannot be written.
-        """
+        """Record the finished trials that are not on record, from the steps on disk, as after a kill or a full disk."""
         for box, ending in self.journey.endings.items():
             if not box or self.preview or box in self._recorded:
                 continue

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.inputs import read_toml
-from lockprobe.people.experiment import ComprehensionQuestion, SettingsPart, check_visible, first_error
+from lockprobe.people.experiment import ComprehensionQuestion, SettingsPart, first_error
 
 _TEXTS = Path(__file__).with_name("texts")
 
@@ -23,7 +23,7 @@ LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))
 TEXTS = "texts.toml"
 """The copy of the texts, in the directory of people."""
 
-Text = Annotated[str, Field(min_length=1, max_length=4000), AfterValidator(check_visible)]
+Text = Annotated[str, Field(min_length=1, max_length=4000)]
 Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
 
 
@@ -169,11 +169,7 @@ def read_words(name: str) -> Words:
 
 
 def words_file(name: str) -> Path:
-    """The path of a shipped language's texts or of a file, whether it exists or not.
-
-    Raises:
-        UnknownName: If the language does not exist.
-    """
+    """The path of a shipped language's texts or of a file, whether it exists or not."""
     if name.endswith(".toml") or "/" in name:
         return Path(name)
     if name in LANGUAGES:

@@ -19,11 +19,7 @@ from lockprobe.trial.pictures.picture import PICTURE_NAME
 
 
 def withdrawn(directory: Path | str) -> int:
-    """The number of withdrawals from the study in a directory.
-
-    Raises:
-        BadFile: If the store is damaged.
-    """
+    """The number of withdrawals from the study in a directory."""
     if not is_there(Path(directory) / STORE):
         return 0
     with read(directory) as store:
@@ -51,12 +47,7 @@ def has_withdrawn(journal: Journal, digest: str) -> bool:
 
 
 def delete_unnamed_pictures(journal: Journal) -> None:
-    """Delete the pictures that no record names any more. Nobody may be playing: unfinished trials are not recorded yet.
-
-    Raises:
-        BadFile: If a record is damaged.
-        OSError: If a file cannot be deleted.
-    """
+    """Delete the pictures that no record names any more. Nobody may be playing: their trials are not on record yet."""
     named: set[bytes] = set()
     for key, record in journal.store.rows("select key, record from trial"):
         named.update(re.findall(PICTURE_NAME.pattern.encode(), unpacked(journal.store, key, record)))

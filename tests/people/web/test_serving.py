@@ -17,7 +17,7 @@ from visitor import Visitor, in_short, server, start, without_the_page
 from wire import Wire
 
 from lockprobe import load
-from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, Missing
+from lockprobe.foundation.errors import BadFile, BadValue, Missing
 from lockprobe.people.diary import Did
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import read_words
@@ -228,15 +228,6 @@ def test_once_people_can_come_an_error_leaves_all_as_it_is(tmp_path):
         asyncio.run(fails())
     assert {path.name for path in (tmp_path / "people").iterdir()} >= {"experiment.json", "secret", "server.log"}
     assert (tmp_path / "study.json").exists()
-
-
-def test_one_directory_is_served_once(tmp_path):
-    async def twice():
-        async with served(tmp_path):
-            await begin(tmp_path, Address(port=0))
-
-    with pytest.raises(DirectoryBusy):
-        asyncio.run(twice())
 
 
 def test_no_address_is_kept(tmp_path, capfd):

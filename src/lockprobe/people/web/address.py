@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from urllib.parse import urlsplit
 
 from lockprobe.foundation.errors import BadValue, Missing
 
@@ -78,13 +77,9 @@ class Address:
 
 def _origin_of(url: str) -> str:
     """An origin as browsers write it, in lower case and without the usual port; empty if the URL is none."""
-    try:
-        parts = urlsplit(url.lower())
-        port = parts.port
-    except ValueError:
+    found = re.fullmatch(rf"(https?)://({_NAME.pattern})(?::([1-9][0-9]{{0,4}}))?/?", url.lower())
+    if found is None:
         return ""
-    name, usual = parts.netloc.rpartition(":")[0] if port is not None else parts.netloc, {"http": 80, "https": 443}
-    alone = parts.path in ("", "/") and not (parts.query or parts.fragment)
-    if parts.scheme not in usual or not (_NAME.fullmatch(name) and alone) or port == 0:
-        return ""
-    return f"{parts.scheme}://{name}" + ("" if port in (None, usual[parts.scheme]) else f":{port}")
+    scheme, name, port = found[1], found[2], found[4]
+    usual = port in (None, {"http": "80", "https": "443"}[scheme])
+    return f"{scheme}://{name}" + ("" if usual else f":{port}")

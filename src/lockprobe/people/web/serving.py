@@ -30,13 +30,7 @@ SECONDS_TO_FINISH = 10
 async def opened(
     directory: Path, study: Study, experiment: Experiment, words: Words, address: Address
 ) -> AsyncIterator[tuple[Address, ServerState]]:
-    """A server that participants can use: its address and state. On exit it finishes the requests under way.
-
-    ``words`` are the texts that participants read.
-
-    Raises:
-        UserMistake: If the port or the directory cannot be used.
-    """
+    """A server that participants can use: its address and state. On exit it finishes the requests under way."""
     with contextlib.closing(listen(address.host, address.port)) as listening:
         address = replace(address, port=listening.getsockname()[1])
         async with ServerState.open(directory, study, experiment, words, page=page_version()) as state:
