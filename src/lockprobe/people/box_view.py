@@ -41,7 +41,8 @@ def box_to_show(
     panel = panel_to_show(plan, situation, words)
     # a panel is drawn: who cannot see it hears all that was told
     drawn = panel["view"] == "panel" and (situation.percept.joint is not None or situation.past)
-    told = (drawn and _told(plan, situation, words)) or panel["report"]
+    first = not situation.past
+    told = (drawn and _sentences(plan, situation.task, situation.percept, words, first=first)) or panel["report"]
     warned = asked.warning if step == 1 else ""
     spoken = (*told, asked.remark, warned, filled(words["step"], step=step, budget=budget) + ".")
     return {
@@ -104,9 +105,9 @@ def read_of_step(plan: Plan, situation: Situation, words: Sentences) -> str:
 
 def _report(plan: Plan, situation: Situation, words: Sentences) -> tuple[str, ...]:
     """What came of the last attempt, in words; what the panel shows is not said again."""
-    percept, told = situation.percept, _told(plan, situation, words)
-    verbatim = _is_verbatim(plan, situation.task, percept, first=not situation.past)
-    if percept.joint is None and not situation.past:
+    task, percept, first = situation.task, situation.percept, not situation.past
+    told, verbatim = _sentences(plan, task, percept, words, first=first), _is_verbatim(plan, task, percept, first=first)
+    if percept.joint is None and first:
         return (words["first"], *(told if verbatim else ()))
     if percept.pictures:
         return (filled(words["seen"], label=percept.joint),)
@@ -115,17 +116,10 @@ def _report(plan: Plan, situation: Situation, words: Sentences) -> tuple[str, ..
     return told[:2] if percept.joint is not None and percept.positions is not None else told[:1]
 
 
-def _told(plan: Plan, situation: Situation, words: Sentences) -> tuple[str, ...]:
-    """All that is told now, in sentences; nothing where nothing was reported, and with pictures."""
-    if view_of_modality(plan.modality) == "pictures":
-        return ()
-    return _sentences(plan, situation.task, situation.percept, words, first=not situation.past)
-
-
 def _sentences(plan: Plan, task: Task, percept: Percept, words: Sentences, *, first: bool = False) -> tuple[str, ...]:
-    """A report in the sentences of the page, or as it is where an intervention acts on its words.
+    """A report in the sentences of the page, or as it is where an intervention acts on its words or corrects them.
 
-    So it is also where a report corrects another one.
+    Nothing where nothing was reported, and with pictures.
     """
     if _is_verbatim(plan, task, percept, first=first):
         return (percept.text,)
