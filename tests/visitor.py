@@ -15,9 +15,7 @@ import forked
 from seated import Player, parts
 from wire import Gone, Wire
 
-from lockprobe.agents.catalogue import resolve
 from lockprobe.people.texts import read_words
-from lockprobe.studies.running.trial_setup import play_timed
 
 PATIENCE = 60.0
 """Seconds for which a visitor tries to reach a server that is gone."""
@@ -150,24 +148,6 @@ class Visitor:
 
     async def close(self):
         await self.http.close()
-
-
-def in_short(trial, *, assessed=True):
-    """What has to be the same of a trial, whoever plays it wherever."""
-    return (
-        trial.opening,
-        trial.ending,
-        trial.labels,
-        trial.listing,
-        [(step.joint, step.moved, step.told_moved, step.told_state, step.told, step.state) for step in trial.steps],
-        [step.decision.claimed for step in trial.steps] if assessed else None,
-    )
-
-
-def without_the_page(study, trial, strategy):
-    """The same trial as a study plays it that asks a strategy."""
-    plan = study.plan(strategy, study.condition_of(trial), trial.repetition, trial.trial)
-    return asyncio.run(play_timed(plan, resolve(strategy).make()))[0]
 
 
 @contextlib.contextmanager

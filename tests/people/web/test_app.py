@@ -16,9 +16,9 @@ from urllib.parse import urlsplit
 
 import httpx2 as httpx
 import pytest
+from seated import as_played, without_page
 from served import STUDY, at_the_box, experiment, logged, served, visiting, written
 from stored import acts
-from visitor import in_short, without_the_page
 
 import lockprobe
 from lockprobe import load
@@ -58,7 +58,7 @@ async def raw(url, request, wait=60):
 
 
 @pytest.mark.parametrize("strategy", ["human-inspired", "ideal-observer", "random"])
-def test_a_participant_plays_what_the_strategy_plays_without_the_page(tmp_path, strategy):
+def test_a_participant_plays_what_the_strategy_plays_without_page(tmp_path, strategy):
     async def play():
         async with served(tmp_path) as place, visiting(place, strategy=strategy) as one:
             await one.play()
@@ -70,7 +70,7 @@ def test_a_participant_plays_what_the_strategy_plays_without_the_page(tmp_path, 
     assert [trial.agent for trial in trials] == [f"participant:{one.identity}"] * 2
     for trial in trials:
         said = strategy != "random"  # which says nothing of its actions, and the page asks
-        assert in_short(trial, assessed=said) == in_short(without_the_page(STUDY, trial, strategy), assessed=said)
+        assert as_played(trial, claims=said) == as_played(without_page(STUDY, trial, strategy), claims=said)
 
 
 def test_from_the_request_to_the_disk_an_act_passes_through_few_functions(tmp_path, monkeypatch):
@@ -521,7 +521,7 @@ def test_what_a_full_disk_takes_in_part_or_not_has_not_been_done(tmp_path, room)
 
     asyncio.run(visit())
     for trial in load(tmp_path):
-        assert in_short(trial) == in_short(without_the_page(STUDY, trial, "human-inspired"))
+        assert as_played(trial) == as_played(without_page(STUDY, trial, "human-inspired"))
 
 
 TRUTH = re.compile(

@@ -10,10 +10,10 @@ import socket
 from urllib.parse import urlsplit
 
 import pytest
-from seated import diaries_of
+from seated import as_played, diaries_of, without_page
 from served import EXPERIMENT, STUDY, at_the_box, served, visiting
 from stored import records
-from visitor import Visitor, in_short, server, start, without_the_page
+from visitor import Visitor, server, start
 from wire import Wire
 
 from lockprobe import load
@@ -72,7 +72,7 @@ def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
         assert study.asks_for(trial)
         strategy = who[trial.agent].strategy
         said = strategy not in SILENT
-        assert in_short(trial, assessed=said) == in_short(without_the_page(study, trial, strategy), assessed=said)
+        assert as_played(trial, claims=said) == as_played(without_page(study, trial, strategy), claims=said)
         played[trial.agent][trial.facts["position"]] = trial
     for diary in diaries_of(directory):
         visitor = who[f"participant:{diary[0].identity}"]
