@@ -17,14 +17,13 @@ from lockprobe.people.diary import (
     Next,
     Released,
     Slot,
-    acts_of_steps,
     read_diaries,
     write_diaries,
     write_entry,
 )
 from lockprobe.people.experiment import kept_experiment
 from lockprobe.people.import_diaries import coming_diaries, take_diaries
-from lockprobe.people.journey import Journey
+from lockprobe.people.journey import Journey, acts_of_steps
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import written

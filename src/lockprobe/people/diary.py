@@ -6,10 +6,9 @@ finished trial is recorded like any other; its response times stay in the diary.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from sqlite3 import Connection
 from typing import Annotated, Literal
@@ -25,7 +24,7 @@ from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.records.store import STORE, check_row, read, write_acts
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Ending, Trial
+from lockprobe.trial.record import Ending
 
 LONGEST_ANSWER = 2000
 """Characters of an answer in words."""
@@ -211,16 +210,6 @@ class Diary:
         """What the participant did, oldest first."""
         return tuple(line for line in self.lines if isinstance(line, Did))
 
-    def attempts(self, box: int) -> tuple[Did, ...]:
-        """The steps of a box, oldest first."""
-        return tuple(act for act in self.acts if act.box == box and isinstance(act.act, Attempt))
-
-    def times(self, box: int) -> tuple[float, float]:
-        """When a box was first shown and when its last step arrived, seconds since 1970."""
-        steps = self.attempts(box)
-        shown = (before.at for before, line in pairwise((self.joined, *self.lines)) if line is steps[0])
-        return next(shown), steps[-1].at
-
     def key(self, study: Study, box: int | None) -> str:
         """The key of trial number ``box``, from 1; empty for the practice box."""
         if not box or box > len(self.joined.slots):
@@ -320,47 +309,3 @@ def make_private(directory: Path) -> None:
     """Let nobody but this user read the directory of a study in which people take part, nor what is in it."""
     with writing(directory):
         directory.chmod(0o700)
-
-
-def acts_of_steps(
-    study: Study, trials: Mapping[str, Trial], diaries: Iterable[Diary], directory: Path
-) -> dict[tuple[str, int], Did]:
-    """The act behind each step of people's trials, by key of the trial and step from 1: records have no clock.
-
-    ``directory`` is named in messages.
-
-    Raises:
-        BadFile: If a diary and a record disagree, or a diary belongs to another study.
-    """
-    found: dict[tuple[str, int], Did] = {}
-    for diary in diaries:
-        diary.check_slots(study, directory)
-        for box in range(1, len(diary.joined.slots) + 1):
-            trial = trials.get(key := diary.key(study, box))
-            if trial is None or trial.agent != diary.spec:
-                continue
-            acts = {did.step: (did, did.act) for did in diary.attempts(box)}
-            for step in trial.steps:
-                did, act = acts.get(step.step, (None, None))
-                said = step.decision
-                if did is None or not isinstance(act, Attempt):
-                    why = f"step {step.step} of {key} is not in the diary"
-                elif (act.joint, act.claimed) != (said.joint, said.claimed):
-                    why = f"step {step.step} of {key} is {act.joint} in the diary, and {said.joint} on record"
-                else:
-                    found[key, step.step] = did
-                    continue
-                raise bad_diary(directory / STORE, diary.identity, why)
-    return found
-
-
-def seconds_of_trials(study: Study, diaries: Iterable[Diary]) -> dict[str, float]:
-    """How long each finished box took its participant, from when it was shown to its last step, by its key."""
-    found = {}
-    for diary in diaries:
-        for box in range(1, len(diary.joined.slots) + 1):
-            steps = diary.attempts(box)
-            if steps and steps[-1].ended:
-                shown, last = diary.times(box)
-                found[diary.key(study, box)] = round(last - shown, 3)
-    return found

@@ -9,14 +9,30 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.people.diary import Act, Agree, Answers, Broken, Diary, Did, Entry, Joined, Released, Slot
+from lockprobe.people.diary import (
+    Act,
+    Agree,
+    Answers,
+    Attempt,
+    Broken,
+    Diary,
+    Did,
+    Entry,
+    Joined,
+    Released,
+    Slot,
+    bad_diary,
+)
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import Words
+from lockprobe.studies.records.store import STORE
+from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.study import Study
-from lockprobe.trial.record import Ending
+from lockprobe.trial.record import Ending, Trial
 
 _AS_LONG = {"box": 6}
 """How many pages of text take as long as a scene of a kind, by eye; only the bar of progress uses it."""
@@ -140,6 +156,15 @@ class Journey:
             if (self.endings[box] != "error" if box in self.endings else not self.shut)
         )
 
+    def attempts(self, box: int) -> list[RecordedAttempt]:
+        """The steps of a box, to be played again."""
+        acts = ((did.act, did.told) for did in self.steps.get(box, ()))
+        return [RecordedAttempt(act.joint, act.claimed, told) for act, told in acts if isinstance(act, Attempt)]
+
+    def seconds(self, box: int) -> float:
+        """How long a box with a step took, from when it was shown to its last step."""
+        return self.steps[box][-1].at - self.began[box]
+
     def follow(self, line: Entry) -> None:
         """Take in the next line of the diary."""
         assert not isinstance(line, Joined)
@@ -172,6 +197,49 @@ class Journey:
             self.endings[station.box] = ending
         # a station that is no longer on the way changes nothing
         self._place, self.since = self._places.get(station, self._place - 1) + 1, line.at
+
+
+def acts_of_steps(
+    study: Study, trials: Mapping[str, Trial], diaries: Iterable[Diary], directory: Path
+) -> dict[tuple[str, int], Did]:
+    """The act behind each step of people's trials, by key of the trial and step from 1: records have no clock.
+
+    ``directory`` is named in messages.
+
+    Raises:
+        BadFile: If a diary and a record disagree, or a diary belongs to another study.
+    """
+    found: dict[tuple[str, int], Did] = {}
+    for diary in diaries:
+        diary.check_slots(study, directory)
+        for box, steps in Journey.of(diary).steps.items():
+            trial = trials.get(key := diary.key(study, box))
+            if trial is None or trial.agent != diary.spec:
+                continue
+            acts = {did.step: (did, did.act) for did in steps}
+            for step in trial.steps:
+                did, act = acts.get(step.step, (None, None))
+                said = step.decision
+                if did is None or not isinstance(act, Attempt):
+                    why = f"step {step.step} of {key} is not in the diary"
+                elif (act.joint, act.claimed) != (said.joint, said.claimed):
+                    why = f"step {step.step} of {key} is {act.joint} in the diary, and {said.joint} on record"
+                else:
+                    found[key, step.step] = did
+                    continue
+                raise bad_diary(directory / STORE, diary.identity, why)
+    return found
+
+
+def seconds_of_trials(study: Study, diaries: Iterable[Diary]) -> dict[str, float]:
+    """How long each finished box took its participant, from when it was shown to its last step, by its key."""
+    found = {}
+    for diary in diaries:
+        journey = Journey.of(diary)
+        for box, steps in journey.steps.items():
+            if box and steps[-1].ended:
+                found[diary.key(study, box)] = round(journey.seconds(box), 3)
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

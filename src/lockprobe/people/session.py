@@ -18,7 +18,7 @@ from lockprobe.people.texts import Words
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.trial_rows import Timing
-from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
+from lockprobe.studies.running.paused_trial import PausedTrial
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor
 from lockprobe.trial.plan import Plan
@@ -185,7 +185,7 @@ class Session:
             undo.pop_all()
         if trial.trial is not None:
             self._trial = None
-            self._append(box, trial, now - journey.began[box])
+            self._append(box, trial, journey.seconds(box))
 
     async def _begun(self, box: int) -> PausedTrial:
         """The trial in which the participant stands."""
@@ -198,15 +198,10 @@ class Session:
 
     async def _replayed(self, box: int) -> PausedTrial:
         """The trial of a box after the steps that are on disk."""
-        steps = [
-            RecordedAttempt(did.act.joint, did.act.claimed, did.told)
-            for did in self.journey.steps.get(box, ())
-            if isinstance(did.act, Attempt)
-        ]
         try:
             return await PausedTrial.begin(
                 self._plan(box),
-                steps,
+                self.journey.attempts(box),
                 facts=self._facts(box),
                 words_alone=True,
                 pictures=self._opened.journal.directory / ALBUM if box and not self.preview else None,
@@ -249,7 +244,7 @@ class Session:
                 try:
                     if trial.trial is None or not trial.sound:
                         raise self._bad(f"the replay of box {box} ends differently from the play")
-                    self._append(box, trial, self.journey.steps[box][-1].at - self.journey.began[box])
+                    self._append(box, trial, self.journey.seconds(box))
                 finally:
                     await trial.close()
             self._recorded.add(box)

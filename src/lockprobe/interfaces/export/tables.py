@@ -21,12 +21,10 @@ from lockprobe.people.diary import (
     Diary,
     Did,
     Released,
-    acts_of_steps,
     read_diaries,
-    seconds_of_trials,
 )
 from lockprobe.people.experiment import Experiment, kept_experiment
-from lockprobe.people.journey import Journey
+from lockprobe.people.journey import Journey, acts_of_steps, seconds_of_trials
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
@@ -268,7 +266,7 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         "checks_right": sum(checks),
         "checks_wrong": len(checks) - sum(checks),
         "seconds": round(max((act.at for act in kept.acts), default=joined.at) - joined.at, 3),
-        "box_seconds": "; ".join(_seconds(kept, box) for box in boxes),
+        "box_seconds": "; ".join(f"{journey.seconds(box):.1f}" if box in journey.steps else "" for box in boxes),
         "conditions": "; ".join(slot.condition for slot in joined.slots),
         "finished": int(journey.boxes_done and not journey.shut),
         "questions_left": "" if experiment is None else _open_questions(kept, experiment),
@@ -276,7 +274,7 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
     }
     if left := next((box for box in boxes if box not in endings), None):
-        steps = len(kept.attempts(left))
+        steps = len(journey.steps.get(left, ()))
         row |= {"left_in_box": left if left > 1 or steps else 0, "left_after_step": steps}
     return row
 
@@ -287,14 +285,6 @@ def _open_questions(kept: Diary, experiment: Experiment) -> int:
     asked = {("check", str(number)) for number, check in checks if check.after <= len(kept.joined.slots)}
     asked |= {("ask", question.name) for question in experiment.questions}
     return len(asked - {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)})
-
-
-def _seconds(kept: Diary, box: int) -> str:
-    """How long a box took, from when it was shown to its last step; empty if no step was taken."""
-    if not kept.attempts(box):
-        return ""
-    shown, last = kept.times(box)
-    return f"{last - shown:.1f}"
 
 
 def _device(kept: Diary) -> dict[str, TidyCell]:
