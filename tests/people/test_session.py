@@ -171,7 +171,7 @@ async def has_accidents(directory, spec, study, experiment, luck):
             shown = replies[0]
 
 
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(case=st.sampled_from(CASES), luck=st.randoms(use_true_random=False))
 def test_whatever_happens_between_acts_each_counts_once_and_the_record_is_that_of_the_strategy(case, luck):
     spec, study, experiment = case
