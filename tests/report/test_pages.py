@@ -130,7 +130,7 @@ def test_captions_say_in_two_sentences_what_is_shown_and_in_two_how_it_was_compu
     plain = found.plain()
     assert too_long(page, plain) == []
     shown = captions(page, plain)
-    assert len(shown) > 20
+    assert len(shown) > 12
     assert any(computed for _, computed in shown)
 
 

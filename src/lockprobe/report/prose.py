@@ -6,13 +6,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from lockprobe.foundation.formatting import capital
-from lockprobe.foundation.spec import PEOPLE, Spec
+from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.report.rows import Course
+from lockprobe.report.rows import Course, Results
 from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.conditions.axis import AGENT, FLIPS, Axis
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.published import PEAK
+from lockprobe.trial.condition import TRUTH
 from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.record import PLAIN_WORDS
 
@@ -79,6 +80,21 @@ def false_reports(options: str) -> str:
     said = Spec.parse(f"flip?{options}").options if options else {}
     known = _KNOWN.get((said.get("inverts", "outcome"), said.get("others", "fresh")))
     return known if known and said.keys() <= {"inverts", "others"} else f"false reports ({options})"
+
+
+def condition_words(found: Results) -> dict[str, str]:
+    """What a reader calls the conditions: told the truth, flip rate 0.4; others than flips by their names."""
+    words = {TRUTH: "told the truth"}
+    for one in found.design.conditions:
+        if not one.specs and one.modality not in PLAIN_WORDS:
+            words[one.name] = spoken(one.modality)
+        if found.several_p and one.p == 0:
+            words[one.name] = "told the truth"
+        if [spec_name(spec) for spec in one.specs] == ["flip"] and one.specs == (one.name,):
+            rate, _, options = one.name.partition("?p=")[2].partition("&")
+            reading = f", {reading_name(options).removeprefix('outcome inverted, ')}" * bool(options)
+            words[one.name] = f"flip rate {rate}{reading}"
+    return {one.name: words.get(one.name, one.name) for one in found.design.conditions}
 
 
 def reading_name(options: str) -> str:

@@ -45,7 +45,7 @@ def _templates() -> Any:
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
-    environment.filters |= {"breakable": _breakable, "specs": _specs, "points": points, "p": p_cell}
+    environment.filters |= {"breakable": _breakable, "specs": _specs, "points": points, "p": _small}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
 
@@ -69,6 +69,11 @@ def _breakable(name: str) -> Any:
     from markupsafe import Markup
 
     return Markup(re.sub(r"(:|(?<!<)/|\?|&amp;)(?=\w)", r"\1<wbr>", str(_shown(name))))  # noqa: S704  escaped by _shown
+
+
+def _small(value: float | None) -> str:
+    """A P value as a page prints it."""
+    return "< 0.001" if value is not None and value < 0.001 else p_cell(value)
 
 
 def _specs(text: str) -> Any:

@@ -20,11 +20,12 @@ from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.page import Page, figures_of
+from lockprobe.report.prose import condition_words
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.seen import embedded
 from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.rows import Results
-from lockprobe.report.rows.primary import condition_words, primary_lines
+from lockprobe.report.rows.primary import primary_lines
 from lockprobe.report.section import Figure
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.svg import Image, image

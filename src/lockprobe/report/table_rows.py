@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lockprobe.foundation.formatting import NONE, bracketed, percent, share
+from lockprobe.foundation.formatting import NONE, bracketed, percent, range_of, share
 from lockprobe.report.format import EVERY
-from lockprobe.report.prose import at_dose
+from lockprobe.report.prose import at_dose, condition_words
 from lockprobe.report.rows import Cell, Course, Estimate, Results
 
 
@@ -49,7 +49,8 @@ def over_rates(found: Results) -> str:
 
 def chance_cell(cell: Cell) -> str:
     """The loop rate of random actions, from uniform to without immediate repeats."""
-    return " to ".join(percent(cell.value("loop_rate", of), 0) for of in ("uniform", "no-repeat"))
+    low, high = (cell.value("loop_rate", of) for of in ("uniform", "no-repeat"))
+    return NONE if low is None or high is None else range_of(low, high)
 
 
 def by_conditions(cells: Sequence[Cell]) -> bool:
@@ -65,7 +66,7 @@ def varied(cells: Sequence[Cell]) -> str:
 
 def under(cell: Cell, among: Sequence[Cell]) -> str:
     """The flip rate or the condition of a row."""
-    return cell.condition if by_conditions(among) else f"{cell.p:g}"
+    return condition_words(cell.found)[cell.condition] if by_conditions(among) else f"{cell.p:g}"
 
 
 def distinct(cells: Sequence[Cell]) -> list[tuple[Cell, str]]:
@@ -82,10 +83,3 @@ def played_subjects(found: Results) -> list[Course]:
     """The agents that the study is about, over flip rates; all agents if none of these has an ended trial."""
     played = [course for course in found.courses() if course.played]
     return [course for course in played if course.subject] or played
-
-
-def flips_first(found: Results) -> list[Cell]:
-    """All cells: those under flip rates by agent and rate, then those under other conditions."""
-    on_axis = [cell for course in found.courses() for cell in course.cells]
-    known = {(cell.agent, cell.condition) for cell in on_axis}
-    return on_axis + [cell for cell in found.cells if (cell.agent, cell.condition) not in known]

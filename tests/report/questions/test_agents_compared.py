@@ -55,11 +55,9 @@ def test_pairs_are_compared_over_all_flip_rates_at_each_and_in_what_noise_change
     solved = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}
     found = of_trials(tmp_path, *(trial for agent, n in solved.items() for trial in some(agent, *n)))
     rows = table(found)
-    assert [row["under"] for row in rows] == ["all flip rates", "flip rate 0", "flip rate 0.4"] * 3
+    assert (len(rows), "under" in rows[0]) == (3, False)
     assert [rows[0][name] for name in ("agent", "trials", "success of both")] == ["llm:acme/one", "20", "85 % and 65 %"]
-    answer, first, *_ = said(found)
-    assert answer == ("Differences detected in 3 pairs: 2 in success, 2 in steps, 1 in what false reports do.")
-    assert "rises less, or falls more, than that of llm:acme/two (\N{MINUS SIGN}80 points" in first
+    assert said(found) == ["Differences detected in 3 pairs: 2 in success, 2 in steps, 1 in what false reports do."]
 
 
 def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
@@ -91,9 +89,8 @@ def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
     rows = [found.get(CHANGE, agent=one.second.agent, versus=one.first.agent, of="any flip rate") for one in pairs]
     assert [row.p_value for row in rows[:5]] == pytest.approx(changes[:5])
     assert rows[5:] == [None] * 9  # the last two agents play alike, and baselines have no change
-    assert "llm:c and llm:d play alike: they act the same in all 40 trials, so nothing is tested." in said(found)
     alike = [row["conclusion"] for row in table(found) if (row["agent"], row["compared with"]) == ("llm:c", "llm:d")]
-    assert alike == ["play alike"] * 2  # over all flip rates, and at every one
+    assert alike == ["play alike"]
 
 
 LATE = [make_trial((*([0] * 6), *SOLUTION)[i % 2 :], p=p, trial=i + 1) for p, i in product(P, range(10))]
@@ -109,6 +106,7 @@ SAID = [
     # of 8 or 40 trials a baseline fails one: success is not told apart, and how soon is compared
     (some("llm:a", 8, 8, of=8), some("random", 8, 7, of=8, **CLUMSY), HOW_SOON, "both solve nearly all of 16"),
     (some("llm:a", 40, 40, of=40), some("random", 40, 39, of=40, **CLUMSY), "llm:a is 3.2 steps sooner", "nearly all"),
+    (some("llm:a", 4, 4), some("llm:b", 4, 4), "llm:a and llm:b play alike: they act the same in all 20", "nothing is"),
     (some("llm:a", 10, 9), some("random", 2, 1), "llm:a solves the box more often than random: 95 % against", "(+80 "),
     (some("llm:a", 5, 4), some("random", 4, 4), "The success of llm:a and random could not", "45 % against 40 %"),
     (PEOPLE, some("random", 1, 1, **STUCK), "People solve the box more often than random: ", "90 % against 10 %"),
@@ -174,16 +172,11 @@ def test_rows_under_conditions_are_counted_in_the_records(beside_flips):
     assert not found.where("success_difference", **pair, condition="nudge")  # strategies read no remarks
 
 
-def test_what_was_detected_under_conditions_is_said(beside_flips):
+def test_what_was_detected_under_conditions_is_counted(beside_flips):
     _, found = beside_flips
-    texts = said(found)
-    under = [
-        row for row in found.rows if row.versus and row.condition in CONDITIONS and row.quantity != "steps_difference"
-    ]
-    clear = [row for row in under if row.detected and row.family.startswith("agents")]
-    assert 0 < len(clear) < len(under)
-    for row in clear:
-        assert any(f"{row.condition} (" in text and row.versus in text for text in texts)
+    under = [row for row in found.where(SUCCESS) if row.versus and row.condition in CONDITIONS]
+    (answer,) = said(found)
+    assert answer.endswith(f", {sum(row.detected for row in under)} of {len(under)} under other conditions.")
 
 
 def test_the_doses_of_an_axis_are_a_family_that_a_condition_beside_them_does_not_change(tmp_path):
@@ -208,7 +201,7 @@ def test_every_pair_is_drawn_beside_its_row(beside_flips, tmp_path):
     assert all(row.quantity == SUCCESS for row in drawn)
     agents = [f"llm:{name}" for name in "abcdefghi"]
     many = of_trials(tmp_path, *(trial for i, agent in enumerate(agents) for trial in some(agent, i, 9 - i)))
-    assert len(table(many)) == 36 * 3 == len(agents_compared._TABLE.drawn(many))
+    assert len(table(many)) == 36 == len(agents_compared._TABLE.drawn(many))
 
 
 def test_the_change_that_is_said_is_the_one_that_the_test_speaks_of(tmp_path):
@@ -221,6 +214,6 @@ def test_the_change_that_is_said_is_the_one_that_the_test_speaks_of(tmp_path):
         for i, signs in enumerate(apart)
         for p, ahead in zip(rates, signs, strict=True)
     ]
-    found = of_trials(tmp_path, *made, *some("random", 9, 9, 9, of=40, p=rates), p=rates)
+    found = of_trials(tmp_path, *made, p=rates)
     more = "from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, than that of llm:b (+22 points"
     assert any(more in text for text in said(found))

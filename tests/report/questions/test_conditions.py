@@ -7,6 +7,7 @@ from reported import found_in
 
 from lockprobe.foundation.formatting import p_cell
 from lockprobe.report.page import figures_of, parts_of, tables_of
+from lockprobe.report.prose import condition_words
 from lockprobe.report.questions.conditions import EFFECTS
 from lockprobe.report.table_rows import points_cell
 from lockprobe.studies.options.studyfile import study
@@ -73,17 +74,22 @@ def test_what_is_crossed_has_one_interaction_and_a_grid_one_over_all_its_cells(l
     assert all(facts["{:g}, {:g}".format(*both)] == name for name, both in doses.items())
 
 
-def test_the_tables_of_conditions_have_every_one_and_what_each_changes_and_the_answer_counts_what_was_detected(lab):
-    shown = [(row[0], row[1]) for row in tables_of(lab)["conditions"][1:]]
-    assert shown == [(cell.agent, cell.condition) for cell in lab.cells]
-    compared = lab.against_control()
-    rows = tables_of(lab)["effects"][1:]
-    assert [(row[0], row[1], *row[5:7]) for row in rows] == [
-        (row.agent, row.condition, points_cell(row), p_cell(row.p_value)) for row in compared
-    ]
-    assert EFFECTS.drawn(lab) == compared
+def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_counts_what_was_detected(lab):
+    words = condition_words(lab)
+    assert words["flip?p=0.3"] == "flip rate 0.3"
+    head, *rows = tables_of(lab)["conditions"]
+    at = [head.index(name) for name in ("change, points", "P")]
+    compared = {(row.agent, words[row.condition]): row for row in lab.against_control()}
+    known = dict.fromkeys((cell.agent, words[cell.condition]) for cell in lab.cells if not cell.same_at_every_p)
+    assert [(row[0], row[1]) for row in rows if row[1] != "every flip rate"] == [*known]
+    for row in rows:
+        change = compared.pop((row[0], row[1]), None)
+        assert [row[i] for i in at] == [points_cell(change), p_cell(change.p_value if change else None)]
+    assert compared == {}
+    assert EFFECTS.drawn(lab) == lab.against_control()
     (part,) = [part for part in parts_of(lab) if part.name == "conditions"]
-    assert part.answer == f"{sum(row.detected for row in compared)} of {len(compared)} differences detected."
+    detected = [row.detected for row in lab.against_control()]
+    assert part.answer == f"{sum(detected)} of {len(detected)} differences detected."
 
 
 def test_grids_of_one_name_are_told_apart(tmp_path):

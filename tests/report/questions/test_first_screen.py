@@ -130,7 +130,7 @@ def test_an_unfinished_study_says_how_many_trials_its_agents_have(tmp_path):
     [
         (["tremble?p=0.2"], "With probability p a random other joint is attempted instead of the chosen one"),
         (["tremble?p=0.2", "drop?p=0.5"], "Conditions change what it is told or what it does."),
-        (["flip?p=0.4", "flip?p=0.4&others=kept"], "The flip rate says how often"),
+        (["flip?p=0.4", "flip?p=0.4&others=kept"], "Some reports are false: the flip rate says how often."),
     ],
 )
 def test_the_lead_says_what_acts_in_the_conditions(tmp_path, acting, said):

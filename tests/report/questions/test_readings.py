@@ -4,7 +4,6 @@ import pytest
 from builders import write_study
 from reported import found_in
 
-from lockprobe.foundation.formatting import NONE
 from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.readings import SECTIONS, draw
 from lockprobe.report.results import results
@@ -47,14 +46,13 @@ def test_the_shares_of_false_outcomes_and_positions_are_counted_in_the_records(f
     assert found.one("false_report", of="positions", agent=AGENT, condition="truth").count == 0
 
 
-def test_a_row_for_every_reading_and_rate_and_the_difference_between_readings_in_pairs(found):
-    shown = table(found, "readings")
-    assert [(row["agent"], row["what a false report is"], row["flip rate"]) for row in shown[:4]] == [
-        (AGENT, "outcome inverted, then corrected", "0.4"), (AGENT, "outcome inverted, then corrected", "0.6"),
-        (AGENT, "outcome inverted, stays", "0.4"), (AGENT, "outcome inverted, stays", "0.6"),
-    ]  # fmt: skip
+def test_readings_are_compared_in_pairs_at_the_same_rate(found):
+    shown = [row for row in table(found, "readings") if row["agent"] == AGENT]
+    assert [(row["condition"], row["control"]) for row in shown] == [
+        (f"flip rate {rate}, stays", f"flip rate {rate}") for rate in ("0.4", "0.6")
+    ]
     gap = found.one("success_difference", agent=AGENT, condition=KEPT, control="flip?p=0.4")
-    assert [row["minus the first reading, points"] for row in shown[:3]] == [NONE, NONE, points_cell(gap)]
+    assert shown[0]["difference, points"] == points_cell(gap)
     kept, fresh = (found.one("success", agent=AGENT, condition=name) for name in (KEPT, "flip?p=0.4"))
     assert gap.value == pytest.approx(kept.value - fresh.value)
     assert found.where("success_difference", agent=BLIND, control="flip?p=0.4") == []  # it plays alike
@@ -65,8 +63,6 @@ def test_no_feedback_is_what_false_reports_are_compared_with_too(found):
     assert [(row.condition, row.control) for row in rows] == [
         (name, "no-feedback") for name in ("flip?p=0.4", "flip?p=0.6", KEPT, "flip?p=0.6&others=kept")
     ]
-    shown = [row["minus no feedback, points"] for row in table(found, "readings") if row["agent"] == AGENT]
-    assert shown == [*map(points_cell, rows)]
     gap = found.one("success_difference", agent=AGENT, condition="flip?p=0.4", axis="no feedback")
     lied, none = (found.one("success", agent=AGENT, condition=name) for name in ("flip?p=0.4", "no-feedback"))
     assert (gap.value, gap.corrected_for) == (pytest.approx(lied.value - none.value), 4)
@@ -77,18 +73,19 @@ def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     said = " ".join(block.text for block in part.blocks if hasattr(block, "text"))
     assert "the reported outcome is inverted; a false position is corrected when another joint is attempted" in said
     assert "The paper does not say which of these false reports it has" in said
-    assert f"Trials that {AGENT} solved, against no feedback at all: " in said
+    assert f"Trials that {AGENT} solved, against no feedback at all: more with flip rate 0.6 (" in said
+    assert f"False reports that stay lower the success of {AGENT}" in said or "No effect of false reports that" in said
     compared = "solved fewer trials with false reports that stay than with false reports that are corrected"
     assert compared in part.answer
     assert found.answer.startswith(f"False reports raise the success of {AGENT}")
     assert "false reports that stay" in Page(found=found).text()
 
 
-def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
+def test_one_reading_says_what_was_not_tested(tmp_path):
     found = found_in(tmp_path, study("flips", agent=AGENT, p=[0, 0.4], trials=4, repetitions=1))
     (said,) = found.said("readings", "untested")
     assert said == (
         f"Not tested for {AGENT}: whether false reports that stay do the same (--readings fresh,kept: 4 trials more)."
     )
-    assert len(table(found, "readings")) == 1
+    assert tables_of(found)["readings"] == []
     assert draw(found) is None

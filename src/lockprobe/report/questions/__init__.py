@@ -11,8 +11,8 @@ __all__ = ["all_sections"]
 
 _OWN = (
     "first_screen", "trials", "people", "places", "stopping", "contrasts", "why", "success", "boxes", "readings",
-    "conditions", "crossings", "factors", "loops", "agents_compared",
-    "speed", "modalities", "actions", "misreading", "seen", "robot",
+    "crossings", "factors", "loops", "agents_compared",
+    "speed", "modalities", "actions", "misreading", "seen", "robot", "conditions",
     "study_design", "limits", "claims", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``: the answer and one trial; whether it is more than chance, and

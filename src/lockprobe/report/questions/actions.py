@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lockprobe.foundation.formatting import MOST_NAMED, percent, range_of
-from lockprobe.report.format import TextTable
+from lockprobe.report.prose import condition_words
 from lockprobe.report.rows import Cell, Results, Row
-from lockprobe.report.section import Note, Part, Section, Table
+from lockprobe.report.section import Note, Part, Section
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
 from lockprobe.statistics.rationality import ACTIONS, JUDGED, optimal_actions, prior_for
 
 _PRIORS = {
@@ -31,28 +30,16 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield from cell.share("optimal_actions", share, of=_NAIVE, note=_CONTRADICTED * (truth and contradicted))
 
 
-def _cells(found: Results) -> list[Cell]:
-    return [cell for cell in flips_first(found) if cell.get("optimal_actions", _NAIVE)]
-
-
-def _table(found: Results) -> TextTable:
-    cells = _cells(found)
-    table = [["agent", varied(cells), "actions", "optimal"]]
-    for cell, _ in distinct(cells):
-        row = cell.get("optimal_actions", _NAIVE)
-        table.append([cell.label, under(cell, cells), str(row.n if row else 0), share_of_row(row)])
-    return table
-
-
-_TABLE = Table("optimal-actions", _table)
-
-
 def _show(found: Results) -> Iterator[Part]:
-    if not (cells := _cells(found)):
+    cells = [cell for cell in found.cells if cell.get("optimal_actions", _NAIVE)]
+    if not cells:
         return
-    own = [cell for cell in reversed(cells) if cell.agent in found.subjects]
-    first = {found.label(cell.agent, cell.modality): cell for cell in own}
-    said = [f"{percent(cell.value('optimal_actions', _NAIVE))} {label}" for label, cell in reversed(first.items())]
+    first: dict[str, Cell] = {}
+    for cell in cells:
+        if cell.agent in found.subjects:
+            first.setdefault(found.label(cell.agent, cell.modality), cell)
+    over = {label: cell.value("optimal_actions", _NAIVE) or 0.0 for label, cell in first.items()}
+    under = {condition_words(found)[cell.condition] for cell in first.values()}
     prior = _PRIORS[prior_for(max(len(box.get("joints", ())) for box in found.boxes)) or "chains"]
     which = "this box" if len(found.boxes) == 1 else "some of these boxes"
     doubt = f" On {which} true reports contradict this prior, so these numbers say little about it."
@@ -65,10 +52,12 @@ def _show(found: Results) -> Iterator[Part]:
         "attempt that broke the rules of the box the actions before it. A condition is not judged where an action was "
         "not the choice, or a report was missing. Intervals are clustered by trial.",
     )
-    over = [cell.value("optimal_actions", _NAIVE) or 0.0 for cell in first.values()]
-    shown = "; ".join(said) if len(said) <= MOST_NAMED else f"{range_of(min(over), max(over))} for {len(over)} agents"
-    answer = f"Under the first condition: {shown}." if said else ""
-    yield Part("Optimal actions", answer, [_TABLE, note])
+    said = ", ".join(f"{percent(share)} for {label}" for label, share in over.items())
+    if len(over) > MOST_NAMED:
+        said = f"{range_of(min(over.values()), max(over.values()))} for {len(over)} agents"
+    where = under.pop() if len(under) == 1 else "under the first condition of each"
+    answer = f"Optimal, {where}: {said}." if said else ""
+    yield Part("How many actions are optimal?", answer, [note])
 
 
-SECTIONS = (Section(name="optimal_actions", title="Optimal actions", rows=_rows, show=_show, tables=(_TABLE,)),)
+SECTIONS = (Section(name="optimal_actions", title="Optimal actions", rows=_rows, show=_show),)

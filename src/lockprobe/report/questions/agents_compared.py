@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from itertools import product
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -16,7 +15,7 @@ from lockprobe.foundation.formatting import (
     NONE,
     capital,
     change,
-    first_three,
+    count,
     minus,
     p_cell,
     p_value,
@@ -25,10 +24,10 @@ from lockprobe.foundation.formatting import (
 )
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.every_look import note_at
-from lockprobe.report.format import DETECTED, EVERY, TextTable
-from lockprobe.report.prose import Subject
+from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.prose import Subject, condition_words
 from lockprobe.report.rows import Estimate, Results, Row, clearness
-from lockprobe.report.section import Block, Detail, Note, Part, Section, Table, Text
+from lockprobe.report.section import Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, measured
 from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
 from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, AgentPair, compared
@@ -218,11 +217,6 @@ def _pairs(found: Results) -> list[_Pair]:
     return sorted(pairs, key=lambda pair: next(iter(pair.rows.values())).family.startswith(_FAMILIES[1]))
 
 
-def _said(pair: _Pair) -> list[str]:
-    """Two agents in a sentence, and one more of what false reports and one of what other conditions do."""
-    return [*filter(None, (_over_rates_said(pair), _change_said(pair), _others_said(pair)))]
-
-
 def _over_rates_said(pair: _Pair) -> str:
     one, other, rows = pair.one, pair.other, pair.rows
     if (success := rows.get((SUCCESS, ""))) is None:
@@ -267,64 +261,49 @@ def _change_said(pair: _Pair) -> str:
     )
 
 
-def _others_said(pair: _Pair) -> str:
-    """What was detected under conditions that are no flip rates; what was not is counted."""
-    if not pair.others:
-        return ""
-    solves, parts = pair.one.form("solves", "solve"), []
-    ways = (
-        (SUCCESS, f"{solves} more trials under", f"{solves} fewer trials under"),
-        (CHANGE, "gains more, or loses less, by", "gains less, or loses more, by"),
-    )
-    for (quantity, more, less), name in product(ways, pair.others):
-        if (row := pair.rows.get((quantity, name))) and row.detected:
-            parts.append(f"{more if (row.value or 0.0) > 0 else less} {name} ({points_cell(row)} points)")
-    if parts:
-        return f"Under other conditions, {pair.one.name} beside {pair.other.name} {first_three(parts, '; ')}."
-    which = pair.others[0] if len(pair.others) == 1 else f"any of {len(pair.others)} other conditions"
-    return f"No difference between {pair.one.name} and {pair.other.name} was detected under {which}."
+def _places(found: Results) -> list[tuple[_Pair, str]]:
+    """Every pair over all flip rates; where it met under none, under each other condition."""
+    pairs = _pairs(found)
+    return [(pair, place) for pair in pairs for place in ([""] if (SUCCESS, "") in pair.rows else pair.others)]
 
 
 def _table(found: Results) -> TextTable:
     table = [["agent", "compared with", "under", "trials", "success of both", "success, points", "P", "steps"]]
     table[0] += ["P of steps", "effect, points", "P of effect", "conclusion"]
+    words = condition_words(found)
     for pair, place in _places(found):
         success, steps = pair.rows[SUCCESS, place], pair.rows[STEPS, place]
         moved = pair.rows.get((CHANGE, place or "mean"))
         tested = moved if place else pair.rows.get((CHANGE, _ANY))
-        under = f"flip rate {pair.rates[place]:g}" if place in pair.rates else place
-        under = under or over_rates(found).removeprefix("over ")
+        under = words[place] if place else over_rates(found).removeprefix("over ")
         shares = NONE if place else " and ".join(percent(pair.rows[_SHARE, of].value) for of in ("", "the other"))
         table.append(
             [
-                pair.one.name, pair.other.name, EVERY if _SAME in success.note else under, str(success.n), shares,
-                points_cell(success), p_cell(success.p_value), steps_cell(steps), p_cell(steps.p_value),
-                points_cell(moved), p_cell(tested.p_value if tested else None),
+                pair.one.name, pair.other.name, under, str(success.n), shares, points_cell(success),
+                p_cell(success.p_value), steps_cell(steps), p_cell(steps.p_value), points_cell(moved),
+                p_cell(tested.p_value if tested else None),
                 "play alike" if _ALIKE in success.note else DETECTED[success.detected],
             ]
         )  # fmt: skip
-    said = [i for i, column in enumerate(zip(*table, strict=True)) if {*column[1:]} - {NONE}]
+    said = [
+        i
+        for i, column in enumerate(zip(*table, strict=True))
+        if {*column[1:]} - {NONE} and (column[0] != "under" or len({*column[1:]}) > 1)
+    ]
     return [[row[i] for i in said] for row in table] if len(table) > 1 else []
 
 
-def _places(found: Results) -> Iterator[tuple[_Pair, str]]:
-    """Every pair over all flip rates, at each, and under every other condition."""
-    for pair in _pairs(found):
-        whole = [""] * ((SUCCESS, "") in pair.rows)
-        yield from ((pair, place) for place in [*whole, *(pair.rates if found.several_p else ()), *pair.others])
-
-
 _TABLE = Table(
-    "comparisons", _table, 3, drawn=lambda found: [pair.rows[SUCCESS, place] for pair, place in _places(found)]
+    "comparisons", _table, 2, drawn=lambda found: [pair.rows[SUCCESS, place] for pair, place in _places(found)]
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
     if not (pairs := _pairs(found)):
         return
-    sentences = [_said(pair) for pair in pairs]
-    if len(pairs) == 1:
-        answer = sentences[0].pop(0)
+    said = list(filter(None, (_over_rates_said(pairs[0]), _change_said(pairs[0])))) * (len(pairs) == 1)
+    if said:
+        answer = said.pop(0)
     else:
         moved = [pair for pair in pairs if (CHANGE, _ANY) in pair.rows]
         under = [pair.rows[SUCCESS, name].detected for pair in pairs for name in pair.others]
@@ -335,11 +314,7 @@ def _show(found: Results) -> Iterator[Part]:
         ]
         counts += [f"{sum(pair.noise_counts for pair in moved)} in what false reports do"] * bool(moved)
         counts += [f"{sum(under)} of {len(under)} under other conditions"] * bool(under)
-        answer = f"Differences detected in {len(pairs)} pairs: {', '.join(counts)}."
-    texts = [Text(" ".join(said)) for said in sentences if said]
-    blocks: list[Block] = [*texts[:3]]
-    if more := texts[3:]:
-        blocks.append(Detail(f"{len(more)} more pairs in words", more))
+        answer = f"Differences detected in {count(len(pairs), 'pair')}: {', '.join(counts)}."
     people = (
         " Beside people: Student's t with a variance clustered by person and block; under one condition whole people "
         "are permuted."
@@ -357,8 +332,7 @@ def _show(found: Results) -> Iterator[Part]:
         + people
         * (PEOPLE in found.study["agents"]),
     )
-    blocks += [_TABLE, note_at(found, note)]
-    yield Part("Agents compared", answer, blocks)
+    yield Part("Which agent is better?", answer, [*map(Text, said), _TABLE, note_at(found, note)])
 
 
 SECTIONS = (Section(name="agents_compared", title="Agents compared", rows=_rows, show=_show, tables=(_TABLE,)),)

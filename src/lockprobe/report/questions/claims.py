@@ -23,7 +23,7 @@ from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose import false_reports
 from lockprobe.report.rows import Cell, Course, Estimate, Fact, Results, clearness
-from lockprobe.report.section import Listed, Note, Part, Section, Table, Text
+from lockprobe.report.section import Cells, Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics import published
 from lockprobe.statistics.conditions.factors import READING_FACTORS
@@ -537,11 +537,23 @@ def _table(found: Results) -> TextTable:
 
 _CLAIMS = Table("claims", _table, numeric_from=8)
 
+_SHOWN = ("place", "quote", "paper", "agent", "this study", "verdict", "P")
+"""Columns of the page; the file has the reanalysis of the paper's counts and the tests too."""
+
+
+def _measured(found: Results) -> TextTable:
+    """What was measured of the claims, as the page shows it."""
+    head, *rows = _table(found)
+    at = [head.index(name) for name in _SHOWN]
+    return [[row[i] for i in at] for row in (head, *rows) if row[head.index("verdict")] != "not measured"]
+
+
 _NOTE = Note(
-    "Quoted from Probing Embodied LLMs: When Higher Observation Fidelity Hurts Problem Solving, with a reanalysis of "
-    "its counts. A verdict concerns the whole statement, not one of its numbers.",
+    "Quoted from Probing Embodied LLMs: When Higher Observation Fidelity Hurts Problem Solving. A verdict concerns the "
+    "whole statement, not one of its numbers.",
     "The paper used other agents, another box and another prompt: agreement or disagreement of single numbers is not a "
     "replication. Each test is at the 5 % level, not corrected for the number of statements.",
+    "All claims, a reanalysis of the paper's counts and each test are in tables/claims.csv.",
 )
 
 _VERDICTS = """
@@ -558,7 +570,8 @@ def _show(found: Results) -> Iterator[Part]:
     said = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
     answer = f"Of {counts.total()} comparisons: {said}." if counts else ""
     why = [Text(not_judged(found))] if not_judged(found) else []
-    yield Part("The paper's claims", answer, [*why, Listed(_VERDICTS.strip().splitlines()), _CLAIMS, _NOTE])
+    verdicts = Listed(_VERDICTS.strip().splitlines())
+    yield Part("The paper's claims", answer, [*why, Cells(_measured(found), 6), verdicts, _NOTE])
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Fact]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 from typing import Any
 
@@ -14,19 +14,17 @@ from lockprobe.foundation.formatting import NONE, p_cell, percent, range_of
 from lockprobe.foundation.plugins import find_plugin, plugin_names
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import DETECTED, TextTable
-from lockprobe.report.prose import success_and_loops_said
-from lockprobe.report.rows import MEASURES, Cell, Estimate, Fact, Results, Row
+from lockprobe.report.prose import condition_words, success_and_loops_said
+from lockprobe.report.rows import MEASURES, Estimate, Fact, Results, Row
 from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import BOUNDS, PERMUTED, PlayedCell, StudyNumbers, measured_row, share_rows
-from lockprobe.report.table_rows import chance_cell, count_of, points_cell, share_of_row, value_cell
+from lockprobe.report.table_rows import chance_cell, count_of, distinct, points_cell, share_of_row, value_cell, varied
 from lockprobe.statistics.contrast import CONTROLS, Effect, against_control
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.measures import find_measure, measured
 from lockprobe.statistics.outcomes import points
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
-
-_AGAINST = "against the rules"
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -76,11 +74,11 @@ def _effects(numbers: StudyNumbers) -> Iterator[Row]:
 def compared_table(found: Results, rows: Sequence[Estimate]) -> TextTable:
     """Conditions that are compared with others, one row each; no table without any."""
     head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
-    table = [head] * bool(rows)
+    table, words = [head] * bool(rows), condition_words(found)
     for row in rows:
         pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control", "axis")}
         counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
-        table.append([row.agent, row.condition, row.control, *counts, *tested_cells(row)])
+        table.append([row.agent, words[row.condition], words[row.control], *counts, *tested_cells(row)])
     return table
 
 
@@ -100,48 +98,42 @@ def _against_control(found: Results) -> list[Estimate]:
     return found.against_control() if found.beside_flips else []
 
 
-_BOTH, _BESIDE, _FLIPS = "", "conditions beside flip rates", "flip rates alone"
+_AGAINST = "against the rules"
 
-_COLUMNS: tuple[tuple[str, str, Callable[[Cell, str], str]], ...] = (
-    ("agent", _BOTH, lambda cell, acts: cell.agent),
-    ("condition", _BESIDE, lambda cell, acts: cell.condition),
-    ("interventions", _BESIDE, lambda cell, acts: acts or NONE),
-    ("modality", _BOTH, lambda cell, acts: cell.modality),
-    ("flip rate", _FLIPS, lambda cell, acts: f"{cell.p:g}"),
-    ("trials", _BOTH, lambda cell, acts: str(cell.trials)),
-    ("solved", _FLIPS, lambda cell, acts: str(one.count if (one := cell.get("success")) else 0)),
-    ("success", _BOTH, lambda cell, acts: share_of_row(cell.get("success"))),
-    ("mean steps", _BESIDE, lambda cell, acts: value_cell(cell.get("mean_steps_all"), "{:.1f}")),
-    ("loop rate", _BOTH, lambda cell, acts: share_of_row(cell.get("loop_rate"))),
-    ("by chance", _BOTH, lambda cell, acts: chance_cell(cell)),
-    ("coverage", _FLIPS, lambda cell, acts: percent(cell.value("coverage"), 0)),
-    ("redundant", _FLIPS, lambda cell, acts: percent(cell.value("redundant_share"), 0)),
-    ("misread", _BESIDE, lambda cell, acts: percent(cell.value("misread"), 1)),
-    ("false reports", _BESIDE, lambda cell, acts: percent(cell.value("false_report", "steps"), 1)),
-    (
-        "changed steps",
-        _BESIDE,
-        lambda cell, acts: f"{row.value:g} of {row.n}" if (row := cell.get("steps", "changed")) else NONE,
-    ),
-    (_AGAINST, _BOTH, lambda cell, acts: count_of(row) if (row := cell.get("against_rules")) and row.count else NONE),
-    ("errors", _BOTH, lambda cell, acts: f"{cell.value('broken'):g}"),
-)
-"""Name of a column, in which studies it is, and its cell: of an agent under a condition, and of what acts."""
+_OFTEN_ALIKE = ("misread", "optimal", "acted in", _AGAINST, "broken", "modality")
+"""Columns that are left out where they say the same in every row."""
 
 
 def _table(found: Results) -> TextTable:
-    """Every agent under every condition; a column that says nothing is left out."""
-    acts = {one.name: " + ".join(one.specs) for one in found.design.conditions}
-    where = (_BOTH, _BESIDE if found.beside_flips else _FLIPS)
-    made = {
-        name: [of(cell, acts[cell.condition]) for cell in found.cells] for name, shown, of in _COLUMNS if shown in where
+    """Every agent under every condition, and its change from the control; one that plays alike at every rate once."""
+    table = [
+        [
+            "agent", varied(found.cells), "trials", "success", "change, points", "P", "mean steps", "loop rate",
+            "by chance", "misread", "optimal", "acted in", _AGAINST, "broken", "modality",
+        ]
+    ]  # fmt: skip
+    changes = {(row.agent, row.condition): row for row in reversed(found.against_control())}
+    for cell, under in distinct(found.cells):
+        change, acted, broke = (
+            changes.get((cell.agent, cell.condition)),
+            cell.get("steps", "changed"),
+            cell.get("against_rules"),
+        )
+        table.append(
+            [
+                cell.agent, under, str(cell.trials), share_of_row(cell.get("success")),
+                points_cell(change), p_cell(change.p_value) if change else NONE,
+                value_cell(cell.get("mean_steps_all"), "{:.1f}"), share_of_row(cell.get("loop_rate")),
+                chance_cell(cell), percent(cell.value("misread")), percent(cell.value("optimal_actions", "naive")),
+                percent((acted.value or 0.0) / acted.n) if acted and acted.n else NONE,
+                count_of(broke) if broke and broke.count else NONE, f"{cell.value('broken') or 0:g}",
+                cell.modality,
+            ]
+        )  # fmt: skip
+    same = {
+        i for i, column in enumerate(zip(*table, strict=True)) if column[0] in _OFTEN_ALIKE and len({*column[1:]}) < 2
     }
-    said = {*made.get("interventions", ())} - {NONE}
-    empty = [name for name in ("interventions", "modality") if len({*made.get(name, ())}) < 2]
-    empty += [_AGAINST] * ({*made.get(_AGAINST, ())} <= {NONE})
-    empty += ["interventions"] * (said <= {*made.get("condition", ())})  # unnamed conditions are called by these
-    kept = {name: column for name, column in made.items() if name not in empty}
-    return [[*kept], *([*row] for row in zip(*kept.values(), strict=True))]
+    return [[text for i, text in enumerate(row) if i not in same] for row in table]
 
 
 def _measures(found: Results) -> TextTable:
@@ -209,15 +201,13 @@ def _answer(found: Results) -> str:
 
 
 _PAIRED = Note(
+    Markup("<em>Not detected</em> does not show that there is no difference."),
+    "Trials of equal repetition and number use common random numbers under every condition (a block) and are compared "
+    "in pairs.",
     Markup(
-        "The control is subtracted in the trials finished under both conditions. <em>Not detected</em> does not show "
-        "that there is no difference."
-    ),
-    Markup(
-        "Trials of equal repetition and number use common random numbers under every condition (a block) and are "
-        "compared in pairs. <i>P</i> is the larger of McNemar's exact one (over the doses of an axis, and with people, "
-        "that of a permutation within blocks) and that of the interval. Each axis is a family of its own, so are the "
-        "modalities and all other conditions; <i>P</i> is corrected for its members and for agents (baselines apart)."
+        "<i>P</i> is the larger of McNemar's exact one (over the doses of an axis, and with people, that of a "
+        "permutation within blocks) and that of the interval. Each axis is a family of its own, so are the modalities "
+        "and all other conditions; <i>P</i> is corrected for its members and for agents (baselines apart)."
     ),
 )
 
@@ -226,28 +216,25 @@ def _show(found: Results) -> Iterator[Part]:
     agents = (cell.agent for cell in found.cells)
     of, every_look = "Intervals of success and loop rate", bool(found.progress.every_look)
     told = Note(
-        "Misread: claims about the last action that contradict the report. False reports: report and truth differ."
-        if found.beside_flips
-        else "Coverage: share of steps in loops, mean over trials. Redundant: share of steps that tried a joint again "
-        "in the same true configuration, mean over trials.",
-        f"{success_and_loops_said(agents, of, every_look=every_look, boxes=len(found.boxes))} By chance: loop rate of "
-        "random actions in trials of the same lengths, from uniform to without immediate repeats.",
+        "Every agent under every condition; the change is from the control, in the trials finished under both.",
+        success_and_loops_said(agents, of, every_look=every_look, boxes=len(found.boxes)),
+        "Mean steps: an unsolved trial counts with its whole budget. By chance: loop rate of random actions in trials "
+        "of the same lengths, from uniform to without immediate repeats. Misread: claims about the last action that "
+        "contradict the report. Optimal: actions that an ideal observer would have chosen too. Acted in: steps in "
+        "which the condition changed something.",
     )
     means = Note(
         "Means over trials with 95 % intervals.",
         "Intervals of shares are Wilson intervals, clustered by person for people; those of means are Student's, "
         "clustered by block or by person.",
     )
-    blocks: list[Block] = [EFFECTS, note_at(found, _PAIRED)] if _against_control(found) else []
-    blocks += [_CONDITIONS, told]
+    blocks: list[Block] = [_CONDITIONS, told, *[note_at(found, _PAIRED)] * bool(found.against_control())]
     blocks += [Heading("Measures of installed packages"), _MEASURES, means] if found.measures else []
     yield Part("All conditions", _answer(found), blocks)
 
 
 SECTIONS = (
-    Section(
-        name="conditions", title="All conditions", rows=_rows, show=_show, tables=(_CONDITIONS, EFFECTS, _MEASURES)
-    ),
+    Section(name="conditions", title="All conditions", rows=_rows, show=_show, tables=(_CONDITIONS, _MEASURES)),
     Section(name="effects", title="Every condition against the control", rows=_effects),
     Section(name="measures", title="Measures", rows=measure_rows),
 )

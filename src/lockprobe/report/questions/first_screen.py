@@ -11,14 +11,13 @@ from lockprobe.foundation.formatting import capital, listed
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
 from lockprobe.interventions.catalogue import shipped_as
-from lockprobe.interventions.conditions import tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.report.answer import ONE_LOOK, answer, broken_said, chance_said, needed_said
 from lockprobe.report.answer_list import answer_list, known_of_broken
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
 from lockprobe.report.panel import panel_figure
-from lockprobe.report.prose import at_dose, cause, inverted
+from lockprobe.report.prose import at_dose, cause
 from lockprobe.report.questions import why
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.report.questions.conditions import EFFECTS
@@ -57,6 +56,9 @@ Of more it shows what was detected, and says so. The last stands beside no list 
 
 _FIGURES = ("stopping", "fig3")
 """Figures of questions of their own, for a study whose answer is no curve over doses: the first that applies."""
+
+
+_FALSE = " Some reports are false: the flip rate says how often."
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -117,17 +119,16 @@ def _trial(study: Study) -> str:
     told, steps = "After each step it is told what happened.", study.max_steps
     flips = any(one.p for one in study.flip_axis)
     if flips:
-        positions = any(map(tells_positions, study.modalities))
-        told += f" The flip rate says how often {inverted(study.flip, positions=positions)}."
+        told += " Some reports are false, and some corrected." if _asks_why(study) else _FALSE
     elif study.of_flips and len(study.modalities) > 1:
         told = "After each step it is shown, or told, how the joints stand."
-    if not study.of_flips:
+    if not (flips or study.of_flips):
         acting = [spec for of in study.conditions if of not in study.flip_axis for spec in of.specs]
         kinds = {shipped_as(Spec.parse(spec, "condition")) for spec in acting if spec_name(spec) != PLANT}
         places = {place for kind in kinds for place in ([*PLACES] if kind is None else [place_of(kind)])}
         ways = [f"what it {verb}" for place, verb in _CHANGED.items() if place in places]
         ways += ["the plant on which it acts"] * any(one.plant.options for one in study.conditions)
-        changed = f"{'Other conditions' if flips else 'Conditions'} change {listed(ways, 'or') if ways else 'nothing'}."
+        changed = f"Conditions change {listed(ways, 'or') if ways else 'nothing'}."
         alone = None if len(kinds) != 1 or len(ways) != 1 else kinds.pop()  # of a single one it says what that does
         told += f" {changed if alone in (None, OutcomeFlip) else first_line(alone)}"
     return f"An agent has {steps} step{'s' * (steps != 1)} to open a box whose joints lock each other. {told}"

@@ -11,12 +11,11 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import MOST_NAMED, bracketed, first_three, p_value, percent, range_of
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import TextTable
 from lockprobe.report.prose import at_dose, paper_rates, share_intervals_said
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
-from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table, Text
+from lockprobe.report.section import Caption, Figure, Part, Section, Text
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, fit_rows, measured_row, of_course, two_lines_rows
-from lockprobe.report.table_rows import chance_cell, distinct, played_subjects, share_of_row, varied
+from lockprobe.report.table_rows import chance_cell, played_subjects
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis import FLIPS
@@ -129,19 +128,6 @@ def _compared(cell: Cell) -> str:
     return "more" if rate.low > max(levels) else "less" if rate.high < min(levels) else "no difference detected"
 
 
-def _table(found: Results) -> TextTable:
-    head = ["agent", varied(found.cells), "trials with a loop", "by chance", "compared", "steps in loops", "redundant"]
-    table = [head]
-    for cell, under in distinct(found.cells):
-        if cell.trials:
-            rate, steps = (
-                share_of_row(cell.get("loop_rate")),
-                (cell.value(of) for of in ("coverage", "redundant_share")),
-            )
-            table.append([cell.label, under, rate, chance_cell(cell), _compared(cell), *map(percent, steps)])
-    return table
-
-
 def _over_rates(found: Results) -> bool:
     return found.several_p and bool(played_subjects(found))
 
@@ -199,7 +185,6 @@ def _caption(found: Results) -> Caption:
     )
 
 
-_TABLE = Table("loops", _table)
 _DRAW = f"{__name__}:draw"
 _FIG5B = Figure(
     "fig5b", "Share of trials with an action loop by flip rate", _caption, _DRAW, _over_rates, arguments=("fig5b",)
@@ -226,14 +211,8 @@ def _show(found: Results) -> Iterator[Part]:
         "Action loop: three or more attempts in a row that occur twice without overlap. A loop is no fault by itself: "
         "<code>round-robin</code> loops by design."
     )
-    note = Note(
-        "By chance: loop rates of random actions in trials of the same lengths, uniform and without immediate repeats.",
-        "Shares of steps in loops, and that try a joint again in the same true configuration (redundant), are means.",
-    )
     figures = [one for one in (_FIG5B, _FIG5A) if one.applies(found)]
-    yield Part("Action loops", answer, [Text(definition, "lead"), *map(Text, more), *figures, _TABLE, note])
+    yield Part("Loops beyond chance?", answer, [Text(definition), *map(Text, more), *figures])
 
 
-SECTIONS = (
-    Section(name="loops", title="Action loops", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIG5B, _FIG5A)),
-)
+SECTIONS = (Section(name="loops", title="Action loops", rows=_rows, show=_show, figures=(_FIG5B, _FIG5A)),)

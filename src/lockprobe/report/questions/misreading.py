@@ -13,8 +13,8 @@ from typing import Any, get_args
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import TextTable
+from lockprobe.report.prose import condition_words
 from lockprobe.report.rows import Cell, Estimate, Results, Row
-from lockprobe.report.rows.primary import condition_words
 from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import by_conditions, share_of_row, under, varied
@@ -157,7 +157,7 @@ def _show(found: Results) -> Iterator[Part]:
             "Misread has a 95 % interval clustered by trial; the rate is the mean over trials, with the standard "
             "deviation (n - 1).",
         )
-        yield Part("Misreading", _answer(found, cells), [_TABLE, note, *[_FIGURE] * _FIGURE.applies(found)])
+        yield Part("What is misread?", _answer(found, cells), [_TABLE, note, *[_FIGURE] * _FIGURE.applies(found)])
 
 
 def _answer(found: Results, cells: list[Cell]) -> str:

@@ -79,7 +79,11 @@ def _show(found: Results) -> Iterator[Part]:
                 "3000</code>)."
             ),
         )
-        yield Part("Modalities", " ".join(effect_said(found, row) for row in effects[:2]), [_PAIRS_TABLE, note])
+        yield Part(
+            "What does the modality change?",
+            " ".join(effect_said(found, row) for row in effects[:2]),
+            [_PAIRS_TABLE, note],
+        )
 
 
 SECTIONS = (Section(name="modalities", title="Modalities", rows=_rows, show=_show, tables=(_PAIRS_TABLE,)),)

@@ -60,7 +60,7 @@ def _show(found: Results) -> Iterator[Part]:
     if least and steps:
         said = f"opens {percent(least.value)} of the boxes in the fewest possible steps, {steps.value:.1f} on average."
         yield Part(
-            "Places",
+            "What do places give away?",
             f"Whoever takes the joints from right to left, whatever is reported, {said}",
             [Text("Places are seen in this study. The agent right-to-left plays the rule, again and again.")],
         )

@@ -7,17 +7,27 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, capital, listed, p_cell, percent
+from lockprobe.foundation.formatting import capital, listed, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import tells_positions
-from lockprobe.report.format import TextTable
-from lockprobe.report.prose import BOTH_FIT, Subject, false_reports, interval_kind, inverted, reading_name
-from lockprobe.report.questions.conditions import cells_of, compared_rows, detected_said
+from lockprobe.report.answer import headline
+from lockprobe.report.prose import (
+    BOTH_FIT,
+    Subject,
+    cause,
+    condition_words,
+    false_reports,
+    interval_kind,
+    inverted,
+    reading_name,
+)
+from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said
 from lockprobe.report.rows import Course, Estimate, Finding, Results, Row
+from lockprobe.report.rows.primary import dose_lines
 from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.report.table_rows import points_cell, share_of_row
+from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.contrast import against_first
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
@@ -69,11 +79,12 @@ def _against_none(found: Results) -> list[Estimate]:
 
 def _against_none_said(found: Results) -> Iterator[str]:
     """Whether false reports are worse than none, for each agent that the study is about."""
+    words = condition_words(found)
     for agent, rows in grouped(_against_none(found), lambda row: row.agent).items():
         kinds: dict[str, list[str]] = {}
         for row in sorted(rows, key=lambda row: (not row.detected, -(row.value or 0.0))):
             more = "more with" if (row.value or 0.0) > 0 else "fewer with"
-            said = f"{row.condition} ({points_cell(row)} points)" if row.detected else row.condition
+            said = f"{words[row.condition]} ({points_cell(row)} points)" if row.detected else words[row.condition]
             kinds.setdefault(more if row.detected else "no difference detected with", []).append(said)
         if agent in found.subjects:
             said = "; ".join(f"{what} {listed(those)}" for what, those in kinds.items())
@@ -109,35 +120,7 @@ def _words(found: Results, condition: str) -> str:
     return false_reports("&".join(f"{name}={value}" for name, value in acts[0].options.items() if name != "p"))
 
 
-def _table(found: Results) -> TextTable:
-    """Every reading at every flip rate: how often reports were false, success, and what it is minus others."""
-    gaps = [{(row.agent, row.condition): row for row in rows} for rows in (_compared(found), _against_none(found))]
-    courses = [(course, reading_name(options)) for axis, options in found.readings for course in found.courses(axis)]
-    table = [
-        [
-            course.label, name, f"{cell.dose:g}", str(cell.trials),
-            percent(cell.value("false_report", "steps"), 1), percent(cell.value("false_report", "positions"), 1),
-            share_of_row(cell.get("success")),
-            *(text for gap in gaps for text in _gap(gap.get((cell.agent, cell.condition)))),
-        ]
-        for course, name in courses
-        for cell in course.played
-        if cell.dose
-    ]  # fmt: skip
-    if not table or not found.said(_NAME, "what"):
-        return []
-    head = ["agent", "what a false report is", "flip rate", "trials", "false outcomes", "reports with a false position"]
-    head += ["success", "minus the first reading, points", "P", "minus no feedback, points", "P of that"]
-    order = list(dict.fromkeys(row[0] for row in table))
-    kept = [i for i in range(len(head)) if i < 7 or {row[i] for row in table} != {NONE}]
-    return [[row[i] for i in kept] for row in (head, *sorted(table, key=lambda row: order.index(row[0])))]
-
-
-def _gap(row: Estimate | None) -> tuple[str, str]:
-    return points_cell(row), NONE if row is None else p_cell(row.p_value)
-
-
-_TABLE = Table("readings", _table, numeric_from=2)
+_TABLE = Table("readings", lambda found: compared_table(found, _compared(found)), numeric_from=3, drawn=_compared)
 
 
 _SHARES = {"outcomes": ("false_report", "steps"), "positions": ("false_report", "positions")}
@@ -235,11 +218,16 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     what, compared = found.said(_NAME, "what"), bool(_compared(found))
     if what:
-        said = [*what, *[BOTH_FIT] * compared, *found.said(_NAME, "untested"), *_against_none_said(found)]
-        blocks: list[Block] = [Text(one) for one in said]
-        blocks += [_FIGURE] * (len(found.readings) > 1) + [_TABLE] * bool(_table(found))
-        blocks += [_NOTE] * (compared or bool(_against_none(found)))
-        yield Part("What a false report is", _answer(found), blocks, _NAME)
+        others = [one for one, options in found.readings if options] * (len(found.readings) > 1)
+        effects = [headline(dose_lines(found, one), cause(one.axis)) for one in others]
+        said = [*what, *[BOTH_FIT] * compared, *effects, *found.said(_NAME, "untested"), *_against_none_said(found)]
+        blocks: list[Block] = [Text(one) for one in said if one]
+        blocks += (
+            [_FIGURE] * (len(found.readings) > 1)
+            + [_TABLE] * compared
+            + [_NOTE] * (compared or bool(_against_none(found)))
+        )
+        yield Part("What is a false report here?", _answer(found), blocks, _NAME)
 
 
 SECTIONS = (

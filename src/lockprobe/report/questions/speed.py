@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from lockprobe.boxes.solve import optimum, random_curve
-from lockprobe.foundation.formatting import MOST_NAMED, NONE, p_cell, p_value
+from lockprobe.foundation.formatting import MOST_NAMED, p_value
 from lockprobe.foundation.left_out import section
-from lockprobe.report.format import TextTable
 from lockprobe.report.prose import Subject
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
-from lockprobe.report.section import Block, Caption, Detail, Figure, Note, Part, Section, Table
+from lockprobe.report.section import Caption, Figure, Part, Section
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, measured_row, of_course
-from lockprobe.report.table_rows import at_lowest, distinct, played_subjects, steps_cell, value_cell, varied
+from lockprobe.report.table_rows import at_lowest, played_subjects, steps_cell
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.inference.log_rank import pace
@@ -111,26 +110,6 @@ def _said(found: Results) -> str:
     return f"Mean steps {at_lowest(found)}{least}: {said}." if means else "No trial has ended."
 
 
-def _speed_table(found: Results) -> TextTable:
-    table = [["agent", varied(found.cells), "mean steps", "median step", "80 % by step"]]
-    for cell, p in distinct(found.cells):
-        mean, median = cell.get("mean_steps_all"), cell.get("steps_to_solve", "half")
-        late, most = cell.get("steps_to_solve", "80 %"), NONE
-        if late and (late.value is not None or late.low is not None):
-            most, *ends = (NONE if one is None else f"{one:g}" for one in (late.value, late.low, late.high))
-            most = f"{most} [{', '.join(ends)}]"
-        table.append([cell.label, p, value_cell(mean, "{:.1f}"), value_cell(median, "{:g}"), most])
-    return table
-
-
-def _pace_table(found: Results) -> TextTable:
-    table = [["agent", "compared with", "hazard ratio of solving", "log-rank"]]
-    for row in found.where("hazard_ratio", of=""):
-        both = found.label(row.agent, row.modality), found.label(row.versus, row.versus_modality)
-        table.append([*both, value_cell(row), p_cell(row.p_value)])
-    return table if len(table) > 1 else []
-
-
 def draw(found: Results) -> Any:
     """Success by step: a line an agent at its lowest flip rate, or of one agent alone a line a flip rate."""
     from lockprobe.report.figures.compose import sheet
@@ -221,17 +200,10 @@ _FIG3 = Figure(
     applies=lambda found: any(course.played for course in found.courses()),
     slide=True,
 )
-_SPEED, _PACES = Table("speed", _speed_table), Table("paces", _pace_table)
 
 
 def _show(found: Results) -> Iterator[Part]:
-    note = "All trials count: in mean steps, an unsolved one with its whole budget; the median is Kaplan and Meier's."
-    blocks: list[Block] = [_FIG3, Detail("Speed under every condition", [_SPEED, Note(note)])]
-    if found.where("hazard_ratio", of=""):
-        note = "A ratio above one: the first named is faster."
-        how = "Log-rank tests of the step that solves the box, clustered by block; not corrected for the pairs."
-        blocks.append(Detail(f"Speed of every pair of agents {at_lowest(found)}", [_PACES, Note(note, how)]))
-    yield Part("Speed", _said(found), blocks)
+    yield Part("How soon?", _said(found), [_FIG3])
 
 
-SECTIONS = (Section(name="speed", title="Speed", rows=_rows, show=_show, tables=(_SPEED, _PACES), figures=(_FIG3,)),)
+SECTIONS = (Section(name="speed", title="Speed", rows=_rows, show=_show, figures=(_FIG3,)),)

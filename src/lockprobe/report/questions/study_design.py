@@ -69,7 +69,9 @@ def _show(found: Results) -> Iterator[Part]:
         "subjects": [Subject.of(agent).name for agent in found.subjects],
         "others": [agent for agent in found.study.get("agents", ()) if agent not in found.subjects],
         "modalities": modalities if len(modalities) != 1 or modalities[0] not in (STATES, "symbolic") else [],
-        "conditions": list(dict.fromkeys(cell.condition for cell in found.cells)) if found.beside_flips else [],
+        "conditions": {one.name: " + ".join(one.specs) for one in found.design.conditions}
+        if found.beside_flips
+        else {},
         "rates": list(dict.fromkeys(one.p for one in found.design.conditions if one.p is not None)),
         "kind": "".join(f" ({_READINGS[of]})" for of, kind in READINGS.items() if kind == flips and of in _READINGS),
         "reconstructed": found.facts_about(_ABOUT),

@@ -16,7 +16,7 @@ from lockprobe.report.questions.loops import loops_over_doses
 from lockprobe.report.rows import Course as Shown
 from lockprobe.report.rows import DoseAxis, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL, dose_lines
-from lockprobe.report.section import Block, Caption, Cells, Figure, Note, Part, Section, Table
+from lockprobe.report.section import Block, Caption, Cells, Figure, Note, Part, Section
 from lockprobe.report.study_numbers import (
     BOUNDS,
     PERMUTED,
@@ -97,12 +97,14 @@ def _show(found: Results) -> Iterator[Part]:
     if found.several_p:
         tested = [line for line in dose_lines(found) if line.change]
         changed = sum(line.change.detected for line in tested if line.change)
-        said = f"Effects detected for {changed} of {count(len(tested), 'agent')}." if tested else _NOTHING
-        yield Part("Success and false reports", said, [_FIG4, _SUCCESS, _note(found)])
+        said = f"A change was detected for {changed} of {count(len(tested), 'agent')}." if tested else _NOTHING
+        yield Part("How much does success change?", said, [_FIG4, _note(found)])
 
 
 def _show_doses(found: Results) -> Iterator[Part]:
-    axes = [(place, axis) for place, axis in enumerate(found.design.axes) if axis.key != FLIPS.name]
+    readings = [one for one, _ in found.readings] * (len(found.readings) > 1)  # readings.py has these
+    axes = [(place, axis) for place, axis in enumerate(found.design.axes) if axis not in readings]
+    axes = [(place, axis) for place, axis in axes if axis.key != FLIPS.name]
     for i, (place, axis) in enumerate(axes, 1):
         shown = [course for course in found.courses(axis) if course.played]
         called = capital(false_reports(axis.options)) if axis.of_flips and axis.options else _called(axis)
@@ -116,7 +118,7 @@ def _show_doses(found: Results) -> Iterator[Part]:
         drawn: dict[str, Any] = {"draw": f"{__name__}:draw", "arguments": (place,), "slide": slide}
         blocks: list[Block] = [
             Figure(f"series-{i}-success", f"Success by {axis.name}", Caption(said, _intervals(found, shown)), **drawn),
-            Cells(_cells(found, axis), 2),
+            *[Cells(_of_agents(found, axis))] * (axis.intervention == AGENT),
             _note(found),
         ]
         yield Part(f"{called}{pictured}", what, blocks, "doses" if i == 1 else f"doses-{i}")
@@ -128,17 +130,16 @@ def _called(axis: DoseAxis) -> str:
     return f"{axis.name.capitalize()}{of}{options}{rest}"
 
 
-def _cells(found: Results, axis: DoseAxis | None = None) -> TextTable:
-    """Success at every dose, and its change from the lowest."""
-    name = FLIPS.name if axis is None else axis.name
-    table = [["agent", name, "trials", "solved", "change from the lowest", "P"]]
+def _of_agents(found: Results, axis: DoseAxis) -> TextTable:
+    """Success at every value of an option of agents, and its change from the lowest; no condition has these."""
+    table = [["agent", axis.name, "trials", "solved", "change from the lowest", "P"]]
     for course in found.courses(axis):
         changes = {cell.dose: row for cell, row in course.changes()}
         for cell in course.played:
             row, share = changes.get(cell.dose), share_of_row(cell.get("success"))
             tested = [points_cell(row), p_cell(row.p_value) if row else ""]
             table.append([course.label, f"{cell.dose:g}", str(cell.trials), share, *tested])
-    return table if len(table) > 1 else []
+    return table
 
 
 def _note(found: Results) -> Note:
@@ -216,7 +217,6 @@ _FIG4 = Figure(
     applies=lambda found: found.several_p and any(course.played for course in found.courses()),
     slide=True,
 )
-_SUCCESS = Table("success", _cells)
 
 SECTIONS = (
     Section(
@@ -224,7 +224,6 @@ SECTIONS = (
         title="Success and false reports",
         rows=lambda numbers: chain.from_iterable(map(_of_course, numbers.courses)),
         show=_show,
-        tables=(_SUCCESS,),
         figures=(_FIG4,),
     ),
     Section(name="doses", title="Doses", rows=_of_doses, show=_show_doses),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.rows import Fact, Results
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
@@ -17,7 +18,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Fact]:
 
 
 def _show(found: Results) -> Iterator[Part]:
-    several = len(found.design.conditions) > 1
+    several = any(len(own) > 1 for own in grouped(found.cells, lambda cell: (cell.agent, cell.modality)).values())
     heading = "One trial, told two ways" if several else "One trial, step by step"
     yield Part(heading, "", [Template("explorer", {"heading": heading})])
 

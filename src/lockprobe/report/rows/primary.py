@@ -190,14 +190,3 @@ def _of_conditions(found: Results) -> Iterator[tuple[tuple[str, str], Line]]:
 
 def _control(condition: str) -> str:
     return "told the truth" if condition == TRUTH else condition
-
-
-def condition_words(found: Results) -> dict[str, str]:
-    """What a reader calls the conditions: told the truth, flip rate 0.4; others by their names."""
-    words = {TRUTH: "told the truth"}
-    for one in found.design.conditions:
-        if found.several_p and one.p == 0:
-            words[one.name] = "told the truth"
-        if one.p and one.specs == (f"flip?p={one.p:g}",):
-            words[one.name] = f"flip rate {one.p:g}"
-    return {one.name: words.get(one.name, one.name) for one in found.design.conditions}
