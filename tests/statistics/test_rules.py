@@ -5,7 +5,7 @@ from dataclasses import replace
 from clumsy import HAND
 
 from lockprobe.boxes.families import box
-from lockprobe.report.prose import broken_said
+from lockprobe.report.prose import rules_broken_said
 from lockprobe.statistics.rules import Rules, state_after, unbroken
 from lockprobe.testing import make_trial, play_trials
 
@@ -23,7 +23,7 @@ def test_the_rules_break_no_rules():
         assert len(found) > 20
         assert {one.free for one in found} == {True, False}
         assert [one for one in found if one.against] == []
-        assert broken_said(*Rules(box("gray-code")).broken(trials)) == ""
+        assert rules_broken_said(*Rules(box("gray-code")).broken(trials)) == ""
         for trial in trials:
             assert [state_after(trial, step) for step in trial.steps[:-1]] == [step.state for step in trial.steps[1:]]
 
@@ -35,7 +35,7 @@ def test_each_way_to_break_them_is_found():
     assert [(one.free, one.moved) for one in found if one.against] == [(True, False), (False, True)]
     knocked = make_trial([3, 2, 3], plant=f"{HAND}?knocks=1")
     assert [one.other for one in Rules(CHAIN).judged(knocked)] == [True, False, False]
-    assert broken_said(*Rules(CHAIN).broken((trial, knocked))) == "3 of 6 attempts broke the rules of the box."
+    assert rules_broken_said(*Rules(CHAIN).broken((trial, knocked))) == "3 of 6 attempts broke the rules of the box."
     late = make_trial([3, 2, 3, 0], plant=f"{HAND}?misses=2")
     assert [unbroken(one, Rules(CHAIN).judged(one)) for one in (trial, late, make_trial([3, 2, 3, 0]))] == [0, 1, 4]
 
@@ -57,8 +57,8 @@ def test_a_miss_is_one_wherever_joints_stand_on_the_panel():
 def test_broken_trials_count_and_other_boxes_do_not():
     broken = make_trial([3], plant=f"{HAND}?misses=1", broken=True)
     assert broken.ending == "error"
-    assert broken_said(*Rules(CHAIN).broken((broken,))) == "1 of 1 attempts broke the rules of the box."
+    assert rules_broken_said(*Rules(CHAIN).broken((broken,))) == "1 of 1 attempts broke the rules of the box."
     for other in (replace(broken, joints=tuple("abcd")),):
         assert Rules(CHAIN).judged(other) == []
         assert unbroken(other, []) == len(other.steps)
-    assert broken_said(*Rules(box("chain-5")).broken((broken,))) == ""
+    assert rules_broken_said(*Rules(box("chain-5")).broken((broken,))) == ""

@@ -19,7 +19,7 @@ from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.report.prose import broken_said
+from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.questions.forks import fork_rows, fork_said, fork_table
 from lockprobe.report.rows import Estimate
 from lockprobe.statistics.branch import branch_effects
@@ -114,7 +114,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
     effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
     rows = fork_rows(effects, asked.study)
-    rules = broken_said(*Rules(*asked.study.boxes).broken(forks))
+    rules = rules_broken_said(*Rules(*asked.study.boxes).broken(forks))
     observer.tell("effects", effects=[row.plain() for row in rows])
     if not json:
         _print_effects(rows, rules)

@@ -21,7 +21,7 @@ from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.format import DETECTED, TextTable, share_cell
 from lockprobe.report.opened import open_study
-from lockprobe.report.prose import Subject, broken_said
+from lockprobe.report.prose import Subject, rules_broken_said
 from lockprobe.report.rendering import rendered, with_axis
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
 from lockprobe.statistics.proportions import ALPHA, Proportion
@@ -153,7 +153,9 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         samples=tuple(samples),
         differences=study_differences(samples),
         unlike=tuple(_unlike(samples)),
-        rules=broken_said(*Rules(*opened[0].study.boxes).broken(trial for one in samples for trial in one.trials)),
+        rules=rules_broken_said(
+            *Rules(*opened[0].study.boxes).broken(trial for one in samples for trial in one.trials)
+        ),
     )
 
 

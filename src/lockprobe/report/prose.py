@@ -165,7 +165,7 @@ def _short(axis: Axis) -> str:
     return axis.name if axis.kind in (*_PICTURED, PLANT) else axis.kind
 
 
-def broken_said(against: int = 0, attempts: int = 0) -> str:
+def rules_broken_said(against: int = 0, attempts: int = 0) -> str:
     """How many attempts broke the rules of the box; empty if none did."""
     return f"{against} of {attempts} attempts broke the rules of the box." if against else ""
 

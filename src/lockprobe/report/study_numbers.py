@@ -13,7 +13,7 @@ import numpy as np
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose import broken_said
+from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rows import Curve, Estimate, Row
 from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
@@ -267,7 +267,7 @@ class StudyNumbers:
     @cached_property
     def broken_rules_said(self) -> str:
         """The same of all trials, in few words; empty if none did."""
-        return broken_said(*map(sum, zip(*self.broken_rules.values(), strict=True)))
+        return rules_broken_said(*map(sum, zip(*self.broken_rules.values(), strict=True)))
 
     @cached_property
     def decisions(self) -> Mapping[str, tuple[Answer, ...]]:

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import NONE, change, minus, p_cell, p_value, percent, points
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import TextTable
-from lockprobe.report.prose import broken_said
+from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row, clearness
 from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, measured
@@ -48,7 +48,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     parents = {trial.key: trial for trial in opened.trials}
     rows = fork_rows(branch_effects(opened.forks, parents, chances=opened.choices), numbers.study)
     yield from rows
-    if rows and (rules := broken_said(*numbers.rules.broken(opened.forks))):
+    if rows and (rules := rules_broken_said(*numbers.rules.broken(opened.forks))):
         yield Finding(section="forks", kind="rules", text=rules)
 
 
