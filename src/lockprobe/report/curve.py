@@ -176,26 +176,28 @@ def marker(x: float, y: float, shape: int, kind: str) -> Any:
 
 
 def _names(courses: Sequence[Course], place: _Place, *, wide: bool) -> Iterator[Any]:
-    last = [course.played[-1].value("success") or 0.0 for course in courses]
+    ends = [course.played[-1] for course in courses]
+    last = [cell.value("success") or 0.0 for cell in ends]
+    at = ["" if cell.dose == place.doses[-1] else f" at {cell.dose:g}" for cell in ends]
     most = 2 * _LONG - 8 if wide else _LONG + 8
     names = [name if len(name) <= most else f"{name[:most]}…" for name in map(_name, courses)]
-    ends = [f"{name} {100 * share:.0f} %" for name, share in zip(names, last, strict=True)]
+    told = [f"{name} {100 * share:.0f} %{dose}" for name, share, dose in zip(names, last, at, strict=True)]
     if not wide:
-        for i, said in enumerate(ends):
+        for i, said in enumerate(told):
             yield marker(24, _APART * i + 12, i, "false") + _text(40, _APART * i + 17, said, "n2", "start")
         return
-    broken = [[said] if len(said) <= _LONG else _in_two(name, said) for name, said in zip(names, ends, strict=True)]
+    broken = [[said] if len(said) <= _LONG else _in_two(name, said) for name, said in zip(names, told, strict=True)]
     apart = _APART + _LINE * (max(map(len, broken)) - 1)
     heights = placed([place.y(share) for share in last], place.top, place.bottom, apart)
     edge = place.right + _at(len(courses) - 1, len(courses)) + 10
-    for share, lines, height in zip(last, broken, heights, strict=True):
-        from_y = place.y(share)
+    for i, (share, lines, height) in enumerate(zip(last, broken, heights, strict=True)):
+        from_y, from_x = place.y(share), place.x(ends[i].dose or 0.0) + _at(i, len(courses)) + 10 if at[i] else edge
         if abs(height - from_y) > 1 or len(courses) > 1:
             yield Markup('<path class="lead" d="M{:.1f} {:.1f}L{:.1f} {:.1f}H{:.1f}"/>').format(
-                edge, from_y, edge + 16, height, edge + 24
+                from_x, from_y, edge + 16, height, edge + 24
             )
-        for i, line in enumerate(lines):
-            yield _text(edge + 30, height + 5 + (i - (len(lines) - 1) / 2) * _LINE, line, "n2", "start")
+        for row, line in enumerate(lines):
+            yield _text(edge + 30, height + 5 + (row - (len(lines) - 1) / 2) * _LINE, line, "n2", "start")
 
 
 def _in_two(name: str, said: str) -> list[str]:

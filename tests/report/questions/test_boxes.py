@@ -41,7 +41,7 @@ def test_each_box_has_its_share_and_its_change_and_the_change_over_boxes_is_thei
 
 def test_the_page_says_of_what_its_intervals_are(six, tmp_path):
     assert "boxes like these 6, and those of single shares for these 6" in str(Page(found=six).text())
-    assert "differs between boxes" in part(Page(found=six).text(), "boxes")
+    assert "o difference of the effect between boxes was detected" in part(Page(found=six).text(), "boxes")
     three = played(tmp_path, "chain-4,fork,reset", strategy_trials=6)
     said = "Intervals are for more trials on these three boxes. Three are too few to speak of boxes like these."
     assert boxes_said(three) == said

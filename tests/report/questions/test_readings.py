@@ -71,7 +71,8 @@ def test_no_feedback_is_what_false_reports_are_compared_with_too(found):
 def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     (part,) = SECTIONS[0].show(found)
     said = " ".join(block.text for block in part.blocks if hasattr(block, "text"))
-    assert "the reported outcome is inverted; a false position is corrected when another joint is attempted" in said
+    inverted = "The reported outcome is inverted; a false position is corrected when another joint is attempted."
+    assert part.answer.startswith(inverted)
     assert "The paper does not say which of these false reports it has" in said
     assert f"Trials that {AGENT} solved, against no feedback at all: more with flip rate 0.6 (" in said
     assert f"False reports that stay lower the success of {AGENT}" in said or "No effect of false reports that" in said

@@ -15,7 +15,7 @@ from lockprobe.foundation.formatting import (
     NONE,
     capital,
     change,
-    count,
+    first_three,
     minus,
     p_cell,
     p_value,
@@ -305,16 +305,12 @@ def _show(found: Results) -> Iterator[Part]:
     if said:
         answer = said.pop(0)
     else:
-        moved = [pair for pair in pairs if (CHANGE, _ANY) in pair.rows]
-        under = [pair.rows[SUCCESS, name].detected for pair in pairs for name in pair.others]
-        counts = [
-            f"{sum(row.detected for row in rows)} in {what}"
-            for quantity, what in ((SUCCESS, "success"), (STEPS, "steps"))
-            if (rows := [pair.rows[quantity, ""] for pair in pairs if (quantity, "") in pair.rows])
-        ]
-        counts += [f"{sum(pair.noise_counts for pair in moved)} in what false reports do"] * bool(moved)
-        counts += [f"{sum(under)} of {len(under)} under other conditions"] * bool(under)
-        answer = f"Differences detected in {count(len(pairs), 'pair')}: {', '.join(counts)}."
+        places = _places(found)
+        clear = [(pair, row) for pair, place in places if (row := pair.rows[SUCCESS, place]).detected]
+        better = [(pair.one, pair.other)[:: 1 if (row.value or 0.0) > 0 else -1] for pair, row in clear]
+        solved = [f"{one.name} {one.form('solves', 'solve')} more than {other.name}" for one, other in better]
+        rest = f"no difference in success was detected in {len(places) - len(clear)} of {len(places)} comparisons"
+        answer = f"{first_three(solved)}; {rest}." if solved else f"{capital(rest)}."
     people = (
         " Beside people: Student's t with a variance clustered by person and block; under one condition whole people "
         "are permuted."

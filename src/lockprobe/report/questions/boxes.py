@@ -92,14 +92,11 @@ def _of(found: Results, line: Line, of: str) -> Estimate | None:
     return found.get("success_difference", agent=line.agent, condition=condition, control=control, axis="", of=of)
 
 
-def _said(found: Results) -> str:
-    """Whether the effect on each agent differs between boxes."""
+def differ_said(found: Results) -> str:
+    """On which agents the effect differs between boxes; empty if on none that is shown."""
     tested = {line.label: row for line in _lines(found) if (row := _of(found, line, _BETWEEN))}
     differ = [label for label, row in tested.items() if (row.p_value or 0.0) < 0.05]
-    rest = [label for label in tested if label not in differ]
-    said = [f"the effect on {listed(differ, named=3)} differs between boxes"] if differ else []
-    said += [f"that the effect on {listed(rest, named=3)} differs between boxes was not detected"] if rest else []
-    return f"{capital('; '.join(said))}." if said else boxes_said(found)
+    return f"The effect on {listed(differ, named=3)} differs between boxes." if differ else ""
 
 
 def _changes(found: Results) -> Iterator[tuple[Line, str, Estimate | None]]:
@@ -148,7 +145,8 @@ def _show(found: Results) -> Iterator[Part]:
     )
     blocks: list[Block] = [Listed(more)] if more else []
     blocks += [_TABLE, note] if _lines(found) else []
-    yield Part("Does it hold on every box?", _said(found), blocks)
+    no = "No difference of the effect between boxes was detected." if _lines(found) else boxes_said(found)
+    yield Part("Does it hold on every box?", differ_said(found) or no, blocks)
 
 
 SECTIONS = (Section(name="boxes", title="Boxes", rows=_rows, show=_show, tables=(_TABLE,)),)

@@ -25,6 +25,7 @@ from lockprobe.report.prose import false_reports
 from lockprobe.report.rows import Cell, Course, Estimate, Fact, Results, clearness
 from lockprobe.report.section import Cells, Listed, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics import published
 from lockprobe.statistics.conditions.factors import READING_FACTORS
 from lockprobe.statistics.conditions.modalities import by_fidelity, spoken
@@ -214,7 +215,8 @@ def _rise_to_peak(course: Course) -> tuple[int, float | None]:
 def _peak(course: Course) -> Judged:
     """Success rises to 0.4 by as much as in the paper, and is nowhere shown to be higher."""
     peak, shares, rise = _to_peak(course, "success")
-    here = f"from 0 to 0.4 {_in_points(rise)}"
+    tested = next((row for cell, row in course.changes() if cell == peak), None)  # in pairs, as the page has it
+    here = f"from 0 to 0.4 {points_cell(tested)} points" if tested else f"from 0 to 0.4 {_in_points(rise)}"
     if _differ(peak, course.played, "success", 1):
         return Judged(here, "not compatible", "Fisher, against every flip rate (Holm): higher at another")
     sign, p = _rise_to_peak(course)

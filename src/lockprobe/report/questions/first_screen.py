@@ -19,7 +19,7 @@ from lockprobe.report.format import DETECTED
 from lockprobe.report.panel import panel_figure
 from lockprobe.report.prose import at_dose, cause
 from lockprobe.report.questions import why
-from lockprobe.report.questions.boxes import boxes_said
+from lockprobe.report.questions.boxes import boxes_said, differ_said
 from lockprobe.report.questions.conditions import EFFECTS
 from lockprobe.report.questions.contrasts import CONTRASTS
 from lockprobe.report.questions.factors import FACTORIAL, factors_said
@@ -41,6 +41,9 @@ from lockprobe.trial.plant_change import PLANT
 _WHO, _WHO_MOST = "who was studied", 8
 """What the facts of agents are about, and how many are introduced at the top; of more there is only the list."""
 
+_FEW = 3
+"""The most agents of which it is said under what they chose alike."""
+
 _MODEL = ("served", "model", "temperature", "host")
 """Facts of a model that introduce it."""
 
@@ -50,7 +53,7 @@ _CHANGED = {"told": "is told", "asked": "is asked", "remembered": "remembers", "
 _NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
 
-_CHANGES, _MOST = (CONTRASTS, why.TABLE, FACTORIAL, EFFECTS), 12
+_CHANGES, _MOST = (CONTRASTS, why.TABLE, FACTORIAL, EFFECTS), 20
 """Tables of changes that the first screen shows in place of a curve, the first that has rows, and the most rows of one.
 Of more it shows what was detected, and says so. The last stands beside no list of many agents, who have it there."""
 
@@ -154,7 +157,7 @@ def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
         said = f"{capital(rate)} no report was false" if rate else f"{condition} changed nothing"
         yield f"{said}{who} (0 of {sum(agents.values())} steps), so nothing is concluded from it."
     known = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
-    alone = len(numbers.subjects) == 1 and not numbers.study.of_flips
+    alone = len(numbers.subjects) <= _FEW and not numbers.study.of_flips
     alike = [
         (cell, changed)
         for cell in (own if alone else ())
@@ -239,13 +242,13 @@ def _show(found: Results) -> Iterator[Part]:
     listing = answer_list(found)
     drawn = [] if found.where("false_report_effect") or found.design.contrasts else drawable(found)
     tested = [line.change for line in listing.lines if line.change]
-    who = {agent: what for agent, what in found.facts_about(_WHO).items() if what and agent in found.subjects}
+    who = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
     panel, panel_says = panel_figure(found.boxes[0]) if len(found.boxes) == 1 else ("", "")
     from lockprobe.report.questions import all_sections
 
     known: dict[str, Figure] = {one.name: one for of in all_sections() for one in of.figures}
     figures = [known[name] for name in _FIGURES if name in known and known[name].applies(found)]
-    said |= {"boxes": boxes_said(found)} if len(found.boxes) > 1 else {}
+    said |= {"boxes": f"{differ_said(found)} {boxes_said(found)}".strip()} if len(found.boxes) > 1 else {}
     values = {
         "said": said,
         "notes": [said[kind] for kind in _NOTES if kind in said and said[kind] not in found.answer],

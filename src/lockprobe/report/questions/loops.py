@@ -99,9 +99,9 @@ def _said(found: Results) -> Iterator[str]:
     """Loop rates at the lowest flip rate beside chance, and whether first loops come later at higher ones."""
     lowest = [(course, course.played[0]) for course in played_subjects(found)]
     rates = [
-        f"{course.label} {percent(cell.value('loop_rate'))} ({than}by chance {chance_cell(cell)})"
+        f"{course.label} {percent(cell.value('loop_rate'))} ({than} {chance_cell(cell)} by chance)"
         for course, cell in lowest
-        for than in [_THAN.get(_compared(cell), "")]
+        for than in [_THAN[_compared(cell)]]
     ]
     over = [cell.value("loop_rate") or 0.0 for _, cell in lowest]
     said = ", ".join(rates) if len(rates) <= MOST_NAMED else f"{range_of(min(over), max(over))} for {len(over)} agents"
@@ -116,7 +116,7 @@ def _said(found: Results) -> Iterator[str]:
         yield f"First loops at higher flip rates: {first_three(changes, '; ')}."
 
 
-_THAN = {"more": "more than ", "less": "less than "}
+_THAN = {"more": "more than the", "less": "less than the", "no difference detected": "not told from the", "": "beside"}
 
 
 def _compared(cell: Cell) -> str:

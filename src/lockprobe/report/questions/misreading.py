@@ -164,7 +164,7 @@ def _answer(found: Results, cells: list[Cell]) -> str:
     shares = sorted([(cell.value("misread") or 0.0, i) for i, cell in enumerate(cells)])
     (low, least), (high, most) = shares[0], shares[-1]
     if low == high:
-        return f"{percent(low)} of claims contradict the report."
+        return f"{percent(low)} of claims contradict the report." if low else "No claim contradicts the report."
     words = condition_words(found)
     first, last = (f"{cells[i].label}, {words[cells[i].condition]}" for i in (least, most))
     return f"From {percent(low)} ({first}) to {percent(high)} ({last}) of claims contradict the report."

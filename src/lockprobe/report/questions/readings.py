@@ -22,7 +22,7 @@ from lockprobe.report.prose import (
     inverted,
     reading_name,
 )
-from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said
+from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table
 from lockprobe.report.rows import Course, Estimate, Finding, Results, Row
 from lockprobe.report.rows.primary import dose_lines
 from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table, Text
@@ -92,23 +92,18 @@ def _against_none_said(found: Results) -> Iterator[str]:
 
 
 def _answer(found: Results) -> str:
-    """The largest difference between readings that was detected, or how many were."""
-    rows, kind = _compared(found), found.design.flip_kind
-    if not rows:
-        alone = {options for _, options in found.readings}
-        positions = kind != "outcomes without positions"
-        return f"{capital(reading_name(alone.pop())) if positions else 'Outcome inverted'}." if len(alone) == 1 else ""
-    detected = [row for row in rows if row.detected and row.agent in found.subjects]
+    """What it is, and the largest difference between readings that was detected."""
+    what = capital(" ".join(found.said(_NAME, "what")).removeprefix("The flip rate is the probability that "))
+    detected = [row for row in _compared(found) if row.detected and row.agent in found.subjects]
     if not detected:
-        said = detected_said(rows, "differences between readings")
-        return f"{said} detected." * bool(said)
+        return what
     largest = max(detected, key=lambda row: abs(row.value or 0.0))
     rate = next(one.doses.get("flip.p", 0.0) for one in found.design.conditions if one.name == largest.condition)
     kept, fresh = (_words(found, name) for name in (largest.condition, largest.control))
     fresh += " that are corrected" * (kept == f"{fresh} that stay")
     more = "more" if (largest.value or 0.0) > 0 else "fewer"
-    said = f"at a flip rate of {rate:g} {Subject.of(largest.agent).name} solved {more} trials with {kept} than with "
-    return capital(f"{said}{fresh} ({points_cell(largest)} points).")
+    said = f"At a flip rate of {rate:g} {Subject.of(largest.agent).name} solved {more} trials with {kept} than with "
+    return f"{what} {said}{fresh} ({points_cell(largest)} points)."
 
 
 def _words(found: Results, condition: str) -> str:
@@ -220,7 +215,7 @@ def _show(found: Results) -> Iterator[Part]:
     if what:
         others = [one for one, options in found.readings if options] * (len(found.readings) > 1)
         effects = [headline(dose_lines(found, one), cause(one.axis)) for one in others]
-        said = [*what, *[BOTH_FIT] * compared, *effects, *found.said(_NAME, "untested"), *_against_none_said(found)]
+        said = [*[BOTH_FIT] * compared, *effects, *found.said(_NAME, "untested"), *_against_none_said(found)]
         blocks: list[Block] = [Text(one) for one in said if one]
         blocks += (
             [_FIGURE] * (len(found.readings) > 1)

@@ -143,7 +143,11 @@ def _show_agents(found: Results) -> Iterator[Part]:
         "tidied": list(grouped(tidied, lambda row: row.agent).values()),
         "plants": [found.facts_about(plant) for plant in plants],
     }
-    yield Part("Agents and box", "All that is on record.", [Template("agents", dict[str, object](values))])
+    yield Part(
+        "Agents and box",
+        "What agents and plant say of themselves, and what frees each joint.",
+        [Template("agents", dict[str, object](values))],
+    )
 
 
 SECTIONS = (
