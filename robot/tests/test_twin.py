@@ -48,7 +48,7 @@ def solution():
         times.append(data.time)
         for contact in data.contact:
             names = [model.body(model.geom_bodyid[geom]).name for geom in (contact.geom1, contact.geom2)]
-            if any(name.startswith(("link", "hand", "finger")) for name in names):
+            if any(name.startswith(("link", "hand", "plate")) for name in names):
                 touching.add(tuple(sorted(name.rstrip("0123456789") for name in names)))
                 deepest.append(-contact.dist)
 
@@ -78,7 +78,8 @@ def test_with_an_ideal_mechanism_attempts_are_as_the_rules_have_them():
 
 def test_what_a_locked_joint_feels_like_is_not_what_a_free_one_does(solution):
     blocked, moved = (snapshot.sensed for snapshot in solution.snapshots[:2])
-    assert blocked["peak_force"] > 10 > moved["peak_force"]
+    assert moved["peak_force"] < 5
+    assert 10 < blocked["peak_force"] < 12
     assert blocked["progress"] < 0.5
     assert moved["progress"] >= 1
 
@@ -214,6 +215,6 @@ def test_a_film_has_25_pictures_in_a_simulated_second_and_changes_nothing(soluti
     assert len(times) == pytest.approx(25 * solution.plant.data.time, abs=2)
 
 
-def test_only_fingers_touch_and_only_the_handle_and_nothing_goes_into_anything(solution):
-    assert solution.touching == {("finger-", "part-")}
+def test_only_the_ring_touches_and_only_the_handle_and_nothing_goes_into_anything(solution):
+    assert solution.touching == {("part-", "plate")}
     assert max(solution.deepest) < 0.0015

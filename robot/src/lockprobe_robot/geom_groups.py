@@ -9,7 +9,7 @@ PANEL = 1
 """Board, knobs, bars, levers and ground."""
 
 ARM = 2
-"""Links and fingers: they touch the panel, never each other."""
+"""Links and hand: they touch the panel, never each other."""
 
 HIDDEN = 4
 """Group of geoms and sites that cameras do not show."""

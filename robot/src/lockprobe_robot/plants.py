@@ -41,7 +41,7 @@ def fast_twin(spec: Spec) -> PlantSource:
 
 
 def twin(spec: Spec) -> PlantSource:
-    """The same with a robot arm, a soft hand and a force sensor.
+    """The same with a robot arm, a hand and a force sensor.
 
     Options: mechanism, tilt, looks, friction, width, height, depth_noise, pose_error, force_noise.
     Harder pictures: discs, board, labels, handle_colours, clutter, view_jitter, view_turn. Single

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from lockprobe_robot.geom_groups import HIDDEN, PANEL
 from lockprobe_robot.scene.appearance import HandleShape, appearance_of
-from lockprobe_robot.scene.mounted_joint import KNOB_RADIUS, KNOB_TOP
+from lockprobe_robot.scene.mounted_joint import ALUMINIUM, KNOB_RADIUS, KNOB_TOP
 from lockprobe_robot.scene.scene import EYE, TIMESTEP, add_handle, build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 from scene.scenes import mechanism_of, scene_of
@@ -108,7 +108,7 @@ def test_every_shape_is_the_same_to_the_touch_and_lies_within_it(shape):
     model = spec.compile()
     knob = model.geom("knob-3")
     assert knob.size[:2] == pytest.approx([KNOB_RADIUS, (KNOB_TOP - 0.002) / 2])
-    assert model.body_mass[1] == pytest.approx(0.03)
+    assert model.body_mass[1] == pytest.approx(np.pi * KNOB_RADIUS**2 * (KNOB_TOP - 0.002) * ALUMINIUM)
     assert [bool(bits) for bits in model.geom_contype] == [i == knob.id for i in range(model.ngeom)]
     assert model.site_pos[model.site("knob-3").id] == pytest.approx([0.02, 0, KNOB_TOP])
     seen = [i for i in range(model.ngeom) if model.geom_group[i] != HIDDEN]

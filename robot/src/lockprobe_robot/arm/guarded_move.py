@@ -1,8 +1,8 @@
 """The guarded move: an arm attempts a joint, measures forces and judges whether the joint moved (paper, Sec. 2.1).
 
-The hand moves above the handle, holds still to tare the force sensor, descends until it cages the handle, drags it
+The hand moves above the handle, holds still to tare the force sensor, descends until it holds the handle, drags it
 along its path while monitoring force and progress, rises and goes home. The same code moves a simulated arm, a real
-one, and a scripted one in tests. The sensor is tared before any contact. Otherwise the pressure of a handle on a finger
+one, and a scripted one in tests. The sensor is tared before any contact. Otherwise the pressure of a handle on the hand
 would count as zero, and all later forces would be too large.
 """
 
@@ -57,15 +57,20 @@ class GuardedMove:
         lift_ramp: Vertical acceleration, metres per second squared.
         settling: Time to come to rest above the handle, around it, and after release, seconds.
         taring: Averaging time of the sensor's zero, seconds.
-        drag: Speed along the path, metres per second.
-        ramp: Acceleration at the start of the drag, metres per second squared.
+        closing: Speed along the path until the hand feels the handle, metres per second. The arm is heavy: at the speed
+            of the drag it would hit a locked handle with 30 N.
+        touched: Force at which the hand feels the handle, newtons.
+        drag: Speed along the path from then on, metres per second. It falls from half of ``held_force`` on, so that a
+            pull ends where it is judged.
+        creep: Share of that speed that is left at ``held_force``.
+        ramp: Acceleration along the path, metres per second squared.
         overdrive: Distance that the target moves beyond the end of the path, metres.
         waiting: Time for the hand to catch up after the target stops, seconds.
         free_stiffness: Cartesian stiffness in free motion, newtons per metre.
         held_stiffness: Cartesian stiffness during the drag, newtons per metre.
         smoothing: Time constant of the low-pass filter on force, seconds.
         held_force: A handle counts as held if the force exceeds this, newtons,
-        held_pace: and the hand is slower than this share of the drag's speed,
+        held_pace: and the hand is slower than this share of what it is drawn at,
         held_for: both for this long, seconds.
         enough: Progress, [0, 1], above which the handle counts as moved whatever the force.
         landing_force: Force along the axis at which the descent is aborted, newtons.
@@ -76,7 +81,10 @@ class GuardedMove:
     lift_ramp: float = 2.0
     settling: float = 0.08
     taring: float = 0.06
+    closing: float = 0.03
+    touched: float = 1.0
     drag: float = 0.08
+    creep: float = 0.1
     ramp: float = 0.6
     overdrive: float = 0.006
     waiting: float = 0.3
@@ -140,10 +148,14 @@ class GuardedMove:
         origin = path.travelled(arm.position())
         end = path.length + self.overdrive
         drawn, speed, pace, felt, peak, held, waited = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        touched = False
         before = origin
         while True:
             point, direction = path.at(drawn)
-            speed = min(speed + self.ramp * arm.period, self.drag, (end - drawn) / arm.period)
+            touched = touched or felt > self.touched
+            eased = min(max(2 - 2 * felt / self.held_force, self.creep), 1.0)
+            most = self.drag * eased if touched else self.closing
+            speed = min(speed + self.ramp * arm.period, most, (end - drawn) / arm.period)
             arm.follow(point, speed * direction, stiffness=self.held_stiffness)
             drawn += speed * arm.period
             travelled = path.travelled(arm.position())
@@ -153,7 +165,7 @@ class GuardedMove:
             felt = self._smoothed(felt, float((zero - arm.force()) @ along), arm.period)
             if progress < self.enough:
                 peak = max(peak, felt)
-                held = held + arm.period if felt > self.held_force and pace < self.held_pace * self.drag else 0.0
+                held = held + arm.period if felt > self.held_force and pace < self.held_pace * speed else 0.0
                 if held >= self.held_for - 1e-9:
                     return "blocked", peak, progress
             if drawn >= end - 1e-9:

@@ -1,8 +1,8 @@
-"""A compliant hand that cages a knob between six soft fingers, mounted on a force-torque sensor.
+"""A hand for knobs: a ring on three struts, on a compliant plate, on a force-torque sensor.
 
-It approximates a soft hand: each finger is a capsule on two sprung hinges. The fingers lean outwards, so they still
-enclose a knob that is slightly off its believed position. The gap between fingers is narrower than a knob, so a knob
-escapes only by bending two fingers aside, which soft fingers allow.
+It is no model of the paper's soft RBO Hand 3. The ring goes down over a knob and drags it along; it is wider than the
+knob, so the knob may stand beside where the robot believes it. The plate yields sideways, as a remote centre compliance
+does: it softens the moment in which the ring meets a knob that is held. Its stiffness and its weight are chosen by eye.
 """
 
 from __future__ import annotations
@@ -13,37 +13,33 @@ import mujoco
 
 from lockprobe_robot.geom_groups import ARM, HIDDEN, PANEL
 
-FINGERS = 6
-
 TOOL = 0.108
-"""Distance from the flange to the middle of the cage, which holds the top of a knob, metres."""
+"""Distance from the flange to the point that holds the middle of a knob's top, metres."""
 
-REACH = 0.026
-"""Distance of the fingertips beyond that point, metres."""
+REACH = 0.02
+"""Distance of the ring beyond that point, metres: it holds a knob below its top."""
 
-HAND_RADIUS = 0.044
-"""Radius of the circle of the fingertips, metres."""
+RING, THICKNESS = 0.036, 0.005
+"""Radius of the ring, and of the rod that it is bent of, metres."""
 
-_ROOT = 0.05
-_ROOT_RING = 0.028
-_THICKNESS = 0.0065
-_TIP_RING = HAND_RADIUS - _THICKNESS
-_STIFFNESS = 100.0
-_DAMPING = 0.2
-_FRICTION = 0.3
-_ARMATURE = 2e-4
-_STOP = 0.5
+_SEGMENTS, _STRUTS = 16, 3
+_PLATE = 0.055
+"""Distance from the flange to the plate, metres."""
 
-_DARK = (0.16, 0.17, 0.19, 1.0)
-_RUBBER = (0.93, 0.45, 0.13, 1.0)
+_STIFFNESS, _DAMPING, _YIELDS = 6000.0, 40.0, 0.006
+"""Of the plate along x and y: newtons per metre, newtons per metre and second, and the most that it yields, metres."""
+
+_FRICTION = 0.15
+_DARK, _STEEL, _RUBBER = (0.13, 0.14, 0.16, 1.0), (0.75, 0.77, 0.80, 1.0), (0.96, 0.46, 0.10, 1.0)
+_TOUCHES = {"contype": ARM, "conaffinity": PANEL}
 
 
 def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody) -> None:
     """Mount the hand on the flange.
 
-    Sites: ``tool`` in the middle of the cage, z away from the arm, and ``wrench`` at the flange. Sensors: ``force`` and
-    ``torque`` between flange and hand, in the frame of ``wrench``. Joints: ``finger-0-bend`` (outwards) and
-    ``finger-0-splay`` (sideways) and so on.
+    Sites: ``tool`` where the middle of a knob's top is held, z away from the arm, and ``wrench`` at the flange. Sensors:
+    ``force`` and ``torque`` between flange and hand, in the frame of ``wrench``. Joints: ``hand-x`` and ``hand-y`` of
+    the plate.
 
     Args:
         spec: The scene; it is changed.
@@ -52,52 +48,55 @@ def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody) -> None:
     hand = flange.add_body(name="hand")
     for name, height in (("wrench", 0.0), ("tool", TOOL)):
         hand.add_site(name=name, pos=[0, 0, height], group=HIDDEN)
-    for start, end, radius, mass, colour in (
-        (0.0, 0.012, 0.038, 0.15, (0.72, 0.73, 0.75, 1.0)),
-        (0.012, 0.018, 0.036, 0.0, _DARK),
-        (0.018, _ROOT, 0.040, 0.35, _DARK),
-    ):
-        hand.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-            fromto=[0, 0, start, 0, 0, end],
-            size=[radius, 0, 0],
-            mass=mass,
-            rgba=colour,
-            contype=ARM,
-            conaffinity=PANEL,
-        )
     for kind, name in ((mujoco.mjtSensor.mjSENS_FORCE, "force"), (mujoco.mjtSensor.mjSENS_TORQUE, "torque")):
         spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrench")
-    for number in range(FINGERS):
-        _add_finger(spec, hand, number)
-
-
-def _add_finger(spec: mujoco.MjSpec, hand: mujoco.MjsBody, number: int) -> None:
-    angle = 2 * math.pi * number / FINGERS
-    out = (math.cos(angle), math.sin(angle))
-    finger = hand.add_body(name=f"finger-{number}", pos=[_ROOT_RING * out[0], _ROOT_RING * out[1], _ROOT])
-    stop = _STOP if not spec.compiler.degree else math.degrees(_STOP)
-    for name, axis in (("bend", (-out[1], out[0], 0.0)), ("splay", (out[0], out[1], 0.0))):
-        finger.add_joint(
-            name=f"finger-{number}-{name}",
-            type=mujoco.mjtJoint.mjJNT_HINGE,
+    for start, end, radius, mass, colour in (
+        (0.0, 0.010, 0.036, 0.15, _STEEL),
+        (0.010, 0.034, 0.040, 0.30, _DARK),
+        (0.034, _PLATE - 0.006, 0.030, 0.05, _STEEL),
+    ):
+        _rod(hand, (0, 0, start), (0, 0, end), radius, colour, mass=mass, shape=mujoco.mjtGeom.mjGEOM_CYLINDER)
+    plate = hand.add_body(name="plate", pos=[0, 0, _PLATE])
+    for name, axis in (("hand-x", (1, 0, 0)), ("hand-y", (0, 1, 0))):
+        plate.add_joint(
+            name=name,
+            type=mujoco.mjtJoint.mjJNT_SLIDE,
             axis=axis,
             stiffness=[_STIFFNESS, 0, 0],
             damping=[_DAMPING, 0, 0],
-            armature=_ARMATURE,
-            range=[-stop, stop],
+            range=[-_YIELDS, _YIELDS],
             limited=True,
         )
-    lean, length = _TIP_RING - _ROOT_RING, TOOL + REACH - _THICKNESS - _ROOT
-    finger.add_geom(
-        name=f"finger-{number}",
-        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
-        fromto=[0, 0, 0, lean * out[0], lean * out[1], length],
-        size=[_THICKNESS, 0, 0],
-        mass=0.015,
-        rgba=_RUBBER,
+    _rod(plate, (0, 0, -0.004), (0, 0, 0.004), 0.041, _DARK, mass=0.08, shape=mujoco.mjtGeom.mjGEOM_CYLINDER)
+    depth = TOOL + REACH - _PLATE
+    ring = [
+        (RING * math.cos(angle), RING * math.sin(angle), depth)
+        for angle in (2 * math.pi * number / _SEGMENTS for number in range(_SEGMENTS))
+    ]
+    for number, point in enumerate(ring):
+        _rod(plate, point, ring[number - 1], THICKNESS, _RUBBER, mass=0.04 / _SEGMENTS)
+    for number in range(_STRUTS):
+        x, y, _ = ring[number * _SEGMENTS // _STRUTS]
+        _rod(plate, (x, y, 0), (x, y, depth), 0.0042, _STEEL, mass=0.01)
+
+
+def _rod(
+    body: mujoco.MjsBody,
+    start: tuple[float, float, float],
+    end: tuple[float, float, float],
+    radius: float,
+    colour: tuple[float, float, float, float],
+    *,
+    mass: float,
+    shape: mujoco.mjtGeom = mujoco.mjtGeom.mjGEOM_CAPSULE,
+) -> None:
+    body.add_geom(
+        type=shape,
+        fromto=[*start, *end],
+        size=[radius, 0, 0],
+        mass=mass,
+        rgba=colour,
         friction=[_FRICTION, 0.005, 0.0001],
         priority=1,
-        contype=ARM,
-        conaffinity=PANEL,
+        **_TOUCHES,
     )

@@ -1,6 +1,6 @@
 """Inverse kinematics: joint angles that bring the tool to a position, by damped least squares.
 
-The rotation of the hand about its axis is free, because six fingers cage a round knob from any side.
+The rotation of the hand about its axis is free, because a ring holds a round knob from any side.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ import mujoco
 
 from lockprobe_robot.geom_groups import HIDDEN, NOTHING
 from lockprobe_robot.scene.gates import PIN_RADIUS, STROKE, Gate, GateLiteral, blocks_of, pin_of
-from lockprobe_robot.scene.mounted_joint import MountedJoint
+from lockprobe_robot.scene.mounted_joint import ALUMINIUM, MountedJoint
 from lockprobe_robot.scene.panel import PanelLayout
 
 FIRM_REFERENCE = (0.004, 1.0)
@@ -34,7 +34,7 @@ _FIRST = 0.014
 _CROSSBAR = 0.022
 _SPACING = 0.009
 _SPRING, _PRELOAD = 30.0, 1.0
-_BOLT_ARMATURE, _BOLT_DAMPING = 0.008, 1.5
+_BOLT_MASS, _BOLT_DAMPING = 0.02, 1.5
 _STEEL = (0.6, 0.62, 0.65, 1.0)
 
 
@@ -60,7 +60,7 @@ def add_gates(spec: mujoco.MjSpec, body: mujoco.MjsBody, panel: PanelLayout, gat
     for number, gate in enumerate(gates):
         mounted = panel.mounted_joints[gate.joint]
         bolt = _add_bolt(body, f"bolt-{number}", mounted, depth)
-        bolt.add_geom(name=f"pin-{number}", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PIN_RADIUS, 0, 0], **_PIECE)
+        bolt.add_geom(name=f"pin-{number}", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PIN_RADIUS, 0, 0], **_BOLT)
         _add_blocks(spec, number, gate.joint, mounted, depth, pitch)
         if len(gate.literals) == 1:
             _gear(spec, f"bolt-{number}", gate.literals[0], panel, STROKE)
@@ -70,7 +70,8 @@ def add_gates(spec: mujoco.MjSpec, body: mujoco.MjsBody, panel: PanelLayout, gat
         depth -= pitch
 
 
-_PIECE = {"mass": 0.005, "rgba": _STEEL, "group": HIDDEN, "contype": NOTHING, "conaffinity": NOTHING}
+_PIECE = {"rgba": _STEEL, "group": HIDDEN, "contype": NOTHING, "conaffinity": NOTHING}
+_BOLT = {"mass": _BOLT_MASS, **_PIECE}
 
 
 def _layers(gates: Sequence[Gate]) -> int:
@@ -92,7 +93,6 @@ def _add_bolt(
         name=name,
         type=mujoco.mjtJoint.mjJNT_SLIDE,
         axis=[ox, oy, 0],
-        armature=_BOLT_ARMATURE,
         damping=[_BOLT_DAMPING, 0, 0],
         solref_limit=FIRM_REFERENCE,
         solimp_limit=_YIELDING,
@@ -112,6 +112,7 @@ def _add_blocks(
             size=[*block.half, 0.4 * pitch],
             pos=[block.middle[0] - mounted.origin[0], block.middle[1] - mounted.origin[1], depth],
             quat=_turned(block.angle),
+            density=ALUMINIUM,
             **_PIECE,
         )
         _touching(spec, f"pin-{number}", name)
@@ -141,13 +142,14 @@ def _add_lifters(
         size=[half, 0.004, 0.003],
         pos=[-_CROSSBAR * ox, -_CROSSBAR * oy, depth - bolt.pos[2]],
         quat=_turned(math.atan2(-ox, oy)),
+        density=ALUMINIUM,
         **_PIECE,
     )
     for index, literal in enumerate(gate.literals):
         name = f"lifter-{number}-{index}"
         aside = (index - (len(gate.literals) - 1) / 2) * _SPACING
         lifter = _add_bolt(body, name, mounted, depth, back=_CROSSBAR + 0.004 + PIN_RADIUS + _GAP, aside=aside)
-        lifter.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PIN_RADIUS, 0, 0], **_PIECE)
+        lifter.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PIN_RADIUS, 0, 0], **_BOLT)
         _touching(spec, name, crossbar, _YIELDING)
         _gear(spec, name, literal, panel, LIFT)
 

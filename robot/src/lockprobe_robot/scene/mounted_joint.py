@@ -33,6 +33,9 @@ PIVOT_RADIUS = 0.0065
 BAR = (0.026, 0.019)
 """Half the sides of the bar under a slider's handle, along its travel and across, metres."""
 
+ALUMINIUM = 2700.0
+"""Density of what moves, kilograms per cubic metre: a joint weighs 0.15 to 0.3 kg and has no inertia but that."""
+
 TRACK_RADIUS = 0.007
 """Half the width of the track along which a handle travels, metres."""
 

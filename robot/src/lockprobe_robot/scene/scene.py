@@ -19,6 +19,7 @@ from lockprobe_robot.scene.bolts import FIRM, FIRM_REFERENCE, add_gates, case_de
 from lockprobe_robot.scene.clutter import add_clutter
 from lockprobe_robot.scene.gates import Gate, gates_of
 from lockprobe_robot.scene.mounted_joint import (
+    ALUMINIUM,
     BAR,
     KNOB_RADIUS,
     KNOB_TOP,
@@ -36,8 +37,8 @@ TIMESTEP = 0.002
 _HOLD = 2.5
 """Force with which the over-centre spring holds a handle at either end, newtons."""
 
-_FRICTION, _DAMPING, _MASS = 0.6, 15.0, 0.15
-"""At a handle: friction in newtons, damping in newtons per metre and second, apparent mass in kilograms."""
+_FRICTION, _DAMPING = 0.6, 15.0
+"""At a handle: friction in newtons, damping in newtons per metre and second; both, like the spring, chosen by eye."""
 
 _FACE = 0.002
 _TEXTURE = mujoco.mjtTextureRole.mjTEXROLE_RGB
@@ -174,7 +175,6 @@ def _add_joint(
         springref=mounted.travel / 2,
         damping=[_DAMPING * arm**2, 0, 0],
         frictionloss=_FRICTION * friction * arm,
-        armature=_MASS * arm**2,
         solref_limit=FIRM_REFERENCE,
         solimp_limit=FIRM,
     )
@@ -187,12 +187,12 @@ def _add_joint(
         pos=[*(knob / 2), 0.007],
         quat=[math.cos(mounted.direction / 2), 0, 0, math.sin(mounted.direction / 2)],
         rgba=[*appearance.bar, 1],
-        mass=0.02,
+        density=ALUMINIUM,
         **_TOUCHED,
     )
     if not slides:
-        _cylinder(part, np.zeros(2), 0.0165, 0.0, 0.013, appearance.bar, mass=0.002)
-        _cylinder(part, np.zeros(2), PIVOT_RADIUS, 0.0, 0.016, appearance.pivot, mass=0.002)
+        _cylinder(part, np.zeros(2), 0.0165, 0.0, 0.013, appearance.bar)
+        _cylinder(part, np.zeros(2), PIVOT_RADIUS, 0.0, 0.016, appearance.pivot)
 
 
 _AMBIENT, _HEADLIGHT = (0.32, 0.32, 0.33), (0.22, 0.22, 0.22)
@@ -259,7 +259,7 @@ def add_handle(part: mujoco.MjsBody, number: int, middle: NDArray[np.float64], a
         size=[KNOB_RADIUS, (KNOB_TOP - _BASE) / 2, 0],
         pos=[x, y, (KNOB_TOP + _BASE) / 2],
         rgba=[*appearance.knob, 1],
-        mass=0.03,
+        density=ALUMINIUM,
         group=0 if seen else HIDDEN,
         **_TOUCHED,
     )
@@ -301,14 +301,13 @@ def _cylinder(
     low: float,
     high: float,
     colour: Colour,
-    mass: float = 0.0,
 ) -> None:
     part.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=[radius, (high - low) / 2, 0],
         pos=[middle[0], middle[1], (low + high) / 2],
         rgba=[*colour, 1],
-        mass=mass,
+        mass=0,
         **_ONLY_SEEN,
     )
 
