@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from lockprobe_robot.filming import FILM_CAMERA, Filming, add_film_camera
+from lockprobe_robot.filming import BOARD, FILM_CAMERA, Filming, add_film_camera
 
 
 def falling():
@@ -28,12 +28,11 @@ def test_it_is_called_25_times_in_a_simulated_second():
     Filming(None, model, data)()
 
 
-def test_the_camera_stands_beside_the_base_and_looks_past_it_to_the_board():
+def test_the_camera_looks_at_the_board_from_the_side_of_the_arm_where_letters_are_upright():
     model, data = falling()
     mujoco.mj_forward(model, data)
     camera = data.camera(FILM_CAMERA)
-    assert camera.xpos == pytest.approx([1.25, 0.8, 1.15])
-    ahead = -camera.xmat.reshape(3, 3)[:, 2]
-    target = np.array([0.22, 0.0, 0.28])
-    assert np.cross(ahead, target - camera.xpos) == pytest.approx(0, abs=1e-9)
-    assert ahead @ (target - camera.xpos) > 0
+    right, up, back = camera.xmat.reshape(3, 3).T
+    assert np.cross(-back, BOARD - camera.xpos) == pytest.approx(0, abs=1e-9)
+    letters_up = np.array([1.0, 0.0, 0.35])
+    assert letters_up @ up > abs(letters_up @ right)

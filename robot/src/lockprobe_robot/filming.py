@@ -12,18 +12,21 @@ FILM_CAMERA = "oblique"
 _EVERY = 1 / 25
 """Seconds between two pictures."""
 
-_EYE, _TARGET = np.array([1.25, 0.80, 1.15]), np.array([0.22, 0.0, 0.28])
-"""Where the camera stands and what it looks at, metres from the base of the arm."""
+BOARD = np.array([0.42, 0.03, 0.16])
+"""What the camera looks at, metres from the base of the arm."""
+
+_EYE = np.array([-0.30, 0.60, 0.76])
+"""Where it stands: at the arm's left shoulder, so that letters on the board are upright."""
 
 
 def add_film_camera(spec: mujoco.MjSpec) -> None:
-    """Add the camera for films to a scene; it looks at board and arm from one side."""
-    back = (_EYE - _TARGET) / np.linalg.norm(_EYE - _TARGET)
+    """Add the camera for films to a scene; it looks at the board over the arm's shoulder."""
+    back = (_EYE - BOARD) / np.linalg.norm(_EYE - BOARD)
     right = np.cross([0, 0, 1], back)
     right /= np.linalg.norm(right)
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.array([right, np.cross(back, right), back]).T.ravel())
-    spec.worldbody.add_camera(name=FILM_CAMERA, pos=_EYE, quat=quaternion, fovy=42.0)
+    spec.worldbody.add_camera(name=FILM_CAMERA, pos=_EYE, quat=quaternion, fovy=33.0)
 
 
 class Filming:

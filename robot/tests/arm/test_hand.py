@@ -4,13 +4,14 @@ import mujoco
 import numpy as np
 import pytest
 from arm.slider_scene import slider
-from lockprobe_robot.arm.hand import RING, THICKNESS
+from lockprobe_robot.arm.hand import FLARE, RING, THICKNESS
 from lockprobe_robot.arm.panda import HOME
 from lockprobe_robot.scene.mounted_joint import KNOB_RADIUS
 
 
-def test_a_knob_may_stand_15_mm_beside_where_it_is_believed_to_be():
-    assert RING - THICKNESS - KNOB_RADIUS > 0.015
+def test_a_knob_fits_in_with_room_and_is_led_in_from_24_mm_beside_it():
+    assert RING - THICKNESS - KNOB_RADIUS >= 0.015
+    assert FLARE - 0.0035 > 0.024 + KNOB_RADIUS / 2  # the knob's top is round
 
 
 @pytest.mark.parametrize("push", [(7.0, 0.0, 0.0), (0.0, -4.0, 0.0), (2.0, 3.0, 5.0)])

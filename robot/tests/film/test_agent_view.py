@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lockprobe_robot.film.agent_view import film_seen
+from lockprobe_robot.film.caption import HEIGHT, WIDTH
 from painted import painted_twins
 from PIL import Image
 
@@ -17,7 +18,7 @@ from lockprobe.testing import ScriptedAgent
 def trial(monkeypatch, tmp_path):
     painted_twins(monkeypatch)
     return run_trial(
-        agent=ScriptedAgent(joints=(3, 2, 1, 0)), plant="fast-twin?width=240&height=180", modality="rgbd", shuffle="never",
+        agent=ScriptedAgent(joints=(3, 2, 1, 0)), plant="fast-twin?width=320&height=240", modality="rgbd", shuffle="never",
         pictures=tmp_path / "pictures",
     )  # fmt: skip
 
@@ -27,14 +28,12 @@ def test_it_shows_every_picture_that_was_shown_beside_its_depth(trial, tmp_path)
     shown = [np.asarray(Image.open(one)) for one in sorted(film.path.iterdir())]
     assert trial.solved
     assert len(shown) == film.pictures == 5
-    assert {one.shape for one in shown} == {(180 + 72, 480, 3)}
+    assert {one.shape for one in shown} == {(240 + HEIGHT, WIDTH, 3)}
     names = [trial.opening_pictures, *(step.pictures for step in trial.steps)]
     for one, kinds in zip(shown, names, strict=True):
         colours = np.asarray(Image.open(tmp_path / "pictures" / kinds["rgb"]))
-        assert (one[:180, :240] == colours).all()
-        assert (
-            one[:180, 240:480] == np.asarray(Image.open(tmp_path / "pictures" / kinds["depth"]).convert("RGB"))
-        ).all()
+        assert (one[:240, :320] == colours).all()
+        assert (one[:240, 320:] == np.asarray(Image.open(tmp_path / "pictures" / kinds["depth"]).convert("RGB"))).all()
 
 
 def test_what_is_not_there_is_said_in_one_line(trial, tmp_path):

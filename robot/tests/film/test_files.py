@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -25,7 +26,6 @@ def shot(path, seconds=(0.4, 1.2, 0.08)):
     for row, lasting in enumerate(seconds):
         film.add(picture(10 * row), lasting)
     film.close()
-    film.drop()
     return path
 
 
@@ -87,21 +87,40 @@ def test_a_directory_gets_every_picture(tmp_path):
         open_film(tmp_path / "frames")
 
 
-@pytest.mark.parametrize("name", ["a.gif", "a.mp4"])
-def test_what_is_not_finished_leaves_nothing(tmp_path, name):
-    film = open_film(tmp_path / name)
-    film.add(picture(0), 0.4)
-    film.drop()
+@pytest.mark.parametrize("name", ["a.gif", "a.mp4", "pictures"])
+def test_a_film_is_there_from_its_first_picture_on_and_without_one_there_is_none(tmp_path, name):
+    open_film(tmp_path / name).close()
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", ["a.gif", "a.mp4"])
-def test_what_is_written_beside_a_film_leaves_its_draft_alone(tmp_path, name):
     film = open_film(tmp_path / name)
     film.add(picture(0), 0.4)
     write_file(tmp_path / "beside.csv", "")
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([name, "beside.csv"])
     film.close()
-    assert sorted(path.name for path in tmp_path.iterdir()) == [name, "beside.csv"]
+    film.close()
+
+
+def test_a_film_whose_process_is_killed_plays_up_to_there(tmp_path):
+    code = f"""
+import os, signal, sys
+import numpy as np
+from lockprobe_robot.film.files import open_film
+for name in ("a.gif", "a.mp4"):
+    film = open_film(__import__("pathlib").Path({str(tmp_path)!r}, name))
+    for shade in range(60):
+        painted = np.full((48, 64, 3), 128, np.uint8)
+        painted[shade % 48] = (190, 30, 30)
+        film.add(painted, 0.08)
+    keep = globals().setdefault("keep", []) + [film]
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+    assert subprocess.run([sys.executable, "-c", code]).returncode == -9
+    with Image.open(tmp_path / "a.gif") as gif:
+        assert gif.n_frames >= 59
+        gif.seek(58)
+        assert gif.convert("RGB").getpixel((3, 58 % 48)) == (190, 30, 30)
+    import imageio_ffmpeg
+
+    assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "a.mp4"))[0] >= 25
 
 
 def test_what_cannot_be_written_is_refused_before_anything_is_played(tmp_path, monkeypatch):

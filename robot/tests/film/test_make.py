@@ -13,8 +13,16 @@ from mjcf_models import OWN
     [
         ("twin", "twin", ""),
         ("fast-twin", "fast-twin", ""),
-        ("symbolic", "fast-twin", "The trial was played without physics; the film shows a fast-twin of the same box."),
-        ("python:a:B", "fast-twin", "python:a:B has no film; the film shows a fast-twin of the same box."),
+        (
+            "symbolic",
+            "twin",
+            "The trial was played without physics; the film shows an arm at work on a twin.",
+        ),
+        (
+            "python:a:B",
+            "fast-twin",
+            "python:a:B has no film; the film shows a force, as the arm does not reach all handles, at work on a twin.",
+        ),
         (f"twin?model={OWN}", None, make._NO_MOTION),
         (f"twin?force=20&model={OWN}", None, make._NO_MOTION),
     ],

@@ -28,7 +28,7 @@ def pixel(panel, point):
 
 def test_the_way_is_dark_and_its_ends_are_told_apart():
     panel = lay_out_panel(box("chain-4"))
-    board = paint_board(panel, tuple("ABCD"), PLAIN).astype(int).sum(2)
+    board = paint_board(panel, tuple("ABCD"), PLAIN, target=0).astype(int).sum(2)
     for mounted in panel.mounted_joints:
         assert board[pixel(panel, mounted.knob(0))] > 650
         assert board[pixel(panel, mounted.knob(0.5))] < 120
@@ -37,7 +37,9 @@ def test_the_way_is_dark_and_its_ends_are_told_apart():
 
 def test_without_discs_nothing_tells_one_end_of_a_way_from_the_other():
     panel = lay_out_panel(box("chain-4"))
-    usual, without = (paint_board(panel, tuple("ABCD"), look).astype(int) for look in (PLAIN, appearance(discs=False)))
+    usual, without = (
+        paint_board(panel, tuple("ABCD"), look, target=0).astype(int) for look in (PLAIN, appearance(discs=False))
+    )
     ends = [(mounted.knob(0), mounted.knob(1)) for mounted in panel.mounted_joints]
     for first, last in ends:
         assert (without[pixel(panel, first)] == without[pixel(panel, last)]).all()
@@ -50,16 +52,20 @@ def test_without_discs_nothing_tells_one_end_of_a_way_from_the_other():
 def test_a_bare_board_is_wood_with_labels_at_most():
     panel = lay_out_panel(box("chain-4"))
     labels = tuple("ABCD")
-    bare, blank = (paint_board(panel, labels, appearance(board="bare", labels=shown)) for shown in (True, False))
+    bare, blank = (
+        paint_board(panel, labels, appearance(board="bare", labels=shown), target=0) for shown in (True, False)
+    )
     plank = wood(blank.shape[:2], PLAIN.wood, PLAIN.grain)
     assert (blank == plank).all()
-    painted = paint_board(panel, labels, PLAIN) != paint_board(panel, labels, appearance(labels=False))
+    painted = paint_board(panel, labels, PLAIN, target=0) != paint_board(
+        panel, labels, appearance(labels=False), target=0
+    )
     assert ((bare != plank) == painted).all()
 
 
 def test_each_label_stands_at_its_place_and_nothing_else_differs():
     panel = lay_out_panel(box("chain-4"))
-    first, second = (paint_board(panel, labels, PLAIN) for labels in (tuple("ABCD"), tuple("ABXD")))
+    first, second = (paint_board(panel, labels, PLAIN, target=0) for labels in (tuple("ABCD"), tuple("ABXD")))
     rows, columns = np.nonzero((first != second).any(2))
     row, column = pixel(panel, panel.labels[2])
     reach = 0.62 * panel.letter * PIXELS_PER_METRE
@@ -68,9 +74,20 @@ def test_each_label_stands_at_its_place_and_nothing_else_differs():
     assert np.abs(columns - column).max() < reach
 
 
+def test_the_target_is_marked_at_its_label_and_nowhere_else():
+    panel, labels = lay_out_panel(box("chain-4")), tuple("ABCD")
+    first, second = (paint_board(panel, labels, PLAIN, target=target) for target in (0, 2))
+    rows, columns = np.nonzero((first != second).any(2))
+    places = np.array([pixel(panel, panel.labels[target]) for target in (0, 2)])
+    far = np.linalg.norm(np.stack([rows, columns], axis=1)[:, None] - places, axis=-1)
+    assert far.min(1).max() < 0.75 * panel.letter * PIXELS_PER_METRE
+    assert (far.argmin(1) == 0).any()
+    assert (far.argmin(1) == 1).any()
+
+
 def test_a_capital_is_as_high_as_the_panel_says():
     panel = lay_out_panel(box("chain-4"))
-    with_it, without = (paint_board(panel, (label, *"BCD"), PLAIN) for label in ("H", " "))
+    with_it, without = (paint_board(panel, (label, *"BCD"), PLAIN, target=3) for label in ("H", " "))
     inked = np.nonzero((with_it != without).any((1, 2)))[0]
     assert (inked[-1] - inked[0]) / PIXELS_PER_METRE == pytest.approx(panel.letter, rel=0.1)
 
@@ -85,4 +102,4 @@ def test_wood_has_its_colour_on_average_and_its_grain_by_seed():
 def test_without_pillow_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "PIL", None)
     with pytest.raises(Missing, match="pillow: pip install"):
-        paint_board(lay_out_panel(box("chain-2")), tuple("AB"), PLAIN)
+        paint_board(lay_out_panel(box("chain-2")), tuple("AB"), PLAIN, target=0)

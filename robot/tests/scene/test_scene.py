@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from lockprobe_robot.geom_groups import HIDDEN, PANEL
 from lockprobe_robot.scene.appearance import HandleShape, appearance_of
-from lockprobe_robot.scene.mounted_joint import ALUMINIUM, KNOB_RADIUS, KNOB_TOP
+from lockprobe_robot.scene.mounted_joint import KNOB_RADIUS, KNOB_TOP
 from lockprobe_robot.scene.scene import EYE, TIMESTEP, add_handle, build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 from scene.scenes import mechanism_of, scene_of
@@ -107,17 +107,18 @@ def test_every_shape_is_the_same_to_the_touch_and_lies_within_it(shape):
     add_handle(part, 3, np.array([0.02, 0.0]), replace(PLAIN, handle=shape))
     model = spec.compile()
     knob = model.geom("knob-3")
-    assert knob.size[:2] == pytest.approx([KNOB_RADIUS, (KNOB_TOP - 0.002) / 2])
-    assert model.body_mass[1] == pytest.approx(np.pi * KNOB_RADIUS**2 * (KNOB_TOP - 0.002) * ALUMINIUM)
+    assert knob.pos[2] + knob.size[1] + knob.size[0] == pytest.approx(KNOB_TOP)
+    assert knob.size[0] == KNOB_RADIUS
+    assert model.body_mass[1] == pytest.approx(0.105, abs=0.001)
     assert [bool(bits) for bits in model.geom_contype] == [i == knob.id for i in range(model.ngeom)]
     assert model.site_pos[model.site("knob-3").id] == pytest.approx([0.02, 0, KNOB_TOP])
     seen = [i for i in range(model.ngeom) if model.geom_group[i] != HIDDEN]
     assert (knob.id in seen) == (shape == "round")
-    ball, square = int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_BOX)
+    ball, square, capsule = (int(getattr(mujoco.mjtGeom, f"mjGEOM_{kind}")) for kind in ("SPHERE", "BOX", "CAPSULE"))
     reaches, tops = [], []
     for kind, size, place in zip(model.geom_type[seen], model.geom_size[seen], model.geom_pos[seen], strict=True):
         reaches.append(np.hypot(*size[:2]) if kind == square else size[0])
-        tops.append(place[2] + size[{ball: 0, square: 2}.get(int(kind), 1)])
+        tops.append(place[2] + size[{ball: 0, square: 2}.get(int(kind), 1)] + size[0] * (kind == capsule))
     assert max(reaches) == pytest.approx(KNOB_RADIUS)
     assert max(tops) == pytest.approx(KNOB_TOP)
 

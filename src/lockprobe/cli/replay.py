@@ -39,7 +39,7 @@ def replay(
     seen: Annotated[
         bool, typer.Option("--seen", help="Film the pictures that the agent saw, from the study's directory.")
     ] = False,
-    speed: Annotated[int, typer.Option(min=1, max=_FASTEST, help="Playback speed of a robot.")] = 1,
+    speed: Annotated[int, typer.Option(min=1, max=_FASTEST, help="Playback speed of a robot.")] = 4,
     json: options.AsJson = False,
 ) -> None:
     """Show a finished trial step by step, truth and report, or with --out as a film."""
@@ -58,7 +58,7 @@ def replay(
     try:
         film = make_film(directory, trial, out, seen=seen, speed=speed, tell=_Progress())
     except TrialFault as fault:
-        raise UserMistake(f"no film: the trial breaks when it is played again ({fault})") from None
+        raise UserMistake(f"the film ends where the trial breaks when it is played again ({fault})") from None
     if film.note:
         print(printable(film.note), file=sys.stderr)
     _announce(film, trial, json=json)

@@ -1,8 +1,9 @@
 """A hand for knobs: a ring on three struts, on a compliant plate, on a force-torque sensor.
 
-It is no model of the paper's soft RBO Hand 3. The ring goes down over a knob and drags it along; it is wider than the
-knob, so the knob may stand beside where the robot believes it. The plate yields sideways, as a remote centre compliance
-does: it softens the moment in which the ring meets a knob that is held. Its stiffness and its weight are chosen by eye.
+It is no model of the paper's soft RBO Hand 3. The ring goes down over a knob and drags it along. It is wider than the
+knob, and fins lead the knob in, so it may stand beside where the robot believes it. The plate yields sideways, as a
+remote centre compliance does: it softens the moment in which the ring meets a knob that is held. Its stiffness and its
+weight are chosen by eye.
 """
 
 from __future__ import annotations
@@ -16,17 +17,23 @@ from lockprobe_robot.geom_groups import ARM, HIDDEN, PANEL
 TOOL = 0.108
 """Distance from the flange to the point that holds the middle of a knob's top, metres."""
 
-REACH = 0.02
+REACH = 0.012
 """Distance of the ring beyond that point, metres: it holds a knob below its top."""
 
-RING, THICKNESS = 0.036, 0.005
+RING, THICKNESS = 0.034, 0.004
 """Radius of the ring, and of the rod that it is bent of, metres."""
+
+FLARE = 0.0405
+"""Radius at the lower ends of the fins, metres."""
+
+_FIN = 0.012
+"""How far the fins reach beyond the ring, metres."""
 
 _SEGMENTS, _STRUTS = 16, 3
 _PLATE = 0.055
 """Distance from the flange to the plate, metres."""
 
-_STIFFNESS, _DAMPING, _YIELDS = 6000.0, 40.0, 0.006
+_STIFFNESS, _DAMPING, _YIELDS = 3000.0, 30.0, 0.010
 """Of the plate along x and y: newtons per metre, newtons per metre and second, and the most that it yields, metres."""
 
 _FRICTION = 0.15
@@ -37,7 +44,7 @@ _TOUCHES = {"contype": ARM, "conaffinity": PANEL}
 def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody) -> None:
     """Mount the hand on the flange.
 
-    Sites: ``tool`` where the middle of a knob's top is held, z away from the arm, and ``wrench`` at the flange. Sensors:
+    Sites: ``tool`` where the middle of a knob's top is held, z away from the arm, ``wrench`` at the flange. Sensors:
     ``force`` and ``torque`` between flange and hand, in the frame of ``wrench``. Joints: ``hand-x`` and ``hand-y`` of
     the plate.
 
@@ -75,9 +82,11 @@ def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody) -> None:
     ]
     for number, point in enumerate(ring):
         _rod(plate, point, ring[number - 1], THICKNESS, _RUBBER, mass=0.04 / _SEGMENTS)
+        flare = FLARE / RING
+        _rod(plate, point, (flare * point[0], flare * point[1], depth + _FIN), 0.0035, _RUBBER, mass=0.001)
     for number in range(_STRUTS):
         x, y, _ = ring[number * _SEGMENTS // _STRUTS]
-        _rod(plate, (x, y, 0), (x, y, depth), 0.0042, _STEEL, mass=0.01)
+        _rod(plate, (x, y, 0), (x, y, depth), 0.004, _STEEL, mass=0.01)
 
 
 def _rod(

@@ -40,9 +40,8 @@ def film_seen(trial: Trial, directory: Path, path: Path) -> Film:
         file.add(captioned(_shown(directory, trial.opening_pictures), opening_lines(trial)), _SECONDS)
         for at, step in enumerate(trial.steps):
             file.add(captioned(_shown(directory, step.pictures), outcome_lines(trial, at)), _SECONDS)
-        file.close()
     finally:
-        file.drop()
+        file.close()
     return Film(path=path, pictures=1 + len(trial.steps), plant="", differs=None)
 
 

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
     from PIL.ImageFont import FreeTypeFont, ImageFont
 
-WIDTH = 480
+WIDTH = 640
 """Width of a film, pixels."""
 
-HEIGHT = 72
+HEIGHT = 90
 _PAPER, _INK, _FALSE = (250, 248, 242), (30, 30, 30), (190, 30, 30)
-_TEXT = 15
-_LINE = 22
+_TEXT = 20
+_LINE = 27
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,16 +48,10 @@ def opening_lines(trial: Trial) -> tuple[CaptionLine, ...]:
     )
 
 
-def step_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
-    """The caption before a step (from 0): the attempt."""
+def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
+    """The caption of a step, from 0: attempt, truth, report (of pictures if false), verdict and force, next claim."""
     step = trial.steps[at]
     label = trial.labels[trial.joints.index(step.joint)]
-    return (CaptionLine(f"Step {at + 1} of {trial.budget}: {label} ({step.joint})"),)
-
-
-def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
-    """The caption after a step: attempt, truth, report (pictures: if false), robot's verdict and force, next claim."""
-    step = trial.steps[at]
     truth = _word(step.moved)
     verdict = step.sensed.get("verdict")
     force = step.sensed.get("peak_force")
@@ -70,7 +64,7 @@ def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
     last = "solved" if step.moved and step.joint == trial.target else ""
     said = f"the agent then says {later}" if later in ("moved", "blocked") else last
     return (
-        *step_lines(trial, at),
+        CaptionLine(f"Step {at + 1} of {trial.budget}: {label} ({step.joint})"),
         CaptionLine(f"truth {truth}{told}{robot}", alarming=false),
         CaptionLine(said, alarming=later is not None and later != truth),
     )
@@ -97,9 +91,9 @@ def captioned(picture: NDArray[np.uint8], lines: Sequence[CaptionLine], corner: 
     whole.paste(image)
     draw = ImageDraw.Draw(whole)
     for i, line in enumerate(lines):
-        _write(draw, line, height + 4 + i * _LINE)
+        _write(draw, line, height + 5 + i * _LINE)
     if corner:
-        draw.text((WIDTH - 8, height + 4), corner, _INK, font=_font(), anchor="ra")
+        draw.text((WIDTH - 10, height + 5), corner, _INK, font=_font(), anchor="ra")
     return np.asarray(whole)
 
 
@@ -107,7 +101,7 @@ def _write(draw: ImageDraw, line: CaptionLine, top: int) -> None:
     font, text = _font(), line.text
     while draw.textlength(text, font=font) > WIDTH - 50:
         text = f"{text[:-4]}..."
-    draw.text((8, top), text, _FALSE if line.alarming else _INK, font=font)
+    draw.text((10, top), text, _FALSE if line.alarming else _INK, font=font)
 
 
 def _font() -> FreeTypeFont | ImageFont:

@@ -1,19 +1,20 @@
-"""Writes films picture by picture: GIF, MP4 or a directory of pictures."""
+"""Writes films picture by picture: GIF, MP4 or a directory of pictures. What is interrupted plays up to there."""
 
 from __future__ import annotations
 
 import importlib.util
-import zlib
-from collections.abc import Generator, Iterator
+import io
+import struct
+from collections.abc import Generator
 from itertools import islice, product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import IO, TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing
-from lockprobe.foundation.storage.atomic_file import NewDirectory, Replacement
+from lockprobe.foundation.storage.atomic_file import NewDirectory, Replacement, write_file
 from lockprobe.trial.pictures.png import to_png
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ _SAME = 255
 
 
 class FilmFile(Protocol):
-    """A film file that is being written."""
+    """A film file that is being written. It is there from the first picture on, in the place of an older one."""
 
     def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
         """Add a picture.
@@ -42,11 +43,7 @@ class FilmFile(Protocol):
         ...
 
     def close(self) -> None:
-        """Finish the file. The file appears only with this call."""
-        ...
-
-    def drop(self) -> None:
-        """Release everything and discard an unfinished file. Idempotent."""
+        """End the film. Without a picture there is none. Idempotent."""
         ...
 
 
@@ -73,59 +70,68 @@ def open_film(path: Path) -> FilmFile:
 
 
 class _Gif:
-    """Pictures with one palette, so that unchanged pixels cost nothing."""
+    """Pictures with one palette. Of each only what changed is written, as one more block at the end of the file."""
 
     def __init__(self, path: Path) -> None:
-        self._file = Replacement(path)
+        self._replacement = Replacement(path)
+        self._file: IO[bytes] | None = None
         self._colours: list[int] = []
         self._palette: Image | None = None
-        self._size = (0, 0)
-        self._frames: list[tuple[bytes, int]] = []
+        self._last: NDArray[np.uint8] | None = None
 
     def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
         from PIL import Image
 
         image = Image.fromarray(picture)
-        if self._palette is None:
-            self._colours, self._size = _colours(image), image.size
+        if self._file is None:
+            self._colours = _colours(image)
             self._palette = Image.new("P", (1, 1))
             self._palette.putpalette(self._colours)
+            self._replacement.create()
+            self._file = self._replacement.draft.open("r+b")
+            self._file.write(struct.pack("<6s2H3B", b"GIF89a", *image.size, 0xF7, 0, 0) + bytes(self._colours))
+            self._file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00")  # again and again
         few = np.asarray(image.quantize(palette=self._palette, dither=Image.Dither.NONE))
         few = np.where(few == _SAME, 0, few).astype(np.uint8)
-        self._frames.append((zlib.compress(few.tobytes(), 1), round(100 * seconds) * 10))
+        top, left, shown = 0, 0, few
+        if self._last is not None:
+            changed = few != self._last
+            rows, columns = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
+            if rows.size == 0:
+                rows = columns = np.array([0])
+            top, left = int(rows[0]), int(columns[0])
+            part = np.s_[top : rows[-1] + 1, left : columns[-1] + 1]
+            shown = np.where(changed[part], few[part], _SAME).astype(np.uint8)
+        self._last = few
+        height, width = shown.shape
+        self._file.write(struct.pack("<4BH2B", 0x21, 0xF9, 4, 0b101, round(100 * seconds), _SAME, 0))
+        self._file.write(struct.pack("<B4HB", 0x2C, left, top, width, height, 0) + self._packed(shown))
+        self._file.flush()
+        if self._replacement.draft.exists():
+            self._replacement.rename()
 
     def close(self) -> None:
-        if not self._frames:
-            return
-        frames = self._images()
-        self._file.create()
-        next(frames).save(
-            self._file.draft,
-            "GIF",
-            save_all=True,
-            append_images=frames,
-            palette=bytes(self._colours),
-            transparency=_SAME,
-            optimize=True,
-            disposal=1,
-            loop=0,
-        )
-        self._file.sync()
-        self._file.rename()
-        self._frames = []
+        if self._file is not None:
+            self._file.write(b";")
+            self._file.close()
+            self._file = None
+        self._replacement.drop()
 
-    def drop(self) -> None:
-        self._frames = []
-        self._file.drop()
-
-    def _images(self) -> Iterator[Image]:
+    def _packed(self, shown: NDArray[np.uint8]) -> bytes:
+        """The pixels as a GIF of one picture has them: what stands between its only image descriptor and its end."""
         from PIL import Image
 
-        for packed, milliseconds in self._frames:
-            image = Image.frombytes("P", self._size, zlib.decompress(packed))
-            image.putpalette(self._colours)
-            image.info["duration"] = milliseconds
-            yield image
+        image, whole = Image.fromarray(shown, "P"), io.BytesIO()
+        image.putpalette(self._colours)
+        image.save(whole, "GIF", optimize=False, interlace=0)
+        one = whole.getvalue()
+        at = 13 + 3 * 2 ** ((one[10] & 7) + 1)
+        while one[at] == 0x21:  # an extension: its blocks, each after its length
+            at += 2
+            while one[at]:
+                at += one[at] + 1
+            at += 1
+        return one[at + 10 : -1]
 
 
 def _colours(image: Image) -> list[int]:
@@ -144,7 +150,7 @@ class _Mp4:
             raise Missing(
                 "MP4 needs the package imageio-ffmpeg", "pip install 'lockprobe-robot[film]', or write a .gif"
             )
-        self._file = Replacement(path)
+        self._path, self._replacement = path, Replacement(path)
         self._pipe: Generator[None, Any, None] | None = None
         self._owed = 0.0
 
@@ -157,33 +163,34 @@ class _Mp4:
             self._owed -= 1
 
     def close(self) -> None:
-        if self._end_pipe():
-            self._file.sync()
-            self._file.rename()
-
-    def drop(self) -> None:
-        self._end_pipe()
-        self._file.drop()
-
-    def _end_pipe(self) -> bool:
         pipe, self._pipe = self._pipe, None
         if pipe is not None:
             pipe.close()
-        return pipe is not None
+        self._replacement.drop()
 
     def _open(self, width: int, height: int) -> Generator[None, Any, None]:
         import imageio_ffmpeg
 
-        self._file.create()
+        self._replacement.create()
+        self._replacement.rename()
         pipe: Generator[None, Any, None] = imageio_ffmpeg.write_frames(
-            str(self._file.draft),
+            str(self._path),
             (width, height),
             fps=RATES[".mp4"],
             codec="libx264",
             quality=None,
             macro_block_size=2,
             ffmpeg_log_level="error",
-            output_params=["-crf", "23", "-movflags", "+faststart"],
+            output_params=[
+                "-crf",
+                "20",
+                "-g",
+                "25",
+                "-movflags",
+                "frag_keyframe+empty_moov",
+                "-flush_packets",
+                "1",
+            ],  # plays while it grows
         )
         pipe.send(None)
         return pipe
@@ -196,18 +203,13 @@ class _Directory:
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             raise BadFile(path, "is there and not an empty directory; choose another")
         self._path = path
-        self._new: NewDirectory | None = None
         self._count = 0
 
     def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
-        self._new = self._new or NewDirectory(self._path)
+        if self._count == 0:
+            NewDirectory(self._path).commit()
         self._count += 1
-        (self._new.draft / f"{self._count:05}.png").write_bytes(to_png(picture))
+        write_file(self._path / f"{self._count:05}.png", to_png(picture))
 
     def close(self) -> None:
-        if self._new is not None:
-            self._new.commit()
-
-    def drop(self) -> None:
-        if self._new is not None:
-            self._new.drop()
+        pass

@@ -10,7 +10,7 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.studies.records.directory import read_study
 from lockprobe.trial.record import Trial
 from lockprobe_robot.film.agent_view import film_seen
-from lockprobe_robot.film.replay import STAND_IN, Film, film_trial, plan_of
+from lockprobe_robot.film.replay import STAND_IN, WITHOUT_ARM, Film, film_trial, plan_of
 
 _NO_MOTION = "A force pushed the model: the film shows it before and after each attempt."
 
@@ -39,7 +39,8 @@ def make_film(
     film = film_trial(trial, plan, path, speed=speed, tell=tell)
     if "model" in Spec.parse(film.plant, "plant").options:
         return replace(film, note=_NO_MOTION)
-    if film.plant != STAND_IN or plan.plant == STAND_IN:
+    if film.plant not in (STAND_IN, WITHOUT_ARM) or plan.plant == film.plant:
         return film
     why = "The trial was played without physics" if plan.plant == "symbolic" else f"{plan.plant} has no film"
-    return replace(film, note=f"{why}; the film shows a fast-twin of the same box.")
+    arm = "an arm" if film.plant == STAND_IN else "a force, as the arm does not reach all handles,"
+    return replace(film, note=f"{why}; the film shows {arm} at work on a twin.")

@@ -1,11 +1,12 @@
 """Makes a film of a trial: its recorded actions are played again with the same luck.
 
-The trial's plant is built again from its spec and its stream. A trial on the symbolic plant is played on a fast-twin of
-the same box. Each step is compared with the record.
+The trial's plant is built again from its spec and its stream. A trial on a plant without physics is played by the arm
+of a twin of the same box. Each step is compared with the record.
 """
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,29 +15,35 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.boxes.box import bits
+from lockprobe.boxes.box import Lockbox, bits
 from lockprobe.foundation.errors import BadFile, BadValue, TrialFault
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Plant
 from lockprobe.trial.record import Fact, Snapshot, Trial
-from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines, step_lines
+from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines
 from lockprobe_robot.film.files import RATES, FilmFile, open_film
-from lockprobe_robot.filming import FILM_CAMERA
+from lockprobe_robot.filming import BOARD, FILM_CAMERA
 
 if TYPE_CHECKING:
     from lockprobe_robot.rendering.opengl import OpenGL
 
-STAND_IN = "fast-twin"
-"""The plant on which trials of the symbolic plant are filmed."""
+STAND_IN, WITHOUT_ARM = "twin", "fast-twin"
+"""The plant on which a trial of a plant without a camera is filmed, and that of a box that the arm does not reach."""
 
 FASTEST = 16
 
 _HOOK_RATE = 25.0
 """Pictures per simulated second that a twin offers."""
 
-_HEIGHT = 360
+_HEIGHT = 420
+_LAMP = np.array([0.0, 1.0, 1.5])
+"""Where the lamp of a film is, metres: on the side of its camera, so that the arm is lit and shadows fall behind."""
+
+_SHADOWS = 2.5
+"""How far from it shadows are drawn, metres: farther, they are coarse."""
+
 _HOLD = 1.2
 """Seconds that an outcome stays on screen."""
 
@@ -75,7 +82,7 @@ def plan_of(study: Study, trial: Trial) -> Plan:
 
 
 def film_trial(
-    trial: Trial, plan: Plan, path: Path, *, speed: int = 1, tell: Callable[[str], None] = lambda said: None
+    trial: Trial, plan: Plan, path: Path, *, speed: int = 4, tell: Callable[[str], None] = lambda said: None
 ) -> Film:
     """Play a recorded trial again and film it.
 
@@ -94,18 +101,26 @@ def film_trial(
         raise BadValue("speed", speed, f"a whole number from 1 to {FASTEST}")
     source = resolve_plant(plan.plant)
     if source.picture_size is None and source.make_filmed is None:
-        source = resolve_plant(STAND_IN)
+        source = _stand_in(plan.box)
     source.check(plan.box)
     file = open_film(path)
     runs = source.make_filmed is not None
     recorder = _FilmRecorder(file, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
     try:
         differs = _play_again(trial, plan, source, recorder, tell)
-        file.close()
     finally:
         recorder.close()
-        file.drop()
+        file.close()
     return Film(path=path, pictures=recorder.pictures, plant=source.spec, differs=differs)
+
+
+def _stand_in(box: Lockbox) -> PlantSource:
+    source = resolve_plant(STAND_IN)
+    try:
+        source.check(box)
+    except BadValue:  # its handles are out of the arm's reach
+        return resolve_plant(WITHOUT_ARM)
+    return source
 
 
 def _play_again(
@@ -118,12 +133,12 @@ def _play_again(
         recorder.show(snapshot, opening_lines(trial), _HOLD)
         for at, step in enumerate(trial.steps):
             before = bits(snapshot.configuration)
-            recorder.begin(snapshot, step_lines(trial, at))
+            lines = outcome_lines(trial, at)
+            recorder.begin(snapshot, lines)
             snapshot = plant.attempt(trial.joints.index(step.joint))
-            recorder.show(snapshot, outcome_lines(trial, at), _HOLD)
+            recorder.show(snapshot, lines, _HOLD)
             differs = differs or _difference(trial, at, before, snapshot)
             tell(f"step {at + 1} of {len(trial.steps)}, {recorder.pictures} pictures")
-        recorder.end(snapshot)
     except TrialFault as fault:
         if trial.error is None or trial.error.boundary != fault.boundary:
             raise
@@ -164,24 +179,18 @@ class _FilmRecorder:
         self._file = file
         self._seconds = 1 / rate
         self._every = max(1, round(_HOOK_RATE * speed / rate))
-        self._corner = f"{speed}x" if speed > 1 else ""
+        self._corner = f"{speed}x" if speed > 1 and runs else ""
         self._calls = 0
-        self._lines: tuple[CaptionLine, ...] = ()
-        self._first: tuple[tuple[CaptionLine, ...], float] | None = None
+        self._lines: tuple[CaptionLine, ...] | None = None
         self._renderer: OpenGL | None = None
         self._running: tuple[Any, Any] | None = None
 
     def __call__(self, model: Any, data: Any) -> None:
-        """Take a picture of a running simulation; called 25 times per simulated second."""
-        self._calls += 1
-        if self._first is None and self._calls % self._every:
-            return
+        """Take a picture of a running simulation; called 25 times per simulated second, first when it is made."""
         self._running = model, data
-        picture = self._oblique()
-        if self._first is not None:
-            self._add(picture, *self._first)
-            self._first = None
-        self._add(picture, self._lines, self._seconds)
+        self._calls += 1
+        if self._lines is not None and self._calls % self._every == 0:
+            self._add(self._oblique(), self._lines, self._seconds)
 
     def begin(self, snapshot: Snapshot, lines: tuple[CaptionLine, ...]) -> None:
         """Set the caption of the next pictures; a plant that does not run is shown now."""
@@ -190,18 +199,11 @@ class _FilmRecorder:
             self.show(snapshot, lines, _HOLD / 2)
 
     def show(self, snapshot: Snapshot, lines: tuple[CaptionLine, ...], seconds: float) -> None:
-        """Hold the plant's present state for some seconds; for a twin that has not run yet, once it runs."""
+        """Hold the plant's present state for some seconds."""
         if self._running is not None:
             self._add(self._oblique(), lines, seconds)
-        elif self._runs:
-            self._first = lines, seconds
         elif snapshot.look is not None:
             self._add(snapshot.look().rgb, lines, seconds)
-
-    def end(self, snapshot: Snapshot) -> None:
-        """Show the state of a twin that never ran."""
-        if self._first is not None and snapshot.look is not None:
-            self._add(snapshot.look().rgb, *self._first)
 
     def close(self) -> None:
         """Release the renderer."""
@@ -216,8 +218,11 @@ class _FilmRecorder:
         if self._renderer is None:
             from lockprobe_robot.rendering.probe import open_renderer
 
-            self._renderer = open_renderer(model, width=WIDTH, height=_HEIGHT)
-        return self._renderer.render(data, FILM_CAMERA)[0]
+            lit, lamp = copy.copy(model), model.light("lamp").id
+            lit.light_pos[lamp], lit.light_dir[lamp] = _LAMP, (BOARD - _LAMP) / np.linalg.norm(BOARD - _LAMP)
+            lit.vis.map.shadowclip = _SHADOWS
+            self._renderer = open_renderer(lit, width=WIDTH, height=_HEIGHT)
+        return self._renderer.colours(data, FILM_CAMERA)
 
     def _add(self, picture: NDArray[np.uint8], lines: tuple[CaptionLine, ...], seconds: float) -> None:
         self._file.add(captioned(picture, lines, self._corner), seconds)

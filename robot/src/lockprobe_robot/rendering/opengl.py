@@ -82,6 +82,31 @@ class OpenGL:
             Colours, shape (height, width, 3); depth along the optical axis in metres, shape (height, width), 0 where
             there is nothing.
         """
+        with self._context.as_current():
+            self._look(data, camera, error)
+            rgb, buffer = self._colours(), np.empty((self._window.height, self._window.width), np.float32)
+            flags = self._scene.flags.copy()
+            # Flat colours are drawn without lights, shadows and several samples a pixel.
+            self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = True
+            self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = True
+            mujoco.mjr_render(self._window, self._scene, self._drawing)
+            mujoco.mjr_readPixels(None, buffer, self._window, self._drawing)
+            self._scene.flags[:] = flags
+        return rgb, self._metres(buffer[::-1])
+
+    def colours(self, data: mujoco.MjData, camera: str) -> NDArray[np.uint8]:
+        """The colours alone of what a camera sees, as :meth:`render` draws them."""
+        with self._context.as_current():
+            self._look(data, camera, None)
+            return self._colours()
+
+    def close(self) -> None:
+        """Free the context."""
+        with self._context.as_current():
+            self._drawing.free()
+        self._context.free()
+
+    def _look(self, data: mujoco.MjData, camera: str, error: ViewError | None) -> None:
         shown_state(self._model, data, self._seen)
         eye = mujoco.MjvCamera()
         eye.type = mujoco.mjtCamera.mjCAMERA_FIXED
@@ -90,30 +115,12 @@ class OpenGL:
             error.move(self._seen, eye.fixedcamid)
         bodies = mujoco.mjtCatBit.mjCAT_STATIC | mujoco.mjtCatBit.mjCAT_DYNAMIC
         mujoco.mjv_updateScene(self._model, self._seen, self._options, None, eye, bodies, self._scene)
-        with self._context.as_current():
-            rgb, buffer = self._draw()
-        return rgb[::-1].copy(), self._metres(buffer[::-1])
 
-    def close(self) -> None:
-        """Free the context."""
-        with self._context.as_current():
-            self._drawing.free()
-        self._context.free()
-
-    def _draw(self) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """Colours and the depth buffer, bottom row first."""
+    def _colours(self) -> NDArray[np.uint8]:
         rgb = np.empty((self._window.height, self._window.width, 3), np.uint8)
         mujoco.mjr_render(self._window, self._scene, self._drawing)
         mujoco.mjr_readPixels(rgb, None, self._window, self._drawing)
-        buffer = np.empty((self._window.height, self._window.width), np.float32)
-        flags = self._scene.flags.copy()
-        # Flat colours are drawn without lights, shadows and several samples a pixel.
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = True
-        self._scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = True
-        mujoco.mjr_render(self._window, self._scene, self._drawing)
-        mujoco.mjr_readPixels(None, buffer, self._window, self._drawing)
-        self._scene.flags[:] = flags
-        return rgb, buffer
+        return rgb[::-1].copy()
 
     def _metres(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
         """Linearise the depth buffer, which holds (near / z - near / far) / (1 - near / far)."""

@@ -18,21 +18,25 @@ if TYPE_CHECKING:
 
 PIXELS_PER_METRE = 1600
 
+_MARK = 0.6
+"""Radius of the mark of the target, in heights of a letter."""
+
 _DARK = (30, 27, 26)
 _START, _END = (245, 245, 240), (30, 27, 26)
-_INK = (22, 20, 20)
+_INK, _PAPER, _TARGET = (22, 20, 20), (250, 250, 245), (28, 78, 140)
 
 
-def paint_board(panel: PanelLayout, labels: Sequence[str], appearance: Appearance) -> NDArray[np.uint8]:
+def paint_board(panel: PanelLayout, labels: Sequence[str], appearance: Appearance, *, target: int) -> NDArray[np.uint8]:
     """Paint the front of the board.
 
-    The track of each handle is dark. A white disc marks its position 0, a black one its position 1. The appearance may
-    leave out discs, tracks or labels.
+    The track of each handle is dark. A white disc marks its position 0, a black one its position 1. The label of the
+    target is white on a blue disc. The appearance may leave out discs, tracks or labels.
 
     Args:
         panel: The layout of joints and labels.
         labels: One for each joint in panel order.
         appearance: Wood, and what is painted on it.
+        target: The joint that has to move, by index in panel order.
 
     Returns:
         Shape (rows, columns, 3); the first row is the board's upper edge.
@@ -50,8 +54,11 @@ def paint_board(panel: PanelLayout, labels: Sequence[str], appearance: Appearanc
     for mounted in panel.mounted_joints if appearance.tracks else ():
         _track(draw, panel, mounted, discs=appearance.discs)
     font = ImageFont.load_default(panel.letter * PIXELS_PER_METRE / 0.72)
-    for label, point in zip(labels, panel.labels, strict=True) if appearance.labels else ():
-        draw.text(_pixel(panel, point), label, fill=_INK, font=font, anchor="mm", stroke_width=2, stroke_fill=_INK)
+    for number, (label, point) in enumerate(zip(labels, panel.labels, strict=True) if appearance.labels else ()):
+        ink, place = _PAPER if number == target else _INK, _pixel(panel, point)
+        if number == target:
+            _disc(draw, place, _MARK * panel.letter, _TARGET)
+        draw.text(place, label, fill=ink, font=font, anchor="mm", stroke_width=2, stroke_fill=ink)
     return np.asarray(image)
 
 

@@ -92,7 +92,9 @@ def build_scene(
     gates = gates_of(box)
     panel = lay_out_panel(box, tilt=settings.tilt, depth=case_depth(gates))
     spec = _empty(settings)
-    body = _add_board(spec, panel, labels, appearance)
+    body = _add_board(
+        spec, panel, paint_board(panel, labels, appearance, target=box.names.index(box.target)), appearance
+    )
     for number, mounted in enumerate(panel.mounted_joints):
         _add_joint(body, number, mounted, appearance, settings.friction)
     if settings.mechanism == "contact":
@@ -117,7 +119,7 @@ def _empty(settings: SceneSettings) -> mujoco.MjSpec:
     spec.stat.center = [0.35, 0, 0.3]
     spec.visual.map.znear = 0.05
     spec.visual.map.zfar = 8.0
-    spec.visual.map.shadowclip = 2.5
+    spec.visual.map.shadowclip = 4.0  # nearer, the shadow map has specks within sight
     spec.visual.headlight.specular = [0.0, 0.0, 0.0]
     spec.visual.quality.shadowsize = 2048
     spec.visual.global_.offwidth = max(settings.width, 640)
@@ -136,20 +138,20 @@ def _material(spec: mujoco.MjSpec, name: str, picture: NDArray[np.uint8]) -> str
 
 
 def _add_board(
-    spec: mujoco.MjSpec, panel: PanelLayout, labels: tuple[str, ...], appearance: Appearance
+    spec: mujoco.MjSpec, panel: PanelLayout, front: NDArray[np.uint8], appearance: Appearance
 ) -> mujoco.MjsBody:
     body = spec.worldbody.add_body(name="panel", pos=panel.pose[:3, 3], quat=_quaternion(panel.pose[:3, :3]))
     width, height = panel.size
     dark: Colour = (0.82 * appearance.wood[0], 0.82 * appearance.wood[1], 0.82 * appearance.wood[2])
-    for name, front, thick, picture in (
-        ("board", 0.0, _FACE, paint_board(panel, labels, appearance)),
+    for name, top, thick, picture in (
+        ("board", 0.0, _FACE, front),
         ("case", -_FACE, panel.depth - _FACE, wood((128, 512), dark, appearance.grain + 1)),
     ):
         body.add_geom(
             name=name,
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=[width / 2, height / 2, thick / 2],
-            pos=[0, 0, front - thick / 2],
+            pos=[0, 0, top - thick / 2],
             material=_material(spec, name, picture),
             **_TOUCHED,
         )
@@ -200,22 +202,35 @@ _AMBIENT, _HEADLIGHT = (0.32, 0.32, 0.33), (0.22, 0.22, 0.22)
 
 
 def _add_surroundings(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance) -> None:
+    """A table with the board on a block, the floor of the room, and the light."""
+    x, y, z = panel.pose[:3, 3] - panel.depth * panel.pose[:3, 2]
+    sine, cosine = math.sin(panel.tilt), math.cos(panel.tilt)
+    # The block ends within the case, and nowhere comes out of it.
+    top = z + 0.4 * panel.depth * cosine
+    half = min(0.4 * panel.size[1] * cosine, 0.4 * panel.depth / max(sine, 1e-3))
+    for name, size, middle, colour in (
+        ("ground", (0.85, 0.9, 0.02), (0.4, 0, -0.02), appearance.floor),
+        ("foot", (half, 0.36 * panel.size[0], top / 2), (x, y, top / 2), (0.25, 0.26, 0.28)),
+    ):
+        spec.worldbody.add_geom(
+            name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=middle, rgba=[*colour, 1], **_TOUCHED
+        )
     spec.worldbody.add_geom(
-        name="ground",
+        name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[6, 6, 0.1],
-        rgba=[*appearance.floor, 1],
+        pos=[0, 0, -0.75],
+        rgba=[0.62, 0.62, 0.60, 1],
         **_TOUCHED,
     )
-    x, y, z = panel.pose[:3, 3] - panel.depth * panel.pose[:3, 2]
-    foot = 0.5 * (z + 0.3 * panel.depth)
-    spec.worldbody.add_geom(
-        name="foot",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[0.05, 0.3 * panel.size[0], foot],
-        pos=[x, y, foot],
-        rgba=[0.25, 0.26, 0.28, 1],
-        **_TOUCHED,
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.86, 0.88, 0.90],
+        rgb2=[0.62, 0.64, 0.67],
+        width=64,
+        height=384,
     )
     across, along = appearance.light
     lamp = np.array([0.5 + across, along, appearance.lamp_height])
@@ -255,9 +270,9 @@ def add_handle(part: mujoco.MjsBody, number: int, middle: NDArray[np.float64], a
     seen = appearance.handle == "round"
     part.add_geom(
         name=f"knob-{number}",
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=[KNOB_RADIUS, (KNOB_TOP - _BASE) / 2, 0],
-        pos=[x, y, (KNOB_TOP + _BASE) / 2],
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,  # a hand that comes down beside the middle slides along its round top
+        fromto=[x, y, 0, x, y, KNOB_TOP - KNOB_RADIUS],
+        size=[KNOB_RADIUS, 0, 0],
         rgba=[*appearance.knob, 1],
         density=ALUMINIUM,
         group=0 if seen else HIDDEN,
