@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
-from lockprobe_robot.scene.scene import TIMESTEP
+from lockprobe_robot.box_model.scene import TIMESTEP
 from lockprobe_robot.twin import Twin
 from lockprobe_robot.twin_settings import TwinSettings
 

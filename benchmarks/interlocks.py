@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
-from lockprobe_robot.scene.mechanism import RESTING, Mechanism
-from lockprobe_robot.scene.scene import LockboxScene, build_scene
+from lockprobe_robot.box_model.mechanism import RESTING, Mechanism
+from lockprobe_robot.box_model.scene import LockboxScene, build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 
 from lockprobe.boxes.box import Joint, JointKind, Lockbox

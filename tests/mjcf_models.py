@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from lockprobe_robot.scene.mjcf import write_mjcf
+from lockprobe_robot.box_model.mjcf import write_model
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.boxfile import read_box
@@ -36,5 +36,5 @@ def written(folder, text=None, **parts):
 def exported(box, folder):
     """Our own scene of a box as a user's file."""
     path = folder / f"{box.name}.xml"
-    write_mjcf(box, path, labels=box.names)
+    write_model(box, path)
     return path

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.handle_path import handle_path
-from lockprobe_robot.scene.panel import lay_out_panel
 
 from lockprobe.boxes.families import box
 

@@ -8,11 +8,11 @@ import pytest
 
 pytest.importorskip("mujoco")  # dimensions come from the scene
 
+from lockprobe_robot.box_model.bolts import case_depth
+from lockprobe_robot.box_model.gates import gates_of
+from lockprobe_robot.box_model.mounted_joint import KNOB_RADIUS, KNOB_TOP, LEVER, SLIDE, SWING
+from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware.bounds import Bounds
-from lockprobe_robot.scene.bolts import case_depth
-from lockprobe_robot.scene.gates import gates_of
-from lockprobe_robot.scene.mounted_joint import KNOB_RADIUS, KNOB_TOP, LEVER, SLIDE, SWING
-from lockprobe_robot.scene.panel import lay_out_panel
 
 from lockprobe.boxes.families import box
 

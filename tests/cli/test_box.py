@@ -130,6 +130,7 @@ def test_what_cannot_be_had_is_refused_after_many_tries():
         (["show", "random-9-1"], BadValue, "expected 2 to 8 joints"),
         (["show", "none.toml"], BadFile, "none.toml: cannot be read"),
         (["show", "--out", "x.pdf"], BadValue, "in .svg, .png or .xml"),
+        (["show", "--arm", "--out", "x.svg"], BadValue, "--arm: got True, expected --out FILE.xml with it"),
         (["generate", "--family", "chain", "--joints", "9"], BadValue, "joints of chain: got 9"),
         (["generate", "--family", "chian"], UnknownName, "no family is called 'chian'"),
         (["generate", "--family", "random?negative=2"], BadValue, "negative: got 2.0"),

@@ -11,9 +11,9 @@ import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.trial.record import Fact, Snapshot
+from lockprobe_robot.box_model.mechanism import Mechanism
+from lockprobe_robot.box_model.scene import LockboxScene, build_scene
 from lockprobe_robot.rendering.plant_camera import PlantCamera
-from lockprobe_robot.scene.mechanism import Mechanism
-from lockprobe_robot.scene.scene import LockboxScene, build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 
 _PUSH: Final = 30.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from lockprobe_robot.arm.guarded_move import HandlePath
-from lockprobe_robot.scene.mounted_joint import KNOB_TOP
-from lockprobe_robot.scene.panel import PanelLayout
+from lockprobe_robot.box_model.mounted_joint import KNOB_TOP
+from lockprobe_robot.box_model.panel import PanelLayout
 
 _POINTS = 33
 """Number of points on the path."""

@@ -16,7 +16,7 @@ from lockprobe_robot.rendering.probe import renderer_name, require_opengl
 from lockprobe_robot.simulation import require_mujoco
 from lockprobe_robot.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
 
-_FILES = ("model", "root", "digest")
+_FILES = ("model", "root", "digest", "hand", "hand_digest")
 """Options that say which plant it is, and no property of it."""
 
 _SIZES = ("width", "height")
@@ -43,7 +43,7 @@ def fast_twin(spec: Spec) -> PlantSource:
 def twin(spec: Spec) -> PlantSource:
     """The same with a robot arm, a hand and a force sensor.
 
-    Options: mechanism, tilt, looks, friction, width, height, depth_noise, pose_error, force_noise.
+    Options: mechanism, tilt, looks, friction, width, height, depth_noise, pose_error, force_noise, hand.
     Harder pictures: discs, board, labels, handle_colours, clutter, view_jitter, view_turn. Single
     factors of looks: light, colours, viewpoint, handle_shape. A user's own model of the box: model, root,
     digest, force, torque, width, height, depth_noise.
@@ -51,6 +51,10 @@ def twin(spec: Spec) -> PlantSource:
     if "model" in spec.options:
         return _of_a_user(spec)
     settings = with_options(TwinSettings, "twin", spec.options)
+    if settings.hand and not settings.hand_digest:
+        from lockprobe_robot.user_model.mjcf_file import read_model
+
+        return twin(spec.appending("hand_digest", read_model(Path(settings.hand)).digest))
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
         from lockprobe_robot.twin import Twin

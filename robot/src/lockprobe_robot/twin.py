@@ -7,6 +7,7 @@ holds the measurements and the verdict of the arm's guarded move.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -19,12 +20,13 @@ from lockprobe_robot.arm.guarded_move import GuardedMove, HandlePath
 from lockprobe_robot.arm.hand import add_hand
 from lockprobe_robot.arm.panda import add_panda
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
+from lockprobe_robot.box_model.panel import PanelLayout
+from lockprobe_robot.box_model.scene import build_scene
 from lockprobe_robot.fast_twin import SimulatedLockbox
 from lockprobe_robot.filming import Filming
 from lockprobe_robot.handle_path import handle_path
-from lockprobe_robot.scene.panel import PanelLayout
-from lockprobe_robot.scene.scene import build_scene
 from lockprobe_robot.twin_settings import TwinSettings
+from lockprobe_robot.user_model.own_hand import add_own_hand
 
 _PATIENCE = 1.0
 """Longest wait for the mechanism to come to rest after the arm is at home, seconds."""
@@ -47,6 +49,7 @@ class Twin(SimulatedLockbox):
 
     Raises:
         BadValue: If the box cannot be built, or its handles cannot be reached.
+        BadFile: If one's own hand cannot be mounted.
     """
 
     def __init__(
@@ -61,7 +64,11 @@ class Twin(SimulatedLockbox):
         scene = build_scene(box, labels=labels, settings=settings, rng=rng)
         # The same streams as in fast-twin: one seed gives the same panel with and without an arm.
         noise, self._aim, self._force = *rng.spawn(1), *rng.spawn(2)
-        add_hand(scene.spec, add_panda(scene.spec))
+        flange = add_panda(scene.spec)
+        if settings.hand:
+            add_own_hand(scene.spec, flange, Path(settings.hand), settings.hand_digest)
+        else:
+            add_hand(scene.spec, flange)
         super().__init__(scene, settings, noise)
         self._box, self._settings, self._panel = box, settings, scene.panel
         self._arm = SimulatedArm(

@@ -118,10 +118,14 @@ class TwinSettings(SceneSettings):
         pose_error: Standard deviation of the error in a handle's estimated position, along each axis of the panel's
             plane, metres; drawn for every attempt.
         force_noise: Standard deviation of each force reading, newtons.
+        hand: An MJCF file of one's own hand; empty for ours.
+        hand_digest: Digest of that file and all that it refers to, 16 hexadecimal digits; others are refused.
     """
 
     pose_error: float = 0.0
     force_noise: float = 0.0
+    hand: str = ""
+    hand_digest: str = ""
 
     def __post_init__(self) -> None:
         SceneSettings.__post_init__(self)

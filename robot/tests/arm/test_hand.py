@@ -6,7 +6,7 @@ import pytest
 from arm.slider_scene import slider
 from lockprobe_robot.arm.hand import FLARE, RING, THICKNESS
 from lockprobe_robot.arm.panda import HOME
-from lockprobe_robot.scene.mounted_joint import KNOB_RADIUS
+from lockprobe_robot.box_model.mounted_joint import KNOB_RADIUS
 
 
 def test_a_knob_fits_in_with_room_and_is_led_in_from_24_mm_beside_it():

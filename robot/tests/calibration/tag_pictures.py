@@ -8,9 +8,9 @@ import math
 
 import mujoco
 import numpy as np
+from lockprobe_robot.box_model.tag_layout import QUIET_ZONE
 from lockprobe_robot.geom_groups import NOTHING
 from lockprobe_robot.rendering.probe import open_renderer
-from lockprobe_robot.scene.tag_layout import QUIET_ZONE
 
 PAPER = 0.0001
 """Height of a printed tag above the board, metres."""

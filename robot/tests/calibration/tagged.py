@@ -3,10 +3,10 @@
 from functools import cache
 
 import numpy as np
+from lockprobe_robot.box_model.panel import lay_out_panel
+from lockprobe_robot.box_model.tag_layout import place_tags
 from lockprobe_robot.calibration.calibrate import BoardView
 from lockprobe_robot.calibration.views import Intrinsics
-from lockprobe_robot.scene.panel import lay_out_panel
-from lockprobe_robot.scene.tag_layout import place_tags
 from scipy.spatial.transform import Rotation
 
 from lockprobe.boxes.families import box

@@ -1,9 +1,9 @@
 """A printed tag shows its cells where the layout says, upright and not mirrored."""
 
 import numpy as np
+from box_model.scenes import scene_of
 from calibration.tag_pictures import HandCamera, add_tag_prints
-from lockprobe_robot.scene.tag_layout import place_tags
-from scene.scenes import scene_of
+from lockprobe_robot.box_model.tag_layout import place_tags
 
 from lockprobe.boxes.families import box
 

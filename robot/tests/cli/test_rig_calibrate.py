@@ -6,10 +6,10 @@ from functools import partial
 import numpy as np
 import pytest
 from calibration import tagged
+from lockprobe_robot.box_model.tag_layout import board_checksum
 from lockprobe_robot.calibration.calibration_file import calibration_for
 from lockprobe_robot.calibration.pose import array_of
 from lockprobe_robot.calibration.views import VIEWS_FILE
-from lockprobe_robot.scene.tag_layout import board_checksum
 from typed import in_process
 
 from lockprobe.foundation.errors import BadFile, BadValue
@@ -22,8 +22,8 @@ ask = partial(in_process, "rig")
 def pictures(tmp_path_factory):
     """Ten views of the tagged twin, in one of which a tag is left and in one of which the picture is black."""
     pytest.importorskip("cv2")
+    from box_model.scenes import scene_of
     from calibration.tag_pictures import HandCamera, add_tag_prints, tag_bits
-    from scene.scenes import scene_of
 
     from lockprobe.boxes.families import box
 

@@ -4,13 +4,13 @@ from functools import partial
 
 import numpy as np
 from arm.fake_arm import FakeArm
+from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware.board import calibrated_board
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
 from lockprobe_robot.hardware.camera import Shot
 from lockprobe_robot.hardware.rig import Rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
-from lockprobe_robot.scene.panel import lay_out_panel
 
 from lockprobe.plants.operator import ENTER, OperatorStopped
 

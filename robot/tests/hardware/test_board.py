@@ -11,12 +11,12 @@ import pytest
 from builders import small_study
 from calibration import tagged
 from hardware.fakes import CALIBRATION, CONNECTED
+from lockprobe_robot.box_model.panel import lay_out_panel
+from lockprobe_robot.box_model.tag_layout import board_checksum, place_tags
 from lockprobe_robot.calibration.calibration_file import Calibration, CalibrationErrors, write_calibration
 from lockprobe_robot.calibration.pose import rows_of
 from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware.board import Board, calibrated_board
-from lockprobe_robot.scene.panel import lay_out_panel
-from lockprobe_robot.scene.tag_layout import board_checksum, place_tags
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hardware.fakes import SPACE, Breaking, Willing
 from lockprobe_robot.arm.guarded_move import GuardedMove
+from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
 from lockprobe_robot.hardware.rig import Rig
 from lockprobe_robot.hardware.rungs import parts_of
-from lockprobe_robot.scene.panel import lay_out_panel
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, PlantFault

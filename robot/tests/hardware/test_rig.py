@@ -12,6 +12,7 @@ from builders import small_study
 from drawn_board import HANDLES, HEIGHT, WIDTH
 from hardware import fakes
 from hardware.fakes import SPACE, Breaking, DrawnCamera, Willing
+from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware import realsense
 from lockprobe_robot.hardware.board import Board
@@ -20,7 +21,6 @@ from lockprobe_robot.hardware.position_reader import ImageHandles
 from lockprobe_robot.hardware.rig import Eye, Rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.hardware.wrench import FreshWrench, WrenchReading
-from lockprobe_robot.scene.panel import lay_out_panel
 from plants.person import handles_text
 
 from lockprobe.boxes.families import box

@@ -14,11 +14,11 @@ from scipy.spatial.transform import Rotation
 pytest.importorskip("mujoco")  # the ways of handles
 
 from lockprobe_robot.arm.protocol import StoppableArm
+from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware import rehearsal
 from lockprobe_robot.hardware.bounds import Bounded
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
-from lockprobe_robot.scene.panel import lay_out_panel
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import PlantFault

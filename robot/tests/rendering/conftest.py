@@ -1,8 +1,8 @@
 import mujoco
 import numpy as np
 import pytest
+from lockprobe_robot.box_model.scene import build_scene
 from lockprobe_robot.rendering.opengl import OpenGL
-from lockprobe_robot.scene.scene import build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 
 import lockprobe

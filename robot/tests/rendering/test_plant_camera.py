@@ -3,9 +3,9 @@
 import mujoco
 import numpy as np
 import pytest
+from lockprobe_robot.box_model.mechanism import Mechanism
 from lockprobe_robot.rendering import plant_camera as camera_module
 from lockprobe_robot.rendering.plant_camera import PlantCamera, add_depth_noise
-from lockprobe_robot.scene.mechanism import Mechanism
 from lockprobe_robot.twin_settings import SceneSettings
 
 from lockprobe.foundation.errors import PlantFault

@@ -127,7 +127,7 @@ def test_a_model_that_breaks_the_rules_ends_before_the_first_trial(tmp_path):
     with pytest.raises(BadFile, match="expected one called 'revolute-left', as in the box"):
         lockprobe.run_trial(plant=SPEC, agent="random")
     path = written(tmp_path, OWN.read_text("utf-8").replace('size="0.015 0.064 0.01"', 'size="0.015 0.03 0.01"'))
-    with pytest.raises(BadFile, match=r"in configuration 011 .* pin was pushed: .* between its ends"):
+    with pytest.raises(BadFile, match=r"in configuration 011 .* pin was pushed: .* of its travel from its ends"):
         resolve_plant(f"twin?model={path}").check(own_box())
 
 

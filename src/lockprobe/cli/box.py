@@ -128,12 +128,15 @@ def show(
             metavar="FILE", help=options.with_brackets(options.OUT, "a drawing, .svg or .png; a model for MuJoCo, .xml")
         ),
     ] = None,
+    arm: Annotated[bool, typer.Option("--arm", help="With the robot arm, in a model for MuJoCo.")] = False,
     json: options.AsJson = False,
 ) -> None:
     """Show a box: its panel, its interlock and its difficulty."""
     box = find_box(name)
+    if arm and (out is None or out.suffix != ".xml"):
+        raise BadValue("--arm", True, "--out FILE.xml with it, a model for MuJoCo")
     if out:
-        _draw(box, out)
+        _draw(box, out, arm=arm)
     if json:
         print(json_.dumps(_facts(box)))
     elif out:
@@ -144,6 +147,15 @@ def show(
         head = f"{box.name}: {len(box.joints)} joints, target {box.target}, optimum {found.optimum} steps, {plans}"
         tree = ["", *interlock_lines(box), ""]
         _print([head, *panel_lines(box), *_joints(box), *tree, *_measures(box, found)])
+
+
+@app.command("view")
+def view(
+    name: Name = DEFAULT_BOX,
+    arm: Annotated[bool, typer.Option("--arm", help="With the robot arm.")] = False,
+) -> None:
+    """Open a box in MuJoCo's viewer: its joints can be pulled with the mouse, and lock each other."""
+    robot_plugin("tool", "box-view", "MuJoCo models of boxes need").load()(find_box(name), arm=arm)
 
 
 @app.command("solve")
@@ -232,10 +244,10 @@ def _write(box: Lockbox, directory: Path) -> Path:
     return path
 
 
-def _draw(box: Lockbox, out: Path) -> None:
+def _draw(box: Lockbox, out: Path, *, arm: bool) -> None:
     form: Literal["svg", "png"]
     if out.suffix == ".xml":
-        robot_plugin("tool", "box-model", "MuJoCo models of boxes need").load()(box, out)
+        robot_plugin("tool", "box-model", "MuJoCo models of boxes need").load()(box, out, arm=arm)
         return
     if out.suffix == ".svg":
         form = "svg"

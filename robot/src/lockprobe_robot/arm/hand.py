@@ -53,10 +53,8 @@ def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody) -> None:
         flange: The body that carries the hand.
     """
     hand = flange.add_body(name="hand")
-    for name, height in (("wrench", 0.0), ("tool", TOOL)):
-        hand.add_site(name=name, pos=[0, 0, height], group=HIDDEN)
-    for kind, name in ((mujoco.mjtSensor.mjSENS_FORCE, "force"), (mujoco.mjtSensor.mjSENS_TORQUE, "torque")):
-        spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrench")
+    hand.add_site(name="tool", pos=[0, 0, TOOL], group=HIDDEN)
+    add_wrench(spec, hand)
     for start, end, radius, mass, colour in (
         (0.0, 0.010, 0.036, 0.15, _STEEL),
         (0.010, 0.034, 0.040, 0.30, _DARK),
@@ -87,6 +85,13 @@ def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody) -> None:
     for number in range(_STRUTS):
         x, y, _ = ring[number * _SEGMENTS // _STRUTS]
         _rod(plate, (x, y, 0), (x, y, depth), 0.004, _STEEL, mass=0.01)
+
+
+def add_wrench(spec: mujoco.MjSpec, hand: mujoco.MjsBody) -> None:
+    """Add the force-torque sensor between the flange and a hand."""
+    hand.add_site(name="wrench", group=HIDDEN)
+    for kind, name in ((mujoco.mjtSensor.mjSENS_FORCE, "force"), (mujoco.mjtSensor.mjSENS_TORQUE, "torque")):
+        spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrench")
 
 
 def _rod(

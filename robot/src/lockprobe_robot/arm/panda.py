@@ -169,7 +169,7 @@ def add_panda(spec: mujoco.MjSpec) -> mujoco.MjsBody:
     """
     unit = math.degrees(1) if spec.compiler.degree else 1.0
     body = spec.worldbody.add_body(name="link0")
-    _add_shapes(body, _BASE)
+    _add_shapes(body, _BASE, mass=1.0)  # it stands, but a body without mass is an error in older versions of MuJoCo
     for number, ((a, d, alpha), link, shapes) in enumerate(zip(DH, LINKS, _SHAPES, strict=True), start=1):
         pose = _dh_transform(a, d, alpha, 0.0)
         body = body.add_body(
@@ -199,14 +199,14 @@ def add_panda(spec: mujoco.MjSpec) -> mujoco.MjsBody:
     return body.add_body(name="flange", pos=[0, 0, FLANGE])
 
 
-def _add_shapes(body: mujoco.MjsBody, shapes: Sequence[_Segment]) -> None:
+def _add_shapes(body: mujoco.MjsBody, shapes: Sequence[_Segment], *, mass: float = 0.0) -> None:
     for start, end, radius, shape, colour in shapes:
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_CAPSULE if shape == "capsule" else mujoco.mjtGeom.mjGEOM_CYLINDER,
             fromto=[*start, *end],
             size=[radius, 0, 0],
             rgba=colour,
-            mass=0,
+            mass=mass,
             contype=ARM,
             conaffinity=PANEL,
         )

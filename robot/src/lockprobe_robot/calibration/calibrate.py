@@ -15,11 +15,11 @@ import numpy as np
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.validation import check_choice
+from lockprobe_robot.box_model.tag_layout import TagLayout
 from lockprobe_robot.calibration.calibration_file import Calibration, CalibrationErrors
 from lockprobe_robot.calibration.opencv import METHODS, Method, board_pose, find_tags, hand_eye, read_grey
 from lockprobe_robot.calibration.pose import Pose, angle_between, mean_pose, rows_of
 from lockprobe_robot.calibration.views import CalibrationView, Intrinsics, Views, read_picture
-from lockprobe_robot.scene.tag_layout import TagLayout
 
 FEWEST_TAGS = 3
 """The fewest tags of a view: with fewer, the board's pose error is far larger (robot/docs/calibration.md)."""

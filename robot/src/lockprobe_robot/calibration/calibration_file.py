@@ -51,7 +51,7 @@ class Calibration(BaseModel):
         schema_version: Version of the file format.
         date: Time of computation.
         box: Name of the box.
-        board: Checksum of the board's dimensions (:func:`lockprobe_robot.scene.tag_layout.board_checksum`).
+        board: Checksum of the board's dimensions (:func:`lockprobe_robot.box_model.tag_layout.board_checksum`).
         tag_mm: Side of a tag's black square, millimetres.
         camera: The camera on the hand.
         method: Method of hand-eye calibration.

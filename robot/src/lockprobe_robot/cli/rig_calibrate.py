@@ -42,12 +42,12 @@ def calibrate(
     --box is the box on the board in the pictures.
     """
     from lockprobe.foundation.validation import check_choice
+    from lockprobe_robot.box_model.panel import lay_out_panel
+    from lockprobe_robot.box_model.tag_layout import board_checksum, place_tags, resized
     from lockprobe_robot.calibration import calibrate as library
     from lockprobe_robot.calibration.calibration_file import write_calibration
     from lockprobe_robot.calibration.opencv import METHODS
     from lockprobe_robot.calibration.views import read_views
-    from lockprobe_robot.scene.panel import lay_out_panel
-    from lockprobe_robot.scene.tag_layout import board_checksum, place_tags, resized
 
     check_choice("method", method, METHODS)
     if tag_size is not None and not _SMALLEST <= tag_size <= _LARGEST:

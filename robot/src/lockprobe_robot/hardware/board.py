@@ -11,11 +11,11 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.inputs import read_input
 from lockprobe.trial.record import Fact
 from lockprobe_robot.arm.guarded_move import HandlePath
+from lockprobe_robot.box_model.panel import PanelLayout, lay_out_panel
+from lockprobe_robot.box_model.tag_layout import board_checksum, place_tags
 from lockprobe_robot.calibration.calibration_file import calibration_for
 from lockprobe_robot.calibration.pose import array_of
 from lockprobe_robot.handle_path import handle_path
-from lockprobe_robot.scene.panel import PanelLayout, lay_out_panel
-from lockprobe_robot.scene.tag_layout import board_checksum, place_tags
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -15,10 +15,10 @@ from lockprobe.plants.catalogue import FilmHook
 from lockprobe.trial.record import Fact
 from lockprobe_robot.arm.guarded_move import HandlePath
 from lockprobe_robot.arm.protocol import StoppableArm
+from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.rehearsal_settings import RehearsalRung
-from lockprobe_robot.scene.panel import lay_out_panel
 from lockprobe_robot.simulation import require_mujoco
 
 if TYPE_CHECKING:

@@ -32,7 +32,7 @@ _MOST_DEGREES = 200
 
 _REDIRECTING = threading.Lock()
 
-_BROKEN = (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError)
+BROKEN = (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError)
 
 
 def compile_model(file: MjcfModel) -> mujoco.MjModel:
@@ -49,11 +49,27 @@ def compile_model(file: MjcfModel) -> mujoco.MjModel:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             model = _compiled(file)
-    except _BROKEN as error:
+    except BROKEN as error:
         raise BadFile(file.path, file.explain(str(error))) from None
     for why in _beyond(model):
         raise BadFile(file.path, why)
+    eye = model.camera(CAMERA).id
+    if model.cam_projection[eye] != mujoco.mjtProjection.mjPROJ_PERSPECTIVE or model.cam_sensorsize[eye].any():
+        raise BadFile(file.path, f"camera {CAMERA!r} is orthographic or has a sensor size, expected one with fovy only")
     return model
+
+
+def compiled_within_limits(spec: mujoco.MjSpec, file: MjcfModel) -> mujoco.MjModel:
+    """Compile a part of a model, or raise BadFile if it is too large."""
+    for what, number, most in (
+        ("geoms", len(spec.geoms), _MOST_GEOMS),
+        ("lights", len(spec.lights), _MOST_LIGHTS),
+        ("joints", len(spec.joints), _MOST_DEGREES),
+        ("pixels along a texture", max((max(one.width, one.height) for one in spec.textures), default=0), LONGEST_SIDE),
+    ):
+        if number > most:
+            raise BadFile(file.path, f"{number} {what}, expected at most {most}")
+    return spec.compile()
 
 
 @contextmanager
@@ -71,18 +87,10 @@ def without_stderr() -> Iterator[None]:
 
 def _compiled(file: MjcfModel) -> mujoco.MjModel:
     spec = mujoco.MjSpec.from_string(file.text, assets=dict(file.assets))
-    for what, number, most in (
-        ("geoms", len(spec.geoms), _MOST_GEOMS),
-        ("lights", len(spec.lights), _MOST_LIGHTS),
-        ("joints", len(spec.joints), _MOST_DEGREES),
-        ("pixels along a texture", max((max(one.width, one.height) for one in spec.textures), default=0), LONGEST_SIDE),
-    ):
-        if number > most:
-            raise BadFile(file.path, f"{number} {what}, expected at most {most}")
     if spec.camera(CAMERA) is not None:
-        return spec.compile()
+        return compiled_within_limits(spec, file)
     spec.worldbody.add_camera(name=CAMERA)
-    model = spec.compile()
+    model = compiled_within_limits(spec, file)
     _place_camera(model)
     return model
 
@@ -106,9 +114,6 @@ def _beyond(model: mujoco.MjModel) -> Iterator[str]:
     ):
         if not least <= value <= most:
             yield f"{what} is {value:g}, expected {least:g} to {most:g}"
-    eye = model.camera(CAMERA).id
-    if model.cam_projection[eye] != mujoco.mjtProjection.mjPROJ_PERSPECTIVE or model.cam_sensorsize[eye].any():
-        yield f"camera {CAMERA!r} is orthographic or has a sensor size, expected one with fovy only"
 
 
 def _place_camera(model: mujoco.MjModel) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadFile, PlantFault
-from lockprobe_robot.user_model.model_joints import ModelJoints
+from lockprobe_robot.user_model.model_joints import RESTING, ModelJoints
 
 MOST_CONFIGURATIONS = 64
 """Configurations in which joints are pushed before a study; if trials can reach more, a sample with a fixed seed."""
@@ -69,7 +69,10 @@ def _disagreement(joints: ModelJoints, box: Lockbox, before: Configuration, join
     if others:
         return f"{rules}, and the model moved {', '.join(others)} as well ({joints.where()})"
     if not joints.resting():
-        return f"{rules}, and the model left a joint between its ends ({joints.where()})"
+        return (
+            f"{rules}, and the model left a joint more than {RESTING:.0%} of its travel from its ends "
+            f"({joints.where()}): give it less friction (frictionloss, damping) or a spring, or push with more force"
+        )
     if (moved := after[joint] != before[joint]) != allowed:
         return f"{rules}, and the model {'moved' if moved else 'held'} {box.names[joint]} ({joints.where()})"
     return ""

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe_robot.scene.appearance import Appearance
-from lockprobe_robot.scene.mounted_joint import KNOB_TOP
-from lockprobe_robot.scene.panel import CAMERA_DISTANCE, PanelLayout, camera_angle
+from lockprobe_robot.box_model.appearance import Appearance
+from lockprobe_robot.box_model.mounted_joint import KNOB_TOP
+from lockprobe_robot.box_model.panel import CAMERA_DISTANCE, PanelLayout, camera_angle
 
 _MARGIN = 0.08
 """Margin around the board in pictures, as a share of their width or height."""

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.foundation.errors import BadValue
-from lockprobe_robot.scene.mounted_joint import BAR, KNOB_RADIUS, KNOB_TOP, WAY_RADIUS, MountedJoint, mounting_choices
+from lockprobe_robot.box_model.mounted_joint import (
+    BAR,
+    KNOB_RADIUS,
+    KNOB_TOP,
+    WAY_RADIUS,
+    MountedJoint,
+    mounting_choices,
+)
 
 _CLEARANCE = 0.074
 """Least distance between the middles of two handles in any configuration, metres: a hand fits between them."""

@@ -2,8 +2,8 @@
 
 import mujoco
 import numpy as np
-from lockprobe_robot.scene.mechanism import Mechanism
-from lockprobe_robot.scene.scene import build_scene
+from lockprobe_robot.box_model.mechanism import Mechanism
+from lockprobe_robot.box_model.scene import build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 
 from lockprobe.boxes.box import Joint, Lockbox

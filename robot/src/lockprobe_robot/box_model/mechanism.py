@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Configuration, bits
 from lockprobe.foundation.errors import PlantFault
-from lockprobe_robot.scene.bolts import LIFT
-from lockprobe_robot.scene.gates import STROKE, GateLiteral
-from lockprobe_robot.scene.scene import LockboxScene
+from lockprobe_robot.box_model.bolts import LIFT
+from lockprobe_robot.box_model.gates import STROKE, GateLiteral
+from lockprobe_robot.box_model.scene import LockboxScene
 
 RESTING = 0.08
 """Largest distance of a resting joint from an end, as a fraction of its travel."""

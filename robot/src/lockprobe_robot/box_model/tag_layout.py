@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe_robot.scene.panel import PanelLayout, camera_angle, covered_area
+from lockprobe_robot.box_model.panel import PanelLayout, camera_angle, covered_area
 
 TAG_SIDE = 0.04
 """Side of a tag's black square, metres."""

@@ -1,15 +1,18 @@
-"""A lockbox as an MJCF file."""
+"""A lockbox as a plain MuJoCo model."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
+import lockprobe_robot
 import mujoco
 import numpy as np
 import pytest
-from lockprobe_robot.scene.mjcf import write_mjcf
+from lockprobe_robot.box_model.mjcf import view_model, write_model
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, BadValue, Missing
 
 TRAVEL_OF_PUSH = 0.4
 """Seconds of pushing, and as many of coming to rest."""
@@ -19,7 +22,7 @@ TRAVEL_OF_PUSH = 0.4
 def test_the_file_alone_holds_the_interlock(tmp_path, name):
     """Whoever loads it and pushes joints finds the rules of the box, without a line of ours."""
     lockbox = replace(box(name), initial=(False, True, *box(name).initial[2:]))
-    write_mjcf(lockbox, tmp_path / "box.xml", labels=tuple("ABCDEFGH"[: len(lockbox.joints)]))
+    write_model(lockbox, tmp_path / "box.xml")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "box.xml"))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("initial").id)
@@ -41,13 +44,55 @@ def test_the_file_alone_holds_the_interlock(tmp_path, name):
     assert low < high
 
 
+def test_with_the_arm_plain_mujoco_loads_it_without_a_warning_and_it_rests(tmp_path):
+    write_model(box(), tmp_path / "scene.xml", arm=True)
+    code = """
+import sys, mujoco, numpy as np
+model = mujoco.MjModel.from_xml_path(sys.argv[1])
+data = mujoco.MjData(model)
+mujoco.mj_resetDataKeyframe(model, data, model.key("initial").id)
+began = data.qpos.copy()
+mujoco.mj_step(model, data, 1000)
+assert abs(data.qpos - began).max() < 0.02, abs(data.qpos - began).max()
+assert not any(warning.number for warning in data.warning)
+assert {model.camera(i).name for i in range(model.ncam)} >= {"lockprobe", "oblique"}
+assert (model.nu, abs(data.sensor("force").data).max() > 1) == (7, True)
+assert "lockprobe" not in sys.modules
+"""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-I", "-c", code, tmp_path / "scene.xml"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
+@pytest.mark.parametrize("arm", [False, True])
+def test_in_python_it_is_a_model_and_a_state_at_the_start_of_a_trial(arm):
+    lockbox = replace(box("chain-4"), initial=(False, True, False, False))
+    model, data = lockprobe_robot.scene(lockbox, arm=arm)
+    places = [data.joint(name).qpos[0] > np.mean(model.joint(name).range) for name in lockbox.names]
+    assert tuple(map(bool, places)) == lockbox.initial
+    assert model.nu == (7 if arm else 0)
+
+
+def test_without_a_display_the_viewer_says_what_to_do(monkeypatch):
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(Missing, match=r"viewer needs a display: lockprobe box show NAME --out scene\.xml"):
+        view_model(box(), arm=False)
+
+
 def test_its_surfaces_lie_beside_it(tmp_path):
-    write_mjcf(box(), tmp_path / "box.xml", labels=tuple("ABCD"))
+    write_model(box(), tmp_path / "box.xml")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["box-board.png", "box-case.png", "box.xml"]
 
 
 def test_joints_may_have_the_names_that_parts_of_the_scene_have(tmp_path):
-    write_mjcf(box("random-3-4"), tmp_path / "box.xml", labels=tuple("ABC"))
+    write_model(box("random-3-4"), tmp_path / "box.xml")
     known, model = box("random-3-4"), mujoco.MjModel.from_xml_path(str(tmp_path / "box.xml"))
     assert "knob-1" in known.names
     for number, name in enumerate(known.names):
@@ -63,10 +108,10 @@ def test_a_joint_with_the_name_of_a_hidden_part_is_refused(tmp_path):
     with pytest.raises(
         BadValue, match="joint: got 'bolt-0', expected another name: a hidden part of the model has this"
     ):
-        write_mjcf(named, tmp_path / "box.xml", labels=("A", "B"))
+        write_model(named, tmp_path / "box.xml")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_place_that_cannot_be_written_is_refused(tmp_path):
     with pytest.raises(BadFile, match="cannot be written"):
-        write_mjcf(box(), tmp_path / "nowhere" / "box.xml", labels=tuple("ABCD"))
+        write_model(box(), tmp_path / "nowhere" / "box.xml")

@@ -5,7 +5,7 @@ import itertools
 import mujoco
 import numpy as np
 import pytest
-from scene.scenes import mechanism_of, two_joints
+from box_model.scenes import mechanism_of, two_joints
 
 from lockprobe.boxes.families import box
 from lockprobe.boxes.generate import Recipe, RefusedRecipe, generate

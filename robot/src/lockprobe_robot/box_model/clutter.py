@@ -13,9 +13,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe_robot.box_model.panel import PanelLayout, covered_area
+from lockprobe_robot.box_model.view import View
 from lockprobe_robot.geom_groups import NOTHING
-from lockprobe_robot.scene.panel import PanelLayout, covered_area
-from lockprobe_robot.scene.view import View
 
 _RADII: Final = (0.006, 0.012)
 """Least and greatest radius of an object, metres; on the ground it is twice as large."""

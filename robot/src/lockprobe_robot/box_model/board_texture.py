@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import Missing
-from lockprobe_robot.scene.appearance import Appearance, Colour
-from lockprobe_robot.scene.mounted_joint import TRACK_RADIUS, WAY_RADIUS, MountedJoint
-from lockprobe_robot.scene.panel import PanelLayout
+from lockprobe_robot.box_model.appearance import Appearance, Colour
+from lockprobe_robot.box_model.mounted_joint import TRACK_RADIUS, WAY_RADIUS, MountedJoint
+from lockprobe_robot.box_model.panel import PanelLayout
 
 if TYPE_CHECKING:
     from PIL import ImageDraw

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 import mujoco
 
+from lockprobe_robot.box_model.gates import PIN_RADIUS, STROKE, Gate, GateLiteral, blocks_of, pin_of
+from lockprobe_robot.box_model.mounted_joint import ALUMINIUM, MountedJoint
+from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.geom_groups import HIDDEN, NOTHING
-from lockprobe_robot.scene.gates import PIN_RADIUS, STROKE, Gate, GateLiteral, blocks_of, pin_of
-from lockprobe_robot.scene.mounted_joint import ALUMINIUM, MountedJoint
-from lockprobe_robot.scene.panel import PanelLayout
 
 FIRM_REFERENCE = (0.004, 1.0)
 """Time constant in seconds and damping ratio of every contact, limit and gear."""

@@ -4,10 +4,10 @@ import sys
 
 import numpy as np
 import pytest
-from lockprobe_robot.scene.appearance import appearance_of
-from lockprobe_robot.scene.board_texture import PIXELS_PER_METRE, paint_board, wood
-from lockprobe_robot.scene.mounted_joint import WAY_RADIUS
-from lockprobe_robot.scene.panel import lay_out_panel
+from lockprobe_robot.box_model.appearance import appearance_of
+from lockprobe_robot.box_model.board_texture import PIXELS_PER_METRE, paint_board, wood
+from lockprobe_robot.box_model.mounted_joint import WAY_RADIUS
+from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.twin_settings import SceneSettings
 
 from lockprobe.boxes.families import box

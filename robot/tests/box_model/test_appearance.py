@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from lockprobe_robot.scene.appearance import HANDLES, appearance_of
+from lockprobe_robot.box_model.appearance import HANDLES, appearance_of
 from lockprobe_robot.twin_settings import SceneSettings
 
 

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
-from lockprobe_robot.scene.mounted_joint import MountedJoint
+from lockprobe_robot.box_model.mounted_joint import MountedJoint
 
 MAX_GATES = 40
 """Most gates of one box; each takes a layer behind the board."""

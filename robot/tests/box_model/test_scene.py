@@ -8,12 +8,12 @@ from typing import get_args
 import mujoco
 import numpy as np
 import pytest
+from box_model.scenes import mechanism_of, scene_of
+from lockprobe_robot.box_model.appearance import HandleShape, appearance_of
+from lockprobe_robot.box_model.mounted_joint import KNOB_RADIUS, KNOB_TOP
+from lockprobe_robot.box_model.scene import EYE, TIMESTEP, add_handle, build_scene
 from lockprobe_robot.geom_groups import HIDDEN, PANEL
-from lockprobe_robot.scene.appearance import HandleShape, appearance_of
-from lockprobe_robot.scene.mounted_joint import KNOB_RADIUS, KNOB_TOP
-from lockprobe_robot.scene.scene import EYE, TIMESTEP, add_handle, build_scene
 from lockprobe_robot.twin_settings import SceneSettings
-from scene.scenes import mechanism_of, scene_of
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
@@ -87,7 +87,7 @@ def test_labels_have_to_fit_the_joints():
 
 def test_a_scene_is_made_without_any_graphics():
     code = (
-        "import sys, numpy, lockprobe_robot.scene.scene as board, lockprobe_robot.twin_settings as s, lockprobe;"
+        "import sys, numpy, lockprobe_robot.box_model.scene as board, lockprobe_robot.twin_settings as s, lockprobe;"
         "board.build_scene(lockprobe.box(), labels=tuple('ABCD'), settings=s.SceneSettings(),"
         " rng=numpy.random.default_rng(1)).spec.compile();"
         "print([m for m in sys.modules if m.startswith(('OpenGL', 'mujoco.egl'))])"

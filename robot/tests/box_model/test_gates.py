@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lockprobe_robot.scene.gates import MAX_GATES, PIN_RADIUS, STROKE, Gate, blocks_of, gates_of, pin_of
-from lockprobe_robot.scene.mounted_joint import mounting_choices
+from lockprobe_robot.box_model.gates import MAX_GATES, PIN_RADIUS, STROKE, Gate, blocks_of, gates_of, pin_of
+from lockprobe_robot.box_model.mounted_joint import mounting_choices
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box

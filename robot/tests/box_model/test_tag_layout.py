@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from lockprobe_robot.scene.panel import lay_out_panel
-from lockprobe_robot.scene.tag_layout import TAG_SIDE, board_checksum, place_tags
+from lockprobe_robot.box_model.panel import lay_out_panel
+from lockprobe_robot.box_model.tag_layout import TAG_SIDE, board_checksum, place_tags
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue

@@ -3,9 +3,9 @@
 import itertools
 
 import pytest
-from lockprobe_robot.scene.bolts import case_depth
-from lockprobe_robot.scene.gates import MAX_GATES, STROKE, Gate
-from scene.scenes import mechanism_of, scene_of, two_joints
+from box_model.scenes import mechanism_of, scene_of, two_joints
+from lockprobe_robot.box_model.bolts import case_depth
+from lockprobe_robot.box_model.gates import MAX_GATES, STROKE, Gate
 
 from lockprobe.boxes.families import box
 

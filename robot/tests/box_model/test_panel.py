@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from lockprobe_robot.scene.mounted_joint import BAR, KNOB_TOP
-from lockprobe_robot.scene.panel import CAMERA_DISTANCE, camera_angle, lay_out_panel, panel_pose
+from lockprobe_robot.box_model.mounted_joint import BAR, KNOB_TOP
+from lockprobe_robot.box_model.panel import CAMERA_DISTANCE, camera_angle, lay_out_panel, panel_pose
 
 from lockprobe.boxes.box import MAX_JOINTS, Joint
 from lockprobe.boxes.families import box, named_boxes

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from lockprobe_robot.scene.mounted_joint import LEVER, SLIDE, SWING, mounting_choices
+from lockprobe_robot.box_model.mounted_joint import LEVER, SLIDE, SWING, mounting_choices
 
 KINDS = ("prismatic", "revolute")
 

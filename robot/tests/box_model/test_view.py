@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from lockprobe_robot.scene.mounted_joint import KNOB_RADIUS
-from lockprobe_robot.scene.view import view_of
-from scene.scenes import scene_of
+from box_model.scenes import scene_of
+from lockprobe_robot.box_model.mounted_joint import KNOB_RADIUS
+from lockprobe_robot.box_model.view import view_of
 
 from lockprobe.boxes.families import box
 

@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
-from lockprobe_robot.filming import add_film_camera
-from lockprobe_robot.geom_groups import HIDDEN, NOTHING, PANEL
-from lockprobe_robot.scene.appearance import Appearance, Colour, appearance_of
-from lockprobe_robot.scene.board_texture import paint_board, wood
-from lockprobe_robot.scene.bolts import FIRM, FIRM_REFERENCE, add_gates, case_depth
-from lockprobe_robot.scene.clutter import add_clutter
-from lockprobe_robot.scene.gates import Gate, gates_of
-from lockprobe_robot.scene.mounted_joint import (
+from lockprobe_robot.box_model.appearance import Appearance, Colour, appearance_of
+from lockprobe_robot.box_model.board_texture import paint_board, wood
+from lockprobe_robot.box_model.bolts import FIRM, FIRM_REFERENCE, add_gates, case_depth
+from lockprobe_robot.box_model.clutter import add_clutter
+from lockprobe_robot.box_model.gates import Gate, gates_of
+from lockprobe_robot.box_model.mounted_joint import (
     ALUMINIUM,
     BAR,
     KNOB_RADIUS,
@@ -27,8 +25,10 @@ from lockprobe_robot.scene.mounted_joint import (
     PIVOT_RADIUS,
     MountedJoint,
 )
-from lockprobe_robot.scene.panel import PanelLayout, lay_out_panel
-from lockprobe_robot.scene.view import View, view_of
+from lockprobe_robot.box_model.panel import PanelLayout, lay_out_panel
+from lockprobe_robot.box_model.view import View, view_of
+from lockprobe_robot.filming import add_film_camera
+from lockprobe_robot.geom_groups import HIDDEN, NOTHING, PANEL
 from lockprobe_robot.twin_settings import SceneSettings
 
 TIMESTEP = 0.002

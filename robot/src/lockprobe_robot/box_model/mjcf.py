@@ -1,0 +1,122 @@
+"""A lockbox with its interlock, and the arm if wanted, as a plain MuJoCo model: in memory, as a file, in a window.
+
+Joints, and the sites on their handles, have the names of the box's joints, and the camera is ``lockprobe``, as
+``twin?model=FILE`` expects. The keyframe ``initial`` is the box's initial configuration with the arm at home; without
+it joints start at position 0. The arm's weight is balanced (``gravcomp``), so it rests while its motors do nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import mujoco
+import numpy as np
+
+from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.errors import BadValue, Missing
+from lockprobe.foundation.storage.atomic_file import write_files
+from lockprobe.trial.pictures.png import to_png
+from lockprobe.trial.plan import LABELS
+from lockprobe_robot.arm.hand import add_hand
+from lockprobe_robot.arm.panda import HOME, JOINTS, add_panda
+from lockprobe_robot.box_model.mechanism import Mechanism
+from lockprobe_robot.box_model.scene import EYE, build_scene
+from lockprobe_robot.twin_settings import SceneSettings
+
+_FREE = "-"
+"""How the name of no joint of a box begins."""
+
+
+def plain_model(box: Lockbox, *, arm: bool) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """A compiled model, and its state in the keyframe ``initial``. Raises as :func:`write_model`."""
+    spec = _spec(box, arm=arm)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def write_model(box: Lockbox, path: Path, *, arm: bool = False) -> None:
+    """Write a model, and its textures as PNG files next to it: all files, or none. MJCF keeps six digits of numbers.
+
+    Raises:
+        BadValue: If the box cannot be built, or a joint has the name of a hidden part.
+        BadFile: If a file cannot be written, or is no regular file.
+        Missing: If a package is missing.
+    """
+    spec = _spec(box, arm=arm)
+    files: dict[Path, str | bytes] = {}
+    with TemporaryDirectory() as compiled_in:
+        for texture in spec.textures:
+            if not texture.data:
+                continue
+            picture = np.frombuffer(bytes(texture.data), np.uint8).reshape(texture.height, texture.width, -1)
+            texture.file = f"{path.stem}-{texture.name}.png"
+            png = files[path.with_name(texture.file)] = to_png(picture)
+            Path(compiled_in, texture.file).write_bytes(png)
+            texture.data, texture.width, texture.height = b"", 0, 0
+        spec.modelfiledir = compiled_in
+        spec.compile()
+        # Two words that MuJoCo 3.3 (robosuite's) does not know; MuJoCo 4 means the same without them.
+        plain = re.sub(r' colorspace="\w+"', "", spec.to_xml())
+        files[path] = plain.replace('type="directional"', 'directional="true"')
+    write_files(files)
+
+
+def view_model(box: Lockbox, *, arm: bool) -> None:
+    """Open a model in MuJoCo's viewer, until its window is closed. Raises as :func:`write_model`.
+
+    Raises:
+        Missing: If there is no display.
+    """
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise Missing("MuJoCo's viewer needs a display", "lockprobe box show NAME --out scene.xml writes the model")
+    importlib.import_module("mujoco.viewer").launch(*plain_model(box, arm=arm))
+
+
+def _spec(box: Lockbox, *, arm: bool) -> mujoco.MjSpec:
+    """The scene of a box with the labels A, B and so on in panel order, named as a user's model is."""
+    labels = tuple(LABELS[: len(box.joints)])
+    scene = build_scene(box, labels=labels, settings=SceneSettings(), rng=np.random.default_rng(0))
+    spec = scene.spec
+    if arm:
+        add_hand(spec, add_panda(spec))
+        for number in range(1, JOINTS + 1):
+            for body in (spec.body(f"link{number}"), *spec.body(f"link{number}").bodies):
+                body.gravcomp = 1
+        for body in spec.body("flange").bodies:
+            for part in (body, *body.bodies):
+                part.gravcomp = 1
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    if arm:
+        for number, angle in enumerate(HOME, start=1):
+            data.joint(f"arm-{number}").qpos = angle
+    Mechanism(model, data, scene).set_configuration(box.initial)
+    spec.add_key(name="initial", qpos=data.qpos)
+    _name_as(box, spec)
+    return spec
+
+
+def _name_as(box: Lockbox, spec: mujoco.MjSpec) -> None:
+    """Give the parts of a scene the names that a user's model has."""
+    joints = {f"joint-{number}": name for number, name in enumerate(box.names)}
+    sites = {f"knob-{number}": name for number, name in enumerate(box.names)}
+    hidden = ({joint.name for joint in spec.joints} - set(joints)) | ({site.name for site in spec.sites} - set(sites))
+    if taken := hidden.intersection(box.names):
+        raise BadValue("joint", min(taken), "another name: a hidden part of the model has this one")
+    for equality in spec.equalities:
+        equality.name1, equality.name2 = (joints.get(name, name) for name in (equality.name1, equality.name2))
+    named = [(spec.joint(old), new) for old, new in joints.items()]
+    named += [(spec.site(old), new) for old, new in sites.items()]
+    for number, (part, _) in enumerate(named):
+        part.name = f"{_FREE}{number}"  # a joint of the box may itself be called joint-0 or knob-1
+    for part, name in named:
+        part.name = name
+    spec.camera(EYE).name = "lockprobe"
