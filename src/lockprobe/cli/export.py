@@ -12,6 +12,7 @@ from lockprobe.cli import options
 from lockprobe.cli.command import Directory
 from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.interfaces.export.table_files import write_rows, write_table
 from lockprobe.interfaces.export.tables import TableName, table_of
@@ -19,7 +20,7 @@ from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.store import read
 
-Format = Literal["csv", "jsonl", "parquet"]
+Format = Literal["csv", "jsonl", "parquet", "frames"]
 
 _OUT = options.with_brackets(options.OUT, "standard output, also with -")
 
@@ -38,12 +39,20 @@ def export(
         bool,
         typer.Option("--with-platform-ids", help="Include people's IDs of the platform; they are personal data."),
     ] = False,
+    trial: Annotated[
+        str, typer.Option(metavar="KEY", help="Frames of this trial alone, by its key or its beginning or end.")
+    ] = "",
 ) -> None:
-    """Export a study: a table of its steps, trials or calls.
+    """Export a study: a table of its steps, trials or calls, or frames: pictures and depth with the camera.
 
     A table FILE comes with its data dictionary, FILE-metadata.json, which describes every column. Records are what the
     hash of the results covers: everything of a trial in one JSON object, in the order of their keys.
     """
+    if format == "frames":
+        _export_frames(directory, out, trial)
+        return
+    if trial:
+        raise BadValue("--trial", trial, "--format frames with it")
     if table == "records":
         _export_records(directory, format, out)
         return
@@ -55,6 +64,14 @@ def export(
     refuse_study_file(out)
     for path in write_table(table_of(directory, table, platform_ids=platform_ids), out, format):
         print(path)
+
+
+def _export_frames(directory: Path, out: Path | None, trial: str) -> None:
+    if out is None or str(out) == "-":
+        raise BadValue("--out", None, "a directory for the pictures")
+    write_frames = robot_plugin("tool", "frames", "frames need").load()
+    count = write_frames(directory, out, only=trial, tell=lambda said: print(f"Frames: {said}", file=sys.stderr))
+    print(f"{out} ({count} frames)")
 
 
 def _export_records(directory: Path, format: Format, out: Path | None) -> None:  # noqa: A002

@@ -137,7 +137,7 @@ def _play_again(
             recorder.begin(snapshot, lines)
             snapshot = plant.attempt(trial.joints.index(step.joint))
             recorder.show(snapshot, lines, _HOLD)
-            differs = differs or _difference(trial, at, before, snapshot)
+            differs = differs or difference(trial, at, before, snapshot)
             tell(f"step {at + 1} of {len(trial.steps)}, {recorder.pictures} pictures")
     except TrialFault as fault:
         if trial.error is None or trial.error.boundary != fault.boundary:
@@ -155,7 +155,7 @@ def _plant(plan: Plan, source: PlantSource, recorder: _FilmRecorder) -> Plant:
     return source.make_filmed(plan.box, labels, rng, recorder)
 
 
-def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str | None:
+def difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str | None:
     """The first difference between a replayed step and its record, in one line."""
     step = trial.steps[at]
     pairs: list[tuple[str, Fact, Fact]] = [

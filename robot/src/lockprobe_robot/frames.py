@@ -1,0 +1,119 @@
+"""``lockprobe export --format frames``: pictures of trials as files, with the camera, the truth and the report.
+
+Every trial is played again on its plant, or on a fast-twin where that has no camera, and photographed before its first
+step and after each. Pictures show the truth, whatever the agent was shown.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from lockprobe.boxes.box import bits
+from lockprobe.foundation.errors import BadFile, BadValue, TrialFault
+from lockprobe.foundation.storage.atomic_file import NewDirectory
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.read_records import load
+from lockprobe.trial.pictures.depth import to_millimetres
+from lockprobe.trial.pictures.frame import Frame
+from lockprobe.trial.pictures.png import to_png
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Trial
+from lockprobe_robot.film.replay import WITHOUT_ARM, difference, plan_of
+
+TABLE = "frames.jsonl"
+
+
+def write_frames(directory: Path, out: Path, *, only: str, tell: Callable[[str], None]) -> int:
+    """Write the frames of a study: ``rgb/000001.png``, ``depth/000001.png``, and a line for each in ``frames.jsonl``.
+
+    Depth files hold whole millimetres along the optical axis in 16 bits, 0 where there is no reading. A line has the
+    pinhole camera (``fx``, ``fy``, ``cx``, ``cy``, from the middle of the top left pixel), the pose of the panel in
+    its frame, both places of every handle in the frame of the panel (metres), and of the trial: its key, the step, the
+    joint that was attempted, the truth and what was told.
+
+    Args:
+        directory: The study's directory.
+        out: A directory that does not exist or is empty.
+        only: Only trials whose key begins or ends so; empty for all.
+        tell: Called with one line after every trial.
+
+    Returns:
+        The number of frames.
+
+    Raises:
+        UserMistake: If there is no such trial, or a trial goes another way than it did.
+    """
+    trials = [trial for trial in load(directory) if trial.key.startswith(only) or trial.key.endswith(only)]
+    if not trials:
+        raise BadValue("--trial", only, "the key of a trial, or its beginning or end")
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise BadFile(out, "is there and not an empty directory; choose another")
+    study = read_study(directory)
+    written = NewDirectory(out)
+    count = 0
+    try:
+        for kind in ("rgb", "depth"):
+            (written.draft / kind).mkdir()
+        with (written.draft / TABLE).open("w", encoding="utf-8") as table:
+            for number, trial in enumerate(trials, start=1):
+                plan = plan_of(study, trial)
+                for frame, facts in _frames(trial, plan):
+                    count += 1
+                    files = {kind: f"{kind}/{count:06}.png" for kind in ("rgb", "depth")}
+                    (written.draft / files["rgb"]).write_bytes(to_png(frame.rgb))
+                    (written.draft / files["depth"]).write_bytes(to_png(to_millimetres(frame.depth)))
+                    table.write(json.dumps({**files, **_camera(frame, trial), **facts}) + "\n")
+                tell(f"trial {number} of {len(trials)}, {count} frames")
+        written.commit()
+    finally:
+        written.drop()
+    return count
+
+
+def _frames(trial: Trial, plan: Plan) -> Iterator[tuple[Frame, dict[str, object]]]:
+    """The frames of a trial, each with what it shows and what was told."""
+    source = resolve_plant(plan.plant)
+    if source.picture_size is None:
+        source = resolve_plant(WITHOUT_ARM)
+    source.check(plan.box)
+    plant = source.make(plan.box, Names(plan).labels, plan.luck.physics())
+    try:
+        snapshot = plant.observe()
+        for at in range(-1, len(trial.steps)):
+            facts: dict[str, object] = {"key": trial.key, "agent": trial.agent, "step": at + 1}
+            if at >= 0:
+                step, before = trial.steps[at], bits(snapshot.configuration)
+                snapshot = plant.attempt(trial.joints.index(step.joint))
+                if (differs := difference(trial, at, before, snapshot)) is not None:
+                    raise BadFile(trial.key, differs)
+                facts |= {"joint": step.joint, "moved": step.moved, "told_moved": step.told_moved}
+                facts |= {"told_state": step.told_state, "told": step.told}
+            assert snapshot.look is not None
+            yield snapshot.look(), {**facts, "state": bits(snapshot.configuration)}
+    except TrialFault as fault:
+        if trial.error is None or trial.error.boundary != fault.boundary:
+            raise BadFile(trial.key, f"it breaks when it is played again ({fault})") from None
+    finally:
+        plant.close()
+
+
+def _camera(frame: Frame, trial: Trial) -> dict[str, object]:
+    camera = frame.camera
+    return {
+        "width": camera.width,
+        "height": camera.height,
+        "fx": camera.focal,
+        "fy": camera.focal,
+        "cx": (camera.width - 1) / 2,
+        "cy": (camera.height - 1) / 2,
+        "panel_in_camera": np.round(camera.panel, 9).tolist(),
+        "handles": {
+            name: np.round(places, 6).tolist() for name, places in zip(trial.joints, frame.handles, strict=True)
+        },
+        "labels": dict(zip(trial.joints, trial.labels, strict=True)),
+    }
