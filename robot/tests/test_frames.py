@@ -20,7 +20,7 @@ def exported(directory, out, *words):
 
 @pytest.fixture
 def study(tmp_path):
-    return write_study(tmp_path / "study", small_study(p=(0.4,), repetitions=1, trials=1))
+    return write_study(tmp_path / "study", small_study(["human-inspired"], p=(0.4,), repetitions=1, trials=1))
 
 
 def test_every_handle_is_within_a_pixel_of_where_its_place_is_projected(study, tmp_path):
@@ -52,8 +52,8 @@ def test_a_frame_has_its_picture_and_what_was_true_and_told(study, tmp_path, mon
     assert {line["told_moved"] for line in lines[1:]} <= {True, False}
     for before, line in pairwise(lines):
         assert (before["state"] != line["state"]) == line["moved"]
-        rgb = Image.open(tmp_path / "frames" / line["rgb"])
-        assert (rgb.mode, rgb.size) == ("RGB", (line["width"], line["height"]))
+        with Image.open(tmp_path / "frames" / line["rgb"]) as rgb:
+            assert (rgb.mode, rgb.size) == ("RGB", (line["width"], line["height"]))
 
 
 def test_what_cannot_be_written_is_refused(study, tmp_path, monkeypatch):
