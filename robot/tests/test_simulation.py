@@ -1,7 +1,7 @@
 """What every simulated plant needs is checked before one is made, in one line."""
 
 import pytest
-from lockprobe_robot.simulation import require_mujoco
+from lockprobe_robot.rendering.probe import require_mujoco
 
 from lockprobe.foundation.errors import BadValue, Missing
 

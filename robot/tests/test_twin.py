@@ -8,7 +8,6 @@ import pytest
 from lockprobe_robot.arm.guarded_move import GuardedMove, Touch
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
 from lockprobe_robot.fast_twin import FastTwin
-from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.twin import Twin
 from lockprobe_robot.twin_settings import SceneSettings, TwinSettings
 
@@ -141,7 +140,7 @@ def test_luck_does_not_depend_on_how_much_of_it_there_is():
     shifts = []
     for error in (0.001, 0.002):
         plant = twin(pose_error=error)
-        path, believed = handle_path(plant._panel, FREE, False), plant._believed_path(FREE, False)
+        path, believed = plant._panel.handle_path(FREE, False), plant._believed_path(FREE, False)
         shifts.append((believed.points - path.points)[0] / error)
         assert plant._aim.bit_generator.state == twin_after_one_draw()
     assert np.allclose(shifts[0], shifts[1])

@@ -1,6 +1,5 @@
 """A trial again, in words or as a film."""
 
-import asyncio
 import json
 import re
 from functools import partial
@@ -13,15 +12,8 @@ from PIL import Image
 from saboteur import Evidence
 from typed import in_process
 
-from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, UnknownName, UserMistake
 from lockprobe.interfaces.export import tidy_rows
-from lockprobe.interventions.conditions import flips
-from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.picture_store import Album
-from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.studies.study import Study
-from lockprobe.testing import ScriptedAgent
 
 KEY = "flips/human-inspired/truth/rep=1/trial=1"
 
@@ -118,28 +110,10 @@ def test_a_record_that_is_not_what_happens_is_found_out(directory, tmp_path):
     assert "as recorded" not in done.stdout
 
 
-def test_what_was_seen_needs_no_simulation(tmp_path, made):
-    study = Study(
-        name="modalities", agents=("viewer",), boxes=(box("chain-4"),), conditions=flips((0.0,), modalities=("rgb",)), repetitions=1, trials=1, max_steps=3,
-        plant="fast-twin?width=120&height=90",
-    )  # fmt: skip
-    with Journal.open(tmp_path / "study", study) as journal:
-        for plan in study.plans("viewer"):
-            played = play_timed(plan, ScriptedAgent(joints=(0,)), keep=Album(tmp_path / "study" / "pictures").keep)
-            journal.append(*asyncio.run(played))
-    made.clear()
-    done = replay(tmp_path / "study", "modalities", "--seen", "--out", tmp_path / "a.gif")
-    assert (done.stdout.startswith(f"Film: {tmp_path / 'a.gif'} (4 pictures, "), made) == (True, [])
-    assert replay(tmp_path / "study", "modalities", "--out", tmp_path / "b.gif").stderr == ""
-    assert len(made) == 1
-
-
 def test_a_mistake_is_said_in_one_line(directory, tmp_path, monkeypatch):
     for arguments, kind, message in (
         (("nothing",), UnknownName, "no trial is called 'nothing'"),
-        ((KEY, "--seen"), BadValue, "--out: got None, expected FILE.gif, FILE.mp4 or a directory, because of --seen"),
         ((KEY, "--out", tmp_path / "a.avi"), BadValue, "a name that ends in .gif or .mp4"),
-        ((KEY, "--seen", "--out", tmp_path / "a.gif"), BadValue, "one in which pictures were seen"),
         ((KEY, "--out", tmp_path / "no" / "a.gif"), BadFile, "its directory does not exist"),
     ):
         with pytest.raises(kind) as mistake:

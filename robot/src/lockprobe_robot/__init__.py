@@ -26,7 +26,7 @@ def scene(box: Lockbox, *, arm: bool = False) -> tuple[mujoco.MjModel, mujoco.Mj
         Missing: If a package is missing.
     """
     from lockprobe_robot.box_model.mjcf import plain_model
-    from lockprobe_robot.simulation import require_mujoco
+    from lockprobe_robot.rendering.probe import require_mujoco
 
     require_mujoco()
     return plain_model(box, arm=arm)

@@ -25,8 +25,6 @@ from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.record import Trial
 from lockprobe_robot.film.replay import WITHOUT_ARM, difference, plan_of
 
-TABLE = "frames.jsonl"
-
 
 def write_frames(directory: Path, out: Path, *, only: str, tell: Callable[[str], None]) -> int:
     """Write the frames of a study: ``rgb/000001.png``, ``depth/000001.png``, and a line for each in ``frames.jsonl``.
@@ -59,7 +57,7 @@ def write_frames(directory: Path, out: Path, *, only: str, tell: Callable[[str],
     try:
         for kind in ("rgb", "depth"):
             (written.draft / kind).mkdir()
-        with (written.draft / TABLE).open("w", encoding="utf-8") as table:
+        with (written.draft / "frames.jsonl").open("w", encoding="utf-8") as table:
             for number, trial in enumerate(trials, start=1):
                 plan = plan_of(study, trial)
                 for frame, facts in _frames(trial, plan):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -12,9 +13,11 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.spec import Spec, in_words, settings_of, with_options
 from lockprobe.plants.catalogue import FilmHook, Make, PlantSource
 from lockprobe.trial.protocols import Plant
-from lockprobe_robot.rendering.probe import renderer_name, require_opengl
-from lockprobe_robot.simulation import require_mujoco
+from lockprobe_robot.rendering.probe import renderer_name, require_mujoco, require_opengl
 from lockprobe_robot.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
+
+RehearsalRung = Literal["scripted", "twin"]
+"""The rungs below a robot; :mod:`lockprobe_robot.hardware.rehearsal` says what they are."""
 
 _FILES = ("model", "root", "digest", "hand", "hand_digest")
 """Options that say which plant it is, and no property of it."""
@@ -113,7 +116,7 @@ def _of_a_user(spec: Spec) -> PlantSource:
 def manual(spec: Spec) -> PlantSource:
     """A real box whose joints a person moves; a camera tells the truth.
 
-    Options: camera, handles, device. What the person sets up before the camera: discs, handle_colours, labels, clutter,
+    Options: camera, handles. What the person sets up before the camera: discs, handle_colours, labels, clutter,
     light, colours, viewpoint, view_jitter.
     """
     from lockprobe_robot.hardware.manual_camera import ManualSettings, check_manual, make_manual
@@ -132,26 +135,28 @@ def manual(spec: Spec) -> PlantSource:
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _RehearsalSettings:
+    rung: RehearsalRung = "scripted"
+
+
 def rig(spec: Spec) -> PlantSource:
     """The adapter of a real arm, in rehearsal.
 
-    Options: rung (scripted, twin), truth (simulation, camera).
+    Options: rung (scripted, twin).
     """
-    from lockprobe_robot.rehearsal_settings import RehearsalSettings
-
-    settings = with_options(RehearsalSettings, "rig", spec.options)
+    settings = with_options(_RehearsalSettings, "rig", spec.options)
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
         from lockprobe_robot.hardware.rehearsal import rehearse_rig
 
-        return rehearse_rig(settings, box, labels, rng, film)
+        return rehearse_rig(settings.rung, box, labels, rng, film)
 
     return PlantSource(
         spec=str(spec),
         make=make,
         make_filmed=None if settings.rung == "scripted" else make,
         check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
-        photographs=settings.truth == "camera",
         has_arm=True,
         options={},
     )

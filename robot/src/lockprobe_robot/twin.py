@@ -24,7 +24,6 @@ from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.box_model.scene import build_scene
 from lockprobe_robot.fast_twin import SimulatedLockbox
 from lockprobe_robot.filming import Filming
-from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.twin_settings import TwinSettings
 from lockprobe_robot.user_model.own_hand import add_own_hand
 
@@ -144,12 +143,12 @@ class Twin(SimulatedLockbox):
     def _believed_path(self, joint: int, position: bool) -> HandlePath:
         """The handle's path with a random pose error in the panel's plane."""
         shift = self._settings.pose_error * self._aim.standard_normal(2)
-        path = handle_path(self._panel, joint, position)
+        path = self._panel.handle_path(joint, position)
         return HandlePath(points=path.points + self._panel.pose[:3, :2] @ shift, axis=path.axis)
 
     def _refuse_out_of_reach(self) -> None:
         for joint, name in enumerate(self._box.names):
-            path = handle_path(self._panel, joint, False)
+            path = self._panel.handle_path(joint, False)
             lift = -self._move.clearance * path.axis
             for point in (path.points[0], path.points[-1], path.points[0] + lift, path.points[-1] + lift):
                 if not self._arm.reaches(point, path.axis):

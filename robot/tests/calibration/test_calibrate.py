@@ -88,8 +88,3 @@ def test_a_view_is_refused_by_the_tags_of_the_board_that_it_shows(numbers, refus
     seen, reasons = library.look_at_views(tmp_path, views, tagged.board()[1])
     assert reasons == ({} if refused is None else {"0.png": refused})
     assert [view.tags for view in seen] == ([3] if refused is None else [])
-
-
-def test_an_unknown_method_is_refused():
-    with pytest.raises(BadValue, match="park, tsai"):
-        calibrated(tagged.views(), method="tasi")

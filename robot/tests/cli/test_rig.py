@@ -7,7 +7,7 @@ import pytest
 from hardware import fakes
 from lockprobe_robot.cli.rig import app
 from lockprobe_robot.hardware import arm_check, franky, rehearsal
-from lockprobe_robot.hardware.rungs import parts_of
+from lockprobe_robot.hardware.rehearsal import parts_of
 from typer.testing import CliRunner
 
 from lockprobe.boxes.families import box

@@ -93,7 +93,6 @@ def test_poses_of_the_hand_in_millimetres_are_suspected(pictures, tmp_path):
     ("words", "mistake", "message"),
     [
         (["calibrate", "none"], BadFile, "views.json: cannot be read"),
-        (["calibrate", "none", "--method", "tasi"], BadValue, "park, tsai"),
         (["calibrate", "none", "--tag-size", "4"], BadValue, "millimetres from 10 to 200"),
     ],
 )

@@ -1,12 +1,7 @@
 """``lockprobe run --camera``: the camera of the plant ``manual``, as an option of the command line."""
 
-import sys
-
 import pytest
-from drawn_board import board
-from hardware.webcams import FakeCapture, fake_cv2
 from lockprobe_robot.hardware import manual_camera
-from lockprobe_robot.hardware.manual_scene import ManualScene
 from plants.person import Person, handles_text
 from typed import typed
 
@@ -32,7 +27,7 @@ def folder(tmp_path, monkeypatch):
     return made
 
 
-@pytest.mark.parametrize("plant", ["manual", "manual?device=0"])
+@pytest.mark.parametrize("plant", ["manual", "manual?clutter=0"])
 def test_a_folder_is_played_and_the_study_is_that_of_the_spec(folder, tmp_path, plant):
     out, spelled = tmp_path / "s", f"{plant}{'&' if '?' in plant else '?'}camera={tmp_path}/A%26B 100%25%2B"
     run("flips", plant=plant, camera=str(folder), out=out, report=False, **PLAYED)
@@ -42,19 +37,6 @@ def test_a_folder_is_played_and_the_study_is_that_of_the_spec(folder, tmp_path, 
     run("flips", plant=spelled, out=out, report=False, **PLAYED)  # the same command, spelled otherwise
     run("flips", plant=spelled, camera=str(folder), out=out, report=False, **PLAYED)
     assert len(load(out)) == 1
-
-
-def test_a_webcam_is_played_with_the_file_of_handles_in_the_working_directory(tmp_path, monkeypatch):
-    person = Person(box(FIVE))
-    monkeypatch.setattr(manual_camera, "TerminalOperator", lambda: person)
-    monkeypatch.setitem(sys.modules, "cv2", fake_cv2(FakeCapture(lambda: board(person.now))))
-    (tmp_path / "handles.toml").write_text(handles_text(box(FIVE)), "utf-8")
-    monkeypatch.chdir(tmp_path)
-    run("flips", plant="manual", camera="webcam", out=tmp_path / "s", report=False, **PLAYED)
-    (trial,) = load(tmp_path / "s")
-    assert trial.ending == "solved"
-    facts = {"plant": "manual?camera=webcam", "truth": "camera", "camera": "webcam 0"}
-    assert trial.plant == facts | ManualScene().levels
 
 
 def test_the_plant_of_a_study_file_gets_the_camera_too(folder, tmp_path):
@@ -67,23 +49,19 @@ def test_the_plant_of_a_study_file_gets_the_camera_too(folder, tmp_path):
 @pytest.mark.parametrize(
     ("words", "line"),
     [
-        (["--camera", "webcam"], "camera: got 'webcam', expected --plant manual with it"),
+        (["--camera", "shots"], "camera: got 'shots', expected --plant manual with it"),
         (
-            ["--plant", "twin?tilt=0", "--camera", "webcam"],
-            "camera: got 'webcam', expected --plant manual with it; twin has no such option",
+            ["--plant", "twin?tilt=0", "--camera", "shots"],
+            "camera: got 'shots', expected --plant manual with it; twin has no such option",
         ),
-        (["--plant", "manual", "--camera", ""], "camera: got '', expected a folder, or webcam"),
+        (["--plant", "manual", "--camera", ""], "camera: got '', expected a folder"),
         (
-            ["--plant", "manual?camera=shots", "--camera", "webcam"],
-            "camera: got 'webcam', expected none with manual?camera=shots, which has another",
+            ["--plant", "manual?camera=others", "--camera", "shots"],
+            "camera: got 'shots', expected none with manual?camera=others, which has another",
         ),
         (
             ["--plant", "manual", "--camera", "shots"],
             "shots/handles.toml: no such file; it says where pictures show the handles (robot/docs/robot.md)",
-        ),
-        (
-            ["--plant", "manual", "--camera", "webcam"],
-            "handles.toml: no such file; it says where pictures show the handles (robot/docs/robot.md)",
         ),
     ],
 )
@@ -97,6 +75,6 @@ def test_a_plant_of_another_package_says_itself_whether_it_has_the_option(tmp_pa
     (tmp_path / "lab.py").write_text("def rig(*, box, labels, rng):\n    raise RuntimeError\n")
     spec = with_camera("python:lab:rig?speed=1", "a/b")
     assert spec == Spec.parse("python:lab:rig?speed=1&camera=a/b")
-    done = typed("run", "flips", "--agent", "random", "--plant", "python:lab:rig", "--camera", "webcam", cwd=tmp_path)
+    done = typed("run", "flips", "--agent", "random", "--plant", "python:lab:rig", "--camera", "shots", cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr == "lockprobe: no option of python:lab:rig is called 'camera'; there are: none\n"

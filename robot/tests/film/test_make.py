@@ -32,4 +32,4 @@ def test_what_a_film_shows_in_the_place_of_a_plant_is_said(played, shown, note, 
     monkeypatch.setattr(make, "read_study", lambda directory: None)
     monkeypatch.setattr(make, "plan_of", lambda study, trial: SimpleNamespace(plant=played))
     monkeypatch.setattr(make, "film_trial", lambda *given, **named: film)
-    assert make.make_film(tmp_path, None, tmp_path / "a.gif", seen=False, speed=1, tell=print).note == note
+    assert make.make_film(tmp_path, None, tmp_path / "a.gif", speed=1, tell=print).note == note

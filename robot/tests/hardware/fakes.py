@@ -1,11 +1,8 @@
 """Parts of a rig that break on request."""
 
-from functools import partial
-
 import numpy as np
 from arm.fake_arm import FakeArm
 from lockprobe_robot.box_model.panel import lay_out_panel
-from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware.board import calibrated_board
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
 from lockprobe_robot.hardware.camera import Shot
@@ -80,7 +77,7 @@ class DrawnCamera:
 
 def faulty_rig(*, box, labels, rng):
     """A rig whose arm loses its connection in the first trial that is played in this process."""
-    path = partial(handle_path, lay_out_panel(box))
+    path = lay_out_panel(box).handle_path
     at = 10**9 if BROKEN else 30
     arm = Breaking(box, path, at=at, instead=_lost)
     operator = Willing()
@@ -91,7 +88,7 @@ def faulty_rig(*, box, labels, rng):
 def calibrated_rig(*, box, labels, rng):
     """A rig of scripted parts whose board's pose comes from the calibration that is named in ``CALIBRATION``."""
     board = calibrated_board(box, **CALIBRATION)
-    CONNECTED.append(arm := ScriptedArm(box, board.path))
+    CONNECTED.append(arm := ScriptedArm(box, board.panel.handle_path))
     operator = Willing()
     within = Bounded(arm, Bounds(**SPACE), operator)
     return Rig(box, labels=labels, arm=within, board=board, operator=operator, truth="verdict", rung="scripted")

@@ -4,7 +4,6 @@ import hashlib
 import os
 from dataclasses import replace
 from datetime import UTC, datetime
-from functools import partial
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.box_model.tag_layout import board_checksum, place_tags
 from lockprobe_robot.calibration.calibration_file import Calibration, CalibrationErrors, write_calibration
 from lockprobe_robot.calibration.pose import rows_of
-from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware.board import Board, calibrated_board
 
 from lockprobe.boxes.families import box
@@ -56,11 +54,13 @@ def test_the_hand_follows_the_measured_board_and_the_record_names_the_calibratio
     assert played.plant["calibration_held_out_mm"] == 1.25
     assert played.plant["calibration_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
     measured, known = calibrated_board(CHAIN, path), Board(panel=replace(lay_out_panel(CHAIN), pose=POSE))
-    drawn = partial(handle_path, lay_out_panel(CHAIN))
+    drawn = lay_out_panel(CHAIN).handle_path
     for joint in range(4):
-        assert measured.path(joint, True).points == pytest.approx(known.path(joint, True).points)
-        assert measured.path(joint, True).length == pytest.approx(drawn(joint, True).length)
-    assert measured.path(0, False).axis == pytest.approx([0, 0, -1])
+        assert measured.panel.handle_path(joint, True).points == pytest.approx(
+            known.panel.handle_path(joint, True).points
+        )
+        assert measured.panel.handle_path(joint, True).length == pytest.approx(drawn(joint, True).length)
+    assert measured.panel.handle_path(0, False).axis == pytest.approx([0, 0, -1])
 
 
 REFUSALS = {

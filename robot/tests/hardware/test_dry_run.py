@@ -1,16 +1,13 @@
 """The dry run: every motion is made above the board, the box stays as it is, and what is felt or sinks stops the arm."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 from hardware.fakes import SPACE, Breaking, Willing
 from lockprobe_robot.arm.guarded_move import GuardedMove
 from lockprobe_robot.box_model.panel import lay_out_panel
-from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
+from lockprobe_robot.hardware.rehearsal import parts_of
 from lockprobe_robot.hardware.rig import Rig
-from lockprobe_robot.hardware.rungs import parts_of
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, PlantFault
@@ -19,7 +16,7 @@ CHAIN = box("chain-4")
 
 
 def rig_of(operator, *, at=10**9, instead=lambda arm: None, **limits):
-    path = partial(handle_path, lay_out_panel(CHAIN))
+    path = lay_out_panel(CHAIN).handle_path
     arm = Breaking(CHAIN, path, at=at, instead=instead)
     within = Bounded(arm, Bounds(**{**SPACE, "answer": 60.0, **limits}), operator)
     return Rig(CHAIN, labels=CHAIN.names, arm=within, path=path, operator=operator, truth="person"), arm
@@ -28,8 +25,8 @@ def rig_of(operator, *, at=10**9, instead=lambda arm: None, **limits):
 def test_every_joint_goes_both_ways_at_its_height_after_a_yes_and_the_box_stays_as_it_is():
     operator, heights, told = Willing(), [], []
     rig, arm = rig_of(operator)
-    normal = -handle_path(lay_out_panel(CHAIN), 0, False).axis
-    board = float(handle_path(lay_out_panel(CHAIN), 0, False).points[0] @ normal)
+    normal = -lay_out_panel(CHAIN).handle_path(0, False).axis
+    board = float(lay_out_panel(CHAIN).handle_path(0, False).points[0] @ normal)
     follow = arm.follow
     arm.follow = lambda position, velocity, *, stiffness: (
         heights.append(float(position @ normal) - board),
@@ -108,7 +105,7 @@ def test_a_height_at_which_the_hand_would_touch_is_refused(height):
 
 def test_a_motion_that_does_not_follow_its_way_is_a_complaint():
     rig, arm = rig_of(Willing())
-    arm.position = lambda: handle_path(lay_out_panel(CHAIN), 0, False).points[0] + np.array([0.0, 0.0, 0.2])
+    arm.position = lambda: lay_out_panel(CHAIN).handle_path(0, False).points[0] + np.array([0.0, 0.0, 0.2])
     found = rig.dry_run()
     assert len(found.complaints) == len(found.motions) == 8
     assert found.complaints[0] == "revolute-left from 0: the verdict is failed, in free air it is moved"

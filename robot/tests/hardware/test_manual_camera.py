@@ -1,7 +1,5 @@
 """A camera in front of a box that a person moves: what a picture shows is the truth."""
 
-import sys
-
 import numpy as np
 import pytest
 from lockprobe_robot.hardware import manual_camera
@@ -13,7 +11,7 @@ from plants.person import Person, handles_text
 
 from lockprobe.boxes.box import bits
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, PlantFault, UserMistake
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.manual import Manual
 from lockprobe.studies.running.single import run_trial
@@ -112,13 +110,11 @@ def test_pictures_of_painted_labels_are_refused_with_shuffled_ones(tmp_path):
     [
         ("manual?camera=/nowhere", BadFile, "/nowhere/handles.toml"),
         ("manual?handles=h.toml", BadValue, "handles: got 'h.toml', expected camera=FOLDER"),
-        ("manual?camera=webcam", BadFile, "handles.toml: no such file; it says where pictures show the handles"),
         ("manual?lens=2", UserMistake, "no option of manual is called 'lens'"),
         ("manual?light=side", BadValue, "light: got 'side', expected camera=FOLDER"),
         ("manual?camera=x&colours=drawn", BadValue, "colours: got 'drawn', expected one of plain, second"),
         ("manual?camera=x&view_jitter=60", BadValue, "view_jitter: got 60.0, expected a number from 0 to 50"),
         ("manual?camera=x&viewpoint=oblique", BadFile, "x/handles-oblique.toml: no such file"),
-        ("manual?camera=webcam&handles=h&device=-1", BadValue, "device: got -1"),
     ],
 )
 def test_a_wrong_camera_is_refused_in_one_line(spec, error, message, tmp_path, monkeypatch):
@@ -126,13 +122,3 @@ def test_a_wrong_camera_is_refused_in_one_line(spec, error, message, tmp_path, m
     with pytest.raises(error) as caught:
         resolve_plant(spec).check(box("chain-4"))
     assert str(caught.value).startswith(message)
-
-
-def test_without_opencv_the_webcam_says_how_to_get_it(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "cv2", None)
-    (tmp_path / "handles.toml").write_text(handles_text(FIVE), "utf-8")
-    with pytest.raises(Missing, match="the webcam needs OpenCV: pip install opencv-python-headless"):
-        resolve_plant(f"manual?camera=webcam&handles={tmp_path / 'handles.toml'}").check(FIVE)
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(Missing, match="the webcam needs OpenCV"):  # the file is looked for in the working directory
-        resolve_plant("manual?camera=webcam").check(FIVE)

@@ -1,12 +1,11 @@
-"""The depth camera's adapter: without a device, and on pictures that the library plays itself."""
+"""The depth camera's adapter, without a device."""
 
 import sys
 import types
 
 import numpy as np
 import pytest
-from lockprobe_robot.hardware.camera import Shot, check_shot
-from lockprobe_robot.hardware.realsense import PlayedRealSense, RealSense
+from lockprobe_robot.hardware.realsense import RealSense
 
 from lockprobe.foundation.errors import Missing, PlantFault
 
@@ -60,30 +59,3 @@ def test_the_library_has_the_names_that_are_called():
     )
     assert hasattr(rs.device, "first_depth_sensor")
     assert hasattr(rs.depth_sensor, "get_depth_scale")
-
-
-def test_played_pictures_come_through_the_library_as_they_are_and_never_an_old_one():
-    pytest.importorskip("pyrealsense2")
-    luck, taken = np.random.default_rng(1), []
-
-    def take():
-        depth = (luck.integers(500, 900) + np.arange(64) + np.zeros((48, 1))).astype(np.float32) / 1000
-        taken.append(Shot(rgb=luck.integers(0, 256, (48, 64, 3), dtype=np.uint8), depth=depth))
-        return taken[-1]
-
-    camera = PlayedRealSense(take, width=64, height=48)
-    for at in range(1, 4):
-        shot = check_shot(camera.grab(), (64, 48))
-        assert len(taken) == at
-        assert (shot.rgb == taken[-1].rgb).all()
-        there = shot.depth > 0  # aligning loses some pixels to rounding
-        assert there.mean() > 0.9
-        assert shot.depth[there] == pytest.approx(taken[-1].depth[there], abs=0.0011)  # or the pixel next to it
-    assert camera.facts == {"camera": "realsense software_device"}
-    camera.close()
-
-
-def test_without_the_library_nothing_is_played(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyrealsense2", None)
-    with pytest.raises(Missing, match=r"lockprobe-robot\[realsense\]"):
-        PlayedRealSense(lambda: None)

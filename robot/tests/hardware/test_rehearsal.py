@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from lockprobe_robot.hardware import rehearsal
-from lockprobe_robot.hardware.rehearsal import RehearsedAttempt, rehearse
-from lockprobe_robot.hardware.rungs import parts_of
+from lockprobe_robot.hardware.rehearsal import RehearsedAttempt, parts_of, rehearse
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
@@ -63,32 +62,6 @@ def test_a_rehearsal_is_a_plant_with_the_steps_of_the_rules():
     assert [step.told for step in rehearsed.steps] == [step.told for step in ruled.steps]
     assert (rehearsed.plant["rung"], rehearsed.plant["truth"]) == ("scripted", "simulation")
     assert {step.sensed["truth"] for step in rehearsed.steps} == {"simulation"}
-
-
-def test_a_camera_tells_the_truth_of_the_twin_through_a_real_library():
-    """Two steps: a locked joint and a free one, with the pictures that agents see."""
-    pytest.importorskip("mujoco")
-    pytest.importorskip("pyrealsense2")
-    plant = resolve_plant("rig?rung=twin&truth=camera")
-    assert plant.has_camera
-    assert not plant.is_attended()
-    rig = plant.make(CHAIN, tuple("ABCD"), np.random.default_rng(2))
-    try:
-        assert rig.observe().configuration == CHAIN.initial
-        for joint, outcome in ((0, "blocked"), (3, "moved")):
-            seen = rig.attempt(joint)
-            assert (seen.outcome, seen.sensed["verdict"], seen.sensed["truth"]) == (outcome, outcome, "camera")
-        frame = seen.look()
-        assert (frame.rgb.shape, frame.renderer) == ((480, 640, 3), "camera")
-        assert 0.4 < np.median(frame.depth) < 1.5
-        assert (rig.facts["truth"], rig.facts["camera"]) == ("camera", "realsense software_device")
-    finally:
-        rig.close()
-
-
-def test_where_nothing_can_be_seen_no_camera_tells_the_truth():
-    with pytest.raises(BadValue, match="truth: got 'camera', expected simulation with rung=scripted"):
-        resolve_plant("rig?truth=camera")
 
 
 def test_a_film_of_the_twins_rung_sees_the_arm_move():

@@ -3,7 +3,6 @@
 import re
 import threading
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,6 @@ from drawn_board import HANDLES, HEIGHT, WIDTH
 from hardware import fakes
 from hardware.fakes import SPACE, Breaking, DrawnCamera, Willing
 from lockprobe_robot.box_model.panel import lay_out_panel
-from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware import realsense
 from lockprobe_robot.hardware.board import Board
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
@@ -37,7 +35,7 @@ FIVE = box("random-5-3")
 
 def rig_of(box, labels=("A", "B", "C", "D", "E"), *, truth="verdict", operator=None, at=10**9, instead=None, **limits):
     """The rig, its arm and its camera."""
-    path = partial(handle_path, lay_out_panel(box))
+    path = lay_out_panel(box).handle_path
     arm = Breaking(box, path, at=at, instead=instead or (lambda arm: None))
     camera = DrawnCamera(arm)
     eye = Eye(camera=camera, handles=ImageHandles(size=(WIDTH, HEIGHT), places=HANDLES[: len(box.joints)]))
@@ -184,7 +182,7 @@ def test_the_example_of_the_docs_is_a_rig(monkeypatch):
     lab["TerminalOperator"] = lambda: Willing("", "y", "y")
     board = Board(panel=lay_out_panel(puzzle))
     lab["calibrated_board"] = lambda box, path: board
-    lab["FrankyArm"] = lambda host, tool: ScriptedArm(puzzle, board.path)
+    lab["FrankyArm"] = lambda host, tool: ScriptedArm(puzzle, board.panel.handle_path)
     plant = lab["rig"](box=puzzle, labels=tuple("ABCD"), rng=None)
     assert plant.observe().configuration == puzzle.initial
     seen = plant.attempt(3)

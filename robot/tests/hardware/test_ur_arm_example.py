@@ -15,7 +15,6 @@ pytest.importorskip("mujoco")  # the ways of handles
 
 from lockprobe_robot.arm.protocol import StoppableArm
 from lockprobe_robot.box_model.panel import lay_out_panel
-from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.hardware import rehearsal
 from lockprobe_robot.hardware.bounds import Bounded
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
@@ -109,14 +108,14 @@ def puzzle():
 
 @pytest.fixture
 def robot(puzzle):
-    return FakeRobot(puzzle, partial(handle_path, lay_out_panel(puzzle)))
+    return FakeRobot(puzzle, lay_out_panel(puzzle).handle_path)
 
 
 def test_a_rehearsal_through_it_says_what_the_rules_say(monkeypatch, puzzle, robot):
     arm = example(monkeypatch, robot)
 
     def parts(rung, same, labels, rng):
-        path = partial(handle_path, lay_out_panel(same))
+        path = lay_out_panel(same).handle_path
         put = partial(setattr, robot.arm, "configuration")
         return rehearsal.Parts(arm=arm, path=path, state=lambda: robot.arm.configuration, put=put)
 

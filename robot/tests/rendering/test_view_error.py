@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from lockprobe_robot.rendering.view_error import ViewError, draw_view_error
+from lockprobe_robot.rendering.opengl import ViewError, draw_view_error
 
 
 def test_a_larger_error_is_the_same_luck_enlarged_and_none_draws_as_much():

@@ -13,7 +13,7 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.command import Directory
-from lockprobe.foundation.errors import BadValue, TrialFault, UnknownName, UserMistake
+from lockprobe.foundation.errors import TrialFault, UnknownName, UserMistake
 from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.records.read_records import load
@@ -36,9 +36,6 @@ def replay(
             help=options.with_brackets(options.OUT, "a film: FILE.gif, FILE.mp4, or a directory for single pictures")
         ),
     ] = None,
-    seen: Annotated[
-        bool, typer.Option("--seen", help="Film the pictures that the agent saw, from the study's directory.")
-    ] = False,
     speed: Annotated[int, typer.Option(min=1, max=_FASTEST, help="Playback speed of a robot.")] = 4,
     json: options.AsJson = False,
 ) -> None:
@@ -49,14 +46,12 @@ def replay(
         raise UnknownName("trial", key, [t.key for t in trials[:12]])
     trial = found[0]
     if out is None:
-        if seen:
-            raise BadValue("--out", None, "FILE.gif, FILE.mp4 or a directory, because of --seen")
         for line in _events(trial) if json else _story(trial):
             print(printable(line))
         return
     make_film = robot_plugin("tool", "film", "films need").load()
     try:
-        film = make_film(directory, trial, out, seen=seen, speed=speed, tell=_Progress())
+        film = make_film(directory, trial, out, speed=speed, tell=_Progress())
     except TrialFault as fault:
         raise UserMistake(f"the film ends where the trial breaks when it is played again ({fault})") from None
     if film.note:

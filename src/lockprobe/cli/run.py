@@ -24,11 +24,11 @@ from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.study_options import SHIPPED, STUDIES
 
 _AGAIN = "Replay trials that ended without a usable reply, or as a refusal; earlier records stay in the file (nothing)."
-_CAMERA = "For --plant manual: pictures tell the truth; a folder in which you save them, or webcam (a person tells it)."
+_CAMERA = "For --plant manual: pictures tell the truth, in a folder in which you save them (a person tells it)."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 
-Camera = Annotated[str | None, typer.Option("--camera", metavar="FOLDER|webcam", help=_CAMERA)]
+Camera = Annotated[str | None, typer.Option("--camera", metavar="FOLDER", help=_CAMERA)]
 ShardOf = Annotated[str | None, typer.Option("--shard", metavar="i/n", help=_SHARD)]
 WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)]
 Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)]

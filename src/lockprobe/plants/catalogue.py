@@ -115,7 +115,7 @@ def known_plants() -> dict[str, str]:
         "symbolic": "The rules and nothing else.",
         **{name: _described(name) for name in _OF_ROBOT[:2]},
         "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Options of "
-        "lockprobe-robot: camera, handles, device; with a camera also the looks of the scene: discs, handle_colours, "
+        "lockprobe-robot: camera, handles; with a camera also the looks of the scene: discs, handle_colours, "
         "labels, clutter, light, colours, viewpoint, view_jitter.",
         **{name: _described(name) for name in _OF_ROBOT[2:]},
     }
@@ -184,7 +184,7 @@ def with_camera(plant: str, camera: str) -> Spec:
     """
     spec = Spec.parse(plant, "plant")
     if not camera:
-        raise BadValue("camera", camera, "a folder, or webcam")
+        raise BadValue("camera", camera, "a folder")
     if spec.full_name in PLANTS and spec.full_name != "manual":
         raise BadValue("camera", camera, f"--plant manual with it; {spec.full_name} has no such option")
     if spec.options.get("camera", camera) != camera:

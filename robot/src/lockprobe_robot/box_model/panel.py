@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.foundation.errors import BadValue
+from lockprobe_robot.arm.guarded_move import HandlePath
 from lockprobe_robot.box_model.mounted_joint import (
     BAR,
     KNOB_RADIUS,
@@ -47,6 +48,9 @@ _LETTERS, _ASPECT = (0.068, 0.06, 0.052), 1.33
 _OWN = 1.3
 """Least ratio of a label's distance to any other joint and to the joint that it names."""
 
+_POINTS = 33
+"""Number of points on the path of a handle."""
+
 _PATIENCE = 4000
 _NEAR, _FAR = 0.30, 0.72
 
@@ -77,6 +81,18 @@ class PanelLayout:
     def handles(self) -> NDArray[np.float64]:
         """Top of each joint's handle at position 0 and at 1, shape (joints, 2, 3), metres in the panel's frame."""
         return np.array([[[*f.knob(fraction), KNOB_TOP] for fraction in (0.0, 1.0)] for f in self.mounted_joints])
+
+    def handle_path(self, joint: int, position: bool) -> HandlePath:
+        """The path of a handle in the world of ``pose``, for a hand that drags it from its present position.
+
+        Args:
+            joint: By index in panel order.
+            position: The handle's present position; the path leads to the other one.
+        """
+        mounted = self.mounted_joints[joint]
+        fractions = np.linspace(1, 0, _POINTS) if position else np.linspace(0, 1, _POINTS)
+        tops = np.array([[*mounted.knob(float(fraction)), KNOB_TOP] for fraction in fractions])
+        return HandlePath(points=self.in_world(tops), axis=-self.pose[:3, 2])
 
     def in_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Transform points from the panel's frame to the world, the same shape, metres."""

@@ -14,10 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.foundation.validation import check_choice
 from lockprobe_robot.box_model.tag_layout import TagLayout
 from lockprobe_robot.calibration.calibration_file import Calibration, CalibrationErrors
-from lockprobe_robot.calibration.opencv import METHODS, Method, board_pose, find_tags, hand_eye, read_grey
+from lockprobe_robot.calibration.opencv import METHOD, board_pose, find_tags, hand_eye, read_grey
 from lockprobe_robot.calibration.pose import Pose, angle_between, mean_pose, rows_of
 from lockprobe_robot.calibration.views import CalibrationView, Intrinsics, Views, read_picture
 
@@ -110,7 +109,6 @@ def calibrate(
     tags: TagLayout,
     box: str,
     board: str,
-    method: Method = "park",
     least_turn: float = LEAST_TURN,
 ) -> Calibration:
     """Calibrate camera and board.
@@ -122,28 +120,26 @@ def calibrate(
         tags: The tags of the board.
         box: Name of the box, for the record.
         board: Checksum of the board, for the record.
-        method: Method of hand-eye calibration.
         least_turn: Least rotation of the hand off its dominant axis, degrees.
 
     Raises:
-        BadValue: If there are too few views, the hand rotates too little, or the method finds no pose.
+        BadValue: If there are too few views, the hand rotates too little, or no pose is found.
     """
-    check_choice("method", method, METHODS)
     if len(seen) < FEWEST_VIEWS:
         raise BadValue("views with the board", len(seen), f"at least {FEWEST_VIEWS}; {len(refused)} were refused")
     turned = turned_degrees([view.hand for view in seen])
     if turned < least_turn:
         expected = f"at least {least_turn:g} degrees: turn the hand about two axes between views"
         raise BadValue("rotation of the hand off its most frequent axis", f"{turned:.1f} degrees", expected)
-    eye, base = _solved(seen, method)
-    millimetres, degrees = _held_out(seen, tags, method)
+    eye, base = _solved(seen)
+    millimetres, degrees = _held_out(seen, tags)
     return Calibration(
         date=datetime.now(UTC),
         box=box,
         board=board,
         tag_mm=1000 * tags.side,
         camera=camera,
-        method=method,
+        method=METHOD,
         camera_in_hand=rows_of(eye),
         board_in_base=rows_of(base),
         used=tuple(view.picture for view in seen),
@@ -171,18 +167,18 @@ def turned_degrees(hands: Sequence[Pose]) -> float:
     return float(np.degrees(2 * np.arcsin(min(np.sqrt(max(least, 0.0)) / 2, 1.0))))
 
 
-def _solved(seen: Sequence[BoardView], method: Method) -> tuple[Pose, Pose]:
+def _solved(seen: Sequence[BoardView]) -> tuple[Pose, Pose]:
     """Pose of the camera in the hand, and of the board in the base."""
-    eye = hand_eye([view.hand for view in seen], [view.board for view in seen], method)
+    eye = hand_eye([view.hand for view in seen], [view.board for view in seen])
     return eye, mean_pose([view.hand @ eye @ view.board for view in seen])
 
 
-def _held_out(seen: Sequence[BoardView], tags: TagLayout, method: Method) -> tuple[list[float], list[float]]:
+def _held_out(seen: Sequence[BoardView], tags: TagLayout) -> tuple[list[float], list[float]]:
     """Hold-out error of every view, in millimetres and degrees, by the calibration of the other folds."""
     middles = np.c_[tags.middles, np.zeros(len(tags.middles)), np.ones(len(tags.middles))].T
     millimetres, degrees = [], []
     for fold in range(_FOLDS):
-        eye, base = _solved([view for i, view in enumerate(seen) if i % _FOLDS != fold], method)
+        eye, base = _solved([view for i, view in enumerate(seen) if i % _FOLDS != fold])
         for view in seen[fold::_FOLDS]:
             here = view.hand @ eye @ view.board
             apart = np.linalg.norm(((here - base) @ middles)[:3], axis=0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,14 +20,9 @@ from lockprobe_robot.calibration.pose import Pose, is_rigid
 if TYPE_CHECKING:
     from lockprobe_robot.calibration.views import Intrinsics
 
-Method = Literal["park", "tsai", "horaud", "daniilidis"]
-
-METHODS: tuple[Method, ...] = get_args(Method)
-"""Methods of hand-eye calibration, the default first.
-
-Andreff's is left out: in one of five runs on the twin its position was six times as wrong as that of the others, and
-the hold-out error did not show it.
-"""
+METHOD = "park"
+"""The method of hand-eye calibration. On the twin Tsai's, Horaud's and Daniilidis' are as exact; in one of five runs
+Andreff's was six times as wrong, and the hold-out error did not show it."""
 
 _MOST_PIXELS = 8192 * 8192
 _NO_FRAME = (0xC4, 0xC8, 0xCC)
@@ -141,32 +136,30 @@ def board_pose(
     return pose, float(np.sqrt(((seen.reshape(-1, 2) - pixels) ** 2).sum(1).mean()))
 
 
-def hand_eye(hands: Sequence[Pose], boards: Sequence[Pose], method: Method = "park") -> Pose:
+def hand_eye(hands: Sequence[Pose], boards: Sequence[Pose]) -> Pose:
     """Hand-eye calibration: the pose of a camera in the frame of the hand that carries it.
 
     Args:
         hands: Poses of the hand in the frame of the robot's base, shape (4, 4) each.
         boards: Poses of a board that does not move, in the frame of the camera.
-        method: One of :data:`METHODS`.
 
     Returns:
         Shape (4, 4).
 
     Raises:
-        BadValue: If the method finds no pose: OpenCV then returns the identity, non-finite numbers or a reflection.
+        BadValue: If no pose is found: OpenCV then returns the identity, non-finite numbers or a reflection.
     """
     cv2 = _opencv()
-    name = f"CALIB_HAND_EYE_{method.upper()}"
     turn, shift = cv2.calibrateHandEye(
         [hand[:3, :3] for hand in hands],
         [hand[:3, 3] for hand in hands],
         [board[:3, :3] for board in boards],
         [board[:3, 3] for board in boards],
-        method=getattr(cv2, name),
+        method=cv2.CALIB_HAND_EYE_PARK,  # by its name: OpenCV ignores it in its place
     )
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = turn, shift.ravel()
     if not is_rigid(pose) or np.array_equal(pose, np.eye(4)):
-        expected = "another one, or views with more rotation, or tags in their places: it finds no pose"
-        raise BadValue("method", method, f"{expected} of the camera")
+        expected = "views with more rotation, and tags in their places: no pose of the camera is found"
+        raise BadValue("views", len(hands), expected)
     return pose

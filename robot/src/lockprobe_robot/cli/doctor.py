@@ -8,8 +8,7 @@ from collections.abc import Iterator
 
 from lockprobe.cli.doctor import Finding
 from lockprobe.foundation.errors import UserMistake
-from lockprobe_robot.rendering.probe import probe
-from lockprobe_robot.simulation import require_mujoco
+from lockprobe_robot.rendering.probe import probe, require_mujoco
 
 
 def examine() -> Iterator[Finding]:

@@ -15,7 +15,7 @@ from lockprobe.boxes.families import find_box as find
 from lockprobe.cli import options
 from lockprobe.foundation.errors import BadValue, PlantFault, UserMistake
 from lockprobe_robot.cli.rig_calibrate import calibrate
-from lockprobe_robot.rehearsal_settings import RehearsalRung
+from lockprobe_robot.plants import RehearsalRung
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -148,7 +148,7 @@ def _facts(found: Rehearsal) -> dict[str, object]:
 
 
 def _lines(found: Rehearsal) -> list[str]:
-    from lockprobe_robot.hardware.rungs import RUNGS
+    from lockprobe_robot.hardware.rehearsal import RUNGS
 
     faults = sum(bool(one.fault) for one in found.attempts)
     facts = "".join(f"; {name}: {value}" for name, value in found.facts.items())

@@ -28,7 +28,6 @@ def calibrate(
         Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (robot/docs/calibration.md).")
     ],
     box: options.Box = DEFAULT_BOX,
-    method: Annotated[str, typer.Option(help="park, tsai, horaud or daniilidis.")] = "park",
     tag_size: Annotated[
         float | None, typer.Option(metavar="MM", help="Measured side of a printed tag's black square (as drawn).")
     ] = None,
@@ -41,15 +40,12 @@ def calibrate(
 
     --box is the box on the board in the pictures.
     """
-    from lockprobe.foundation.validation import check_choice
     from lockprobe_robot.box_model.panel import lay_out_panel
     from lockprobe_robot.box_model.tag_layout import board_checksum, place_tags, resized
     from lockprobe_robot.calibration import calibrate as library
     from lockprobe_robot.calibration.calibration_file import write_calibration
-    from lockprobe_robot.calibration.opencv import METHODS
     from lockprobe_robot.calibration.views import read_views
 
-    check_choice("method", method, METHODS)
     if tag_size is not None and not _SMALLEST <= tag_size <= _LARGEST:
         raise BadValue("--tag-size", tag_size, f"millimetres from {_SMALLEST:g} to {_LARGEST:g}")
     views, found = read_views(folder), find_box(box)
@@ -66,7 +62,6 @@ def calibrate(
         tags=printed,
         box=found.name,
         board=board_checksum(panel, drawn),
-        method=next(known for known in METHODS if known == method),
     )
     path = folder / "calibration.json" if out is None else out
     write_calibration(result, path)

@@ -8,7 +8,7 @@ import struct
 from collections.abc import Generator
 from itertools import islice, product
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Protocol
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,25 +30,12 @@ _SAME = 255
 """Index of the transparent colour of a GIF: the pixel stays as it is."""
 
 
-class FilmFile(Protocol):
-    """A film file that is being written. It is there from the first picture on, in the place of an older one."""
-
-    def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
-        """Add a picture.
-
-        Args:
-            picture: Shape (height, width, 3), the same for all.
-            seconds: Its duration.
-        """
-        ...
-
-    def close(self) -> None:
-        """End the film. Without a picture there is none. Idempotent."""
-        ...
-
-
 def open_film(path: Path) -> FilmFile:
     """Open a film for writing; the suffix decides its format.
+
+    ``add`` adds a picture, shape (height, width, 3), the same for all, that lasts some seconds. The film is there from
+    the first one on, in the place of an older one. ``close`` ends it, and may be called again; without a picture there
+    is no film.
 
     Raises:
         BadValue: If the suffix is unknown.
@@ -213,3 +200,6 @@ class _Directory:
 
     def close(self) -> None:
         pass
+
+
+FilmFile = _Gif | _Mp4 | _Directory

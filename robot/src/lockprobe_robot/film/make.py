@@ -1,4 +1,4 @@
-"""``lockprobe replay --out``: a film of a trial of a study, played again or of the pictures that its agent saw."""
+"""``lockprobe replay --out``: a film of a trial of a study, played again."""
 
 from __future__ import annotations
 
@@ -9,22 +9,18 @@ from pathlib import Path
 from lockprobe.foundation.spec import Spec
 from lockprobe.studies.records.directory import read_study
 from lockprobe.trial.record import Trial
-from lockprobe_robot.film.agent_view import film_seen
 from lockprobe_robot.film.replay import STAND_IN, WITHOUT_ARM, Film, film_trial, plan_of
 
 _NO_MOTION = "A force pushed the model: the film shows it before and after each attempt."
 
 
-def make_film(
-    directory: Path, trial: Trial, path: Path, *, seen: bool, speed: int, tell: Callable[[str], None]
-) -> Film:
+def make_film(directory: Path, trial: Trial, path: Path, *, speed: int, tell: Callable[[str], None]) -> Film:
     """Film a trial of a study.
 
     Args:
         directory: The study's directory.
         trial: The record.
         path: The film: ``.gif``, ``.mp4``, or a directory for the pictures.
-        seen: Whether to film the pictures that the agent saw, without simulation.
         speed: Speed-up of a robot's motion, a factor of 1 to 16.
         tell: Called with one line after every step that is played again.
 
@@ -32,8 +28,6 @@ def make_film(
         UserMistake: If the trial cannot be filmed here.
         TrialFault: If it breaks when it is played again.
     """
-    if seen:
-        return film_seen(trial, directory / "pictures", path)
     study = read_study(directory)
     plan = plan_of(study, trial)
     film = film_trial(trial, plan, path, speed=speed, tell=tell)

@@ -10,12 +10,10 @@ from pathlib import Path
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.inputs import read_input
 from lockprobe.trial.record import Fact
-from lockprobe_robot.arm.guarded_move import HandlePath
 from lockprobe_robot.box_model.panel import PanelLayout, lay_out_panel
 from lockprobe_robot.box_model.tag_layout import board_checksum, place_tags
 from lockprobe_robot.calibration.calibration_file import calibration_for
 from lockprobe_robot.calibration.pose import array_of
-from lockprobe_robot.handle_path import handle_path
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -29,15 +27,6 @@ class Board:
 
     panel: PanelLayout
     facts: Mapping[str, Fact] = field(default_factory=dict)
-
-    def path(self, joint: int, position: bool) -> HandlePath:
-        """The path of a handle in the frame of the arm's base.
-
-        Args:
-            joint: By index in panel order.
-            position: The handle's present position; the path leads to the other one.
-        """
-        return handle_path(self.panel, joint, position)
 
 
 def calibrated_board(box: Lockbox, path: Path | str, *, box_file: Path | str | None = None) -> Board:

@@ -1,4 +1,4 @@
-"""A camera in front of a box that a person moves: ``manual?camera=FOLDER`` and ``manual?camera=webcam``."""
+"""A camera in front of a box that a person moves: ``manual?camera=FOLDER``."""
 
 from __future__ import annotations
 
@@ -23,18 +23,15 @@ from lockprobe_robot.hardware.position_reader import (
     read_positions,
 )
 
-WEBCAM = "webcam"
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManualSettings(ManualScene):
     """The options of ``manual``; those of the scene need a camera.
 
     Attributes:
-        camera: A folder in which pictures are saved, or ``webcam``; empty for a person who types what happened.
-        handles: The file with the places of handles in pictures of the plain viewpoint; by default ``handles.toml``,
-            in the folder or, with a webcam, in the working directory.
-        device: Number of the webcam.
+        camera: A folder in which pictures are saved; empty for a person who types what happened.
+        handles: The file with the places of handles in pictures of the plain viewpoint; by default ``handles.toml`` in
+            the folder.
 
     Raises:
         BadValue: If an option has no effect in this combination.
@@ -42,35 +39,19 @@ class ManualSettings(ManualScene):
 
     camera: str = ""
     handles: str = ""
-    device: int = 0
 
     def __post_init__(self) -> None:
         ManualScene.__post_init__(self)
         plain = {"handles": "", **ManualScene().levels}
         for name, level in {"handles": self.handles, **self.levels}.items():
             if level != plain[name] and not self.camera:
-                raise BadValue(name, in_words(level), "camera=FOLDER or camera=webcam with it")
-        if not 0 <= self.device <= 63:
-            raise BadValue("device", self.device, "a whole number from 0 to 63")
+                raise BadValue(name, in_words(level), "camera=FOLDER with it")
 
     @property
     def handles_file(self) -> Path:
         """Path of the file with the places of handles from the viewpoint: that of another one has its name behind."""
-        usual = Path(HANDLES_FILE) if self.camera == WEBCAM else Path(self.camera) / HANDLES_FILE
-        file = Path(self.handles) if self.handles else usual
+        file = Path(self.handles) if self.handles else Path(self.camera) / HANDLES_FILE
         return file if self.viewpoint == "plain" else file.with_stem(f"{file.stem}-{self.viewpoint}")
-
-    def open_camera(self) -> HardwareCamera:
-        """Open the camera.
-
-        Raises:
-            UserMistake: If it is missing.
-        """
-        if self.camera == WEBCAM:
-            from lockprobe_robot.hardware.webcam import Webcam
-
-            return Webcam(self.device)
-        return FolderCamera(self.camera)
 
 
 class CameraSight:
@@ -125,7 +106,7 @@ def make_manual(settings: ManualSettings, box: Lockbox, labels: tuple[str, ...])
     sight = None
     if settings.camera:
         handles = read_handles(settings.handles_file, box)
-        sight = CameraSight(settings.open_camera(), handles, settings)
+        sight = CameraSight(FolderCamera(settings.camera), handles, settings)
     return Manual(box, labels=labels, operator=TerminalOperator(), sight=sight)
 
 

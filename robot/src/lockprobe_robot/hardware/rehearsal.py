@@ -3,35 +3,101 @@
 * ``scripted``: an arm without a body; the whole program runs in milliseconds.
 * ``twin``: the simulated arm and box in this process.
 
-On the second one a camera can tell the truth: pictures of the simulation pass through the library of a real depth
-camera. Both drive the same :class:`~lockprobe_robot.hardware.rig.Rig`, bounds and guarded move.
+Both drive the same :class:`~lockprobe_robot.hardware.rig.Rig`, bounds and guarded move; the simulation tells the truth.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
-from lockprobe.foundation.errors import LockprobeError, PlantFault
+from lockprobe.foundation.errors import BadValue, PlantFault
 from lockprobe.plants.catalogue import FilmHook
 from lockprobe.plants.operator import ConsentingOperator
 from lockprobe.trial.protocols import Plant
 from lockprobe.trial.record import Fact
-from lockprobe_robot.arm.guarded_move import GuardedMove
+from lockprobe_robot.arm.guarded_move import GuardedMove, HandlePath
+from lockprobe_robot.arm.protocol import StoppableArm
+from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
-from lockprobe_robot.hardware.camera import Shot
-from lockprobe_robot.hardware.position_reader import ImageHandles
-from lockprobe_robot.hardware.realsense import PlayedRealSense
-from lockprobe_robot.hardware.rig import Eye, Rig
-from lockprobe_robot.hardware.rungs import Parts, parts_of
-from lockprobe_robot.rehearsal_settings import RehearsalRung, RehearsalSettings
+from lockprobe_robot.hardware.rig import Rig
+from lockprobe_robot.hardware.scripted_arm import ScriptedArm
+from lockprobe_robot.plants import RehearsalRung
+from lockprobe_robot.rendering.probe import require_mujoco
 
 BOUNDS = Bounds(low=(0.0, -0.6, 0.02), high=(0.85, 0.6, 0.9), answer=2.0)
 """The workspace of rehearsals. A busy machine may need two seconds for an answer; a robot may not."""
+
+RUNGS: Mapping[RehearsalRung, str] = {
+    "scripted": "an arm without a body",
+    "twin": "the simulated arm, in this process",
+}
+"""The rungs from the bottom, and what each is."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parts:
+    """The parts of a rung.
+
+    Attributes:
+        arm: The arm.
+        path: Function from joint (index in panel order) and present position to the handle's path.
+        state: The configuration, once the joints rest.
+        put: Sets the configuration, as a person would between attempts.
+        close: Releases everything.
+        facts: Facts for the record.
+    """
+
+    arm: StoppableArm
+    path: Callable[[int, bool], HandlePath]
+    state: Callable[[], Configuration]
+    put: Callable[[Configuration], None]
+    close: Callable[[], None] = lambda: None
+    facts: Mapping[str, Fact] = field(default_factory=dict)
+
+
+def parts_of(
+    rung: str, box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None
+) -> Parts:
+    """The parts of a rung, with the box in its initial configuration; ``scripted`` cannot be filmed.
+
+    Raises:
+        BadValue: If there is no such rung.
+        Missing: If a package is missing.
+    """
+    if rung == "scripted":
+        path = lay_out_panel(box).handle_path
+        scripted = ScriptedArm(box, path)
+        return Parts(
+            arm=scripted,
+            path=path,
+            state=lambda: scripted.configuration,
+            put=lambda configuration: setattr(scripted, "configuration", configuration),
+        )
+    if rung == "twin":
+        return _twin(box, labels, rng, film)
+    raise BadValue("rung", rung, f"one of {', '.join(RUNGS)}")
+
+
+def _twin(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None) -> Parts:
+    require_mujoco()
+    from lockprobe_robot.twin import Twin
+    from lockprobe_robot.twin_settings import TwinSettings
+
+    twin = Twin(box, labels=labels, settings=TwinSettings(), rng=rng, film=film)
+
+    return Parts(
+        arm=twin.arm,
+        path=twin.panel.handle_path,
+        state=twin.settled,
+        put=twin.put,
+        close=twin.close,
+        facts={"engine": twin.facts["engine"]},
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,7 +153,7 @@ class Rehearsal:
 
 
 def rehearse_rig(
-    settings: RehearsalSettings,
+    rung: RehearsalRung,
     box: Lockbox,
     labels: tuple[str, ...],
     rng: np.random.Generator,
@@ -98,46 +164,19 @@ def rehearse_rig(
     Raises:
         UserMistake: If the rung is not available here.
     """
-    parts, operator = parts_of(settings.rung, box, labels, rng, film), ConsentingOperator()
-    try:
-        eye = played_eye(parts) if settings.truth == "camera" else None
-    except LockprobeError:
-        parts.close()
-        raise
+    parts, operator = parts_of(rung, box, labels, rng, film), ConsentingOperator()
     return Rig(
         box,
         labels=labels,
         arm=Bounded(parts.arm, BOUNDS, operator),
         path=parts.path,
         operator=operator,
-        eye=eye,
-        truth=settings.truth,
-        rung=settings.rung,
+        truth="simulation",
+        rung=rung,
         facts=parts.facts,
-        state=parts.state if eye is None else None,
+        state=parts.state,
         release=parts.close,
     )
-
-
-def played_eye(parts: Parts) -> Eye:
-    """A camera whose pictures of the simulation come through the library of a real one.
-
-    Raises:
-        Missing: If the library, or a renderer, is not there.
-    """
-    look = parts.look
-    assert look is not None
-    first = look()
-
-    def take() -> Shot:
-        frame = look()
-        return Shot(rgb=frame.rgb, depth=frame.depth)
-
-    columns_rows = first.camera.project(first.handles)[..., :2]
-    places = tuple(tuple((float(column), float(row)) for column, row in joint) for joint in columns_rows)
-    size = (first.camera.width, first.camera.height)
-    camera = PlayedRealSense(take, width=size[0], height=size[1])
-    return Eye(camera=camera, handles=ImageHandles(size=size, places=places))  # type: ignore[arg-type] # pairs
 
 
 def rehearse(

@@ -88,7 +88,7 @@ class Rig:
         assert (truth == "simulation") == (state is not None)
         if path is None:
             assert board is not None
-            path = board.path
+            path = board.panel.handle_path
         self._state, self._release = state, release
         self._box, self._arm, self._path, self._operator, self._eye = box, arm, path, operator, eye
         self._truth, self._rung, self._move, self._more = truth, rung, move or GuardedMove(), dict(facts or {})

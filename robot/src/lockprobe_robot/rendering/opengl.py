@@ -11,6 +11,7 @@ import importlib
 import importlib.metadata
 import os
 import sys
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -19,7 +20,6 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe_robot.geom_groups import SHOWN_GROUPS
-from lockprobe_robot.rendering.view_error import ViewError
 
 _PLATFORM = "cgl" if sys.platform == "darwin" else "egl"
 
@@ -31,6 +31,44 @@ _PLATFORM_VARIABLE = "PYOPENGL_PLATFORM"
 
 _opened: list[int] = []
 """The process of the first context. A fork of it can have none."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ViewError:
+    """How far a camera is from where it should be.
+
+    Attributes:
+        shift: Along the camera's own axes, shape (3,), metres.
+        turn: Rotation vector about these axes, shape (3,), radians.
+    """
+
+    shift: NDArray[np.float64]
+    turn: NDArray[np.float64]
+
+    def move(self, seen: mujoco.MjData, eye: int) -> None:
+        """Move a camera of a state whose poses are computed, by index."""
+        axes = seen.cam_xmat[eye].reshape(3, 3).copy()
+        quaternion, rotation = np.zeros(4), np.zeros(9)
+        angle = float(np.linalg.norm(self.turn))
+        mujoco.mju_axisAngle2Quat(quaternion, self.turn / max(angle, 1e-12), angle)
+        mujoco.mju_quat2Mat(rotation, quaternion)
+        seen.cam_xpos[eye] += axes @ self.shift
+        seen.cam_xmat[eye] = (axes @ rotation.reshape(3, 3)).ravel()
+
+
+def draw_view_error(shift: float, turn: float, rng: np.random.Generator) -> ViewError | None:
+    """The error of one picture: the same luck, scaled. Six numbers are drawn, whatever the sizes are.
+
+    Args:
+        shift: Standard deviation along each axis, metres.
+        turn: Standard deviation about each axis, radians.
+        rng: Random stream.
+
+    Returns:
+        None where both are 0.
+    """
+    luck = rng.standard_normal(6)
+    return ViewError(shift=shift * luck[:3], turn=turn * luck[3:]) if shift or turn else None
 
 
 class OpenGL:

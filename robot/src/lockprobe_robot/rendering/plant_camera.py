@@ -17,9 +17,8 @@ from lockprobe.foundation.errors import PlantFault
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.record import Fact
 from lockprobe_robot.box_model.scene import EYE
-from lockprobe_robot.rendering.opengl import OpenGL, shown_state
+from lockprobe_robot.rendering.opengl import OpenGL, draw_view_error, shown_state
 from lockprobe_robot.rendering.probe import open_renderer
-from lockprobe_robot.rendering.view_error import draw_view_error
 from lockprobe_robot.twin_settings import CameraSettings
 
 _FROM_OPENGL = np.diag([1.0, -1.0, -1.0])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes.util
 import functools
+import importlib
 import importlib.util
 import os
 import signal
@@ -16,7 +17,7 @@ import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lockprobe.foundation.errors import Missing
+from lockprobe.foundation.errors import BadValue, Missing
 from lockprobe.foundation.safe_path import interpreter, safe_path
 
 if TYPE_CHECKING:
@@ -81,6 +82,23 @@ def probe() -> Probed:
     if done.returncode == 0:
         return Probed(ok=True, detail=done.stdout.strip())
     return Probed(ok=False, detail=_reason(done))
+
+
+def require_mujoco() -> None:
+    """Check that boxes can be simulated and drawn here.
+
+    Raises:
+        Missing: If a package is missing.
+        BadValue: If ``MUJOCO_GL`` names an OpenGL platform that is not there, so that MuJoCo cannot be imported.
+    """
+    for module, package in (("mujoco", "mujoco"), ("PIL", "pillow")):
+        if importlib.util.find_spec(module) is None:
+            raise Missing(f"the twins need the package {package}", "pip install 'lockprobe[twin]'")
+    if platform := os.environ.get("MUJOCO_GL"):
+        try:
+            importlib.import_module("mujoco")
+        except (AttributeError, ImportError, RuntimeError):
+            raise BadValue("MUJOCO_GL", platform, "a platform that works here; unset it, it is not needed") from None
 
 
 def require_opengl() -> None:
