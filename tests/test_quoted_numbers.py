@@ -135,7 +135,7 @@ QUOTED = [
      lambda: [end for boxes in (1, 4) for end in power_of_forty(boxes)]),
     ("docs/modalities.md", "needs {} steps on average on the fixed panel and {} on dealt panels",
      lambda: [pace(NEAREST)[0], dealt_steps(NEAREST)]),
-    ("robot/docs/twin.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 16_000).high]),
+    ("robot/docs/twin.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 30_000).high]),
     ("docs/embedded-model.md", "which solve {:.0f} % of such boxes ({:.0f} % without immediate repeats)",
      lambda: [100 * course("random").success, 100 * course("random-no-repeat").success]),
     ("docs/agents.md", "(8 of 10 has a 95 % interval of {:.2f} to {:.2f})",
@@ -148,7 +148,7 @@ QUOTED = [
     ("docs/ideal-observer.md", "is a chain needs {} steps (80 % by step {}, all by {})",
      lambda: pace("ideal-observer?noise=naive&prior=chains")),
     ("benchmarks/README.md", "For 0 of 4000 pushes the 95 % interval is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
-    ("robot/docs/twin.md", "of 200 ({:.1f} to 100 %, 95 % interval)", lambda: [100 * both(200, 200)[0]]),
+    ("robot/docs/twin.md", "of 800 ({:.1f} to 100 %, 95 % interval)", lambda: [100 * both(800, 800)[0]]),
     ("docs/monte-carlo.md", "course.by(1) # {} steps, 80 % by step {}, all by step {}",
      lambda: pace("human-inspired")),
 ]  # fmt: skip
@@ -198,7 +198,7 @@ REPORT = "src/lockprobe/report/questions/modalities.py"
 MEASURED = [
     ("docs/modalities.md", "`python benchmarks/viewer.py`", ["benchmarks/viewer.py"]),
     ("docs/modalities.md", "`benchmarks/modality_rates.py`", ["benchmarks/modality_rates.py"]),
-    ("robot/docs/twin.md", "`benchmarks/interlocks.py`", ["benchmarks/interlocks.py"]),
+    ("robot/docs/twin.md", "`benchmarks/interlocks.py --interlocks 50 --pushes 150`", ["benchmarks/interlocks.py"]),
     ("robot/docs/twin.md", "benchmarks/arm_actions.py", ["benchmarks/arm_actions.py"]),
     ("docs/gymnasium.md", "benchmarks/gymnasium_steps.py", ["benchmarks/gymnasium_steps.py"]),
     ("docs/models.md", "--agent llm:openai/gpt-4o --estimate`", ["src/lockprobe/cli/run.py"]),
