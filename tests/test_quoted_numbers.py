@@ -147,7 +147,7 @@ QUOTED = [
      lambda: pace("ideal-observer?noise=naive")),
     ("docs/ideal-observer.md", "is a chain needs {} steps (80 % by step {}, all by {})",
      lambda: pace("ideal-observer?noise=naive&prior=chains")),
-    ("benchmarks/README.md", "For 0 of 4000 pushes the 95 % interval is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
+    ("benchmarks/README.md", "For 0 of 30 000 pushes the 95 % interval is 0 to {:.3f} %", lambda: [100 * both(0, 30_000)[1]]),
     ("robot/docs/twin.md", "of 800 ({:.1f} to 100 %, 95 % interval)", lambda: [100 * both(800, 800)[0]]),
     ("docs/monte-carlo.md", "course.by(1) # {} steps, 80 % by step {}, all by step {}",
      lambda: pace("human-inspired")),
