@@ -36,7 +36,7 @@ def replay(
             help=options.with_brackets(options.OUT, "a film: FILE.gif, FILE.mp4, or a directory for single pictures")
         ),
     ] = None,
-    speed: Annotated[int, typer.Option(min=1, max=_FASTEST, help="Playback speed of a robot.")] = 4,
+    speed: Annotated[int, typer.Option(min=1, max=_FASTEST, help="Playback speed of a robot.")] = 5,
     json: options.AsJson = False,
 ) -> None:
     """Show a finished trial step by step, truth and report, or with --out as a film."""

@@ -82,7 +82,7 @@ def plan_of(study: Study, trial: Trial) -> Plan:
 
 
 def film_trial(
-    trial: Trial, plan: Plan, path: Path, *, speed: int = 4, tell: Callable[[str], None] = lambda said: None
+    trial: Trial, plan: Plan, path: Path, *, speed: int = 5, tell: Callable[[str], None] = lambda said: None
 ) -> Film:
     """Play a recorded trial again and film it.
 
