@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 66_875,
-    "lines of code": 41_790,
-    "lines of tests": 57_230,
-    "words of docs": 37_840,
+    "lines of source": 65_100,
+    "lines of code": 40_780,
+    "lines of tests": 54_370,
+    "words of docs": 37_830,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
 

@@ -159,8 +159,11 @@ def test_what_is_quick_imports_nothing_heavy(lines, not_imported):
     assert not not_imported & _imported(*lines)
 
 
-def test_help_an_estimate_and_a_status_import_no_report_and_no_provider(tmp_path):
+def test_help_an_estimate_and_a_status_import_no_report_and_help_no_provider(tmp_path):
+    """The library of prices brings a client along."""
     agent = "llm:openai/gpt-4o"
     write_study(tmp_path / "s", small_study([agent]), [make_trial(SOLUTION, agent=agent)])
-    lines = ("run flips --condition fip?p=0.4", f"run flips --estimate --agent {agent}", f"status {tmp_path / 's'}")
-    assert not REPORT & _imported(*(f"{command} --help" for command in COMMANDS), *lines)
+    helped = [f"{command} --help" for command in COMMANDS]
+    assert not REPORT & _imported(*helped, "run flips --condition fip?p=0.4")
+    priced = f"run flips --estimate --agent {agent}", f"status {tmp_path / 's'}"
+    assert REPORT & _imported(*priced) <= {"httpx2"}

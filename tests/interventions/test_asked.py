@@ -19,10 +19,10 @@ from lockprobe.agents.prompt import (
     conversation,
     example,
     instructions,
-    parse_reply,
     repair,
     reply_schema,
 )
+from lockprobe.agents.reply import parse_reply
 from lockprobe.foundation.errors import BadFile, BadValue, ReplyFault, SettingsChanged, UserMistake
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.distract import ASIDES

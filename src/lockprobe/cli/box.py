@@ -128,7 +128,7 @@ def show(
             metavar="FILE", help=options.with_brackets(options.OUT, "a drawing, .svg or .png; a model for MuJoCo, .xml")
         ),
     ] = None,
-    arm: Annotated[bool, typer.Option("--arm", help="With the robot arm, in a model for MuJoCo.")] = False,
+    arm: Annotated[bool, typer.Option("--arm", help="With the robot arm (in a model for MuJoCo).")] = False,
     json: options.AsJson = False,
 ) -> None:
     """Show a box: its panel, its interlock and its difficulty."""
