@@ -67,6 +67,7 @@ TAKING: dict[str, list[list[str]]] = {
     "box show": [["box", "show", "FILE"]],
     "box solve": [["box", "solve", "FILE"]],
     "box check": [["box", "check", "FILE"]],
+    "box view": [["box", "view", "FILE"]],
 }
 """Command -> command lines, with DIR and OTHER for directories and FILE for a study file."""
 
