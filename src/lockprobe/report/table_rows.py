@@ -39,7 +39,7 @@ def value_cell(row: Estimate | None, form: str = "{:.2f}") -> str:
 
 def at_lowest(found: Results) -> str:
     """Under which reports agents are compared without an effect of false ones, within a sentence."""
-    return "at the lowest flip rate" if found.several_p else at_dose(next(iter(found.flip_rates), 0.0))
+    return at_dose(next(iter(found.flip_rates), 0.0))
 
 
 def over_rates(found: Results) -> str:

@@ -52,7 +52,8 @@ def test_the_sentence_has_mean_steps_beside_the_shortest_plan_and_the_change_of_
     answer, change = part.answer, course.get("steps_difference", "higher")
     assert f"{course.cells[0].value('mean_steps_all'):.1f} for cognitive:perseverant" in answer
     assert "(shortest plan: 4)" in answer
-    assert answer.count("at higher ones") == 1
+    assert answer.startswith("Mean steps when told the truth (")
+    assert answer.count("with false reports") == 1
     assert f"{change.value:+.1f} [".replace("-", "\N{MINUS SIGN}") in answer
 
 

@@ -97,10 +97,11 @@ def _over_doses(course: Doses) -> list[Estimate]:
 def _said(found: Results) -> str:
     """Mean steps beside those of the shortest plan, and what higher flip rates change."""
     means, shown = [], played_subjects(found)
+    more = "at higher flip rates" if min(found.flip_rates, default=0.0) else "with false reports"
     for course in shown:
         said = f"{course.played[0].value('mean_steps_all'):.1f} for {Subject.of(course.agent, course.shown).name}"
         change = course.get("steps_difference", _HIGHER)
-        means.append(f"{said}, {steps_cell(change)} at higher ones ({p_value(change.p_value)})" if change else said)
+        means.append(f"{said}, {steps_cell(change)} {more} ({p_value(change.p_value)})" if change else said)
     plan = found.get("optimum")
     least = f" (shortest plan: {plan.value:g})" if plan else ""
     said = "; ".join(means)
