@@ -61,8 +61,9 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before_and_wher
     assert [step.decision for step in other.steps] != [step.decision for step in trial.steps]
     assert capfd.readouterr() == ("", "")
     script = (
-        "from lockprobe import run_trial; from lockprobe.trial.trial_json import trial_to_json; import sys;"
-        f"sys.stdout.write(trial_to_json(run_trial(agent='llm:local', **{SHORT})).decode())"
+        "from lockprobe import run_trial; from lockprobe.agents.catalogue import resolve; import sys;"
+        "from lockprobe.trial.trial_json import trial_to_json;"
+        f"sys.stdout.write(trial_to_json(run_trial(agent=resolve('llm:local').make(), **{SHORT})).decode())"
     )
     assert forked.run([], script=script).stdout == trial_to_json(trial).decode()
 
