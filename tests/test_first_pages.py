@@ -69,7 +69,7 @@ def test_five_trials_are_too_few_to_show_it(tmp_path):
 
 def test_the_groups_of_a_lesson_find_what_it_says(tmp_path):
     said = r"play the same study with (\d+), (\d+) and (\d+) trials per repetition: .* --p 0,0\.6 --seed (\d+) --trials (\d+) --out group-1"
-    ((*sizes, seed, typed),) = [map(int, found) for found in re.findall(said, text_of("tutorial-teaching.md"))]
+    ((*sizes, seed, typed),) = [map(int, found) for found in re.findall(said, text_of("teaching.md"))]
     answers = []
     for size in sizes[:2]:  # the third has more trials of the same
         planned = study("flips", agent=("human-inspired", "random"), p=(0, 0.6), trials=size, seed=seed)

@@ -17,7 +17,7 @@ TEACHING = ROOT / "examples" / "teaching"
 NOTEBOOK = TEACHING / "lesson.ipynb"
 CELLS = json.loads(NOTEBOOK.read_text("utf-8"))["cells"]
 CODE = ["".join(cell["source"]) for cell in CELLS if cell["cell_type"] == "code"]
-PLAN = (ROOT / "docs/tutorial-teaching.md").read_text("utf-8").partition("## One lesson")[2].partition("\n## ")[0]
+PLAN = (ROOT / "docs/teaching.md").read_text("utf-8").partition("## One lesson")[2].partition("\n## ")[0]
 
 
 def sheet(name):

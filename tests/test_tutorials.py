@@ -1,9 +1,7 @@
-"""The tutorials: their files are written, their code runs and their studies give the numbers that the pages show."""
+"""What pages show is typed: their code runs, and their studies give the numbers that stand there."""
 
 import re
 import shlex
-import subprocess
-import sys
 from collections import Counter
 from pathlib import Path
 
@@ -22,7 +20,6 @@ IN_ARM = {"lie": "flip?p=0.4"}
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-TUTORIALS = sorted((*DOCS.glob("tutorial-*.md"), *(ROOT / "robot" / "docs").glob("tutorial-*.md")))
 
 
 def blocks(page, kind):
@@ -31,35 +28,6 @@ def blocks(page, kind):
 
 def words(page):
     return " ".join((DOCS / page).read_text("utf-8").split())
-
-
-@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
-def test_a_tutorial_is_short(page):
-    assert page.read_text("utf-8").count("\n") <= 120
-
-
-AFTERWARDS = """
-import sys
-import pytest
-from lockprobe.cli import main
-
-print(int(pytest.main(["-q", "-p", "no:cacheprovider", "test_my_lab.py"])))
-sys.argv = ["lockprobe", "run", "flips", "--agent", "random", "--sweep", SWEEP, "--trials", "1", "--no-report"]
-main()
-"""
-
-
-def test_the_intervention_of_the_tutorial_is_played(tmp_path):
-    module, one_trial, contract, planned = blocks("tutorial-intervention.md", "py")
-    (tmp_path / "my_lab.py").write_text(module, "utf-8")
-    (tmp_path / "test_my_lab.py").write_text(contract, "utf-8")
-    (sweep,) = re.findall(r"--sweep '(.*?)'", words("tutorial-intervention.md"))
-    session = one_trial + planned + AFTERWARDS.replace("SWEEP", repr(sweep))
-    done = subprocess.run([sys.executable, "-c", session], cwd=tmp_path, capture_output=True, text=True, check=True)
-    (shown,) = blocks("tutorial-intervention.md", "text")
-    assert re.match(r"\[((True|False), ){15}None, None, None, None, None\]\n" + re.escape(shown), done.stdout)
-    assert "\n0\n" in done.stdout  # the contract is kept
-    assert re.search(r"conditions: .*python:my_lab:Tired\?last=15;", done.stdout)
 
 
 def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
@@ -92,11 +60,11 @@ def test_one_lie_at_the_end_of_a_loop(tmp_path):
     assert f"One random step instead adds {step} points ({step_between})" in words("why.md")
 
 
-def test_the_plant_of_the_tutorial_keeps_the_contract_and_is_played(tmp_path, monkeypatch):
-    module, contract = blocks("../robot/docs/tutorial-robot.md", "py")
+def test_the_device_of_the_page_keeps_the_contract_and_is_played(tmp_path, monkeypatch):
+    *_, module, contract = blocks("../robot/docs/robot.md", "py")
     (tmp_path / "bench.py").write_text(module, "utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    exec(compile(contract, "tutorial-robot.md", "exec"), {})
+    exec(compile(contract, "robot.md", "exec"), {})
     trial = lockprobe.run_trial(agent="human-inspired", plant="python:bench:Bench", p=0.4, seed=1)
     assert trial.actions == lockprobe.run_trial(agent="human-inspired", p=0.4, seed=1).actions
     assert {step.sensed["force_n"] for step in trial.steps} == {2.0, 20.0}
@@ -104,9 +72,9 @@ def test_the_plant_of_the_tutorial_keeps_the_contract_and_is_played(tmp_path, mo
 
 def test_a_server_of_ones_own_plays_the_pilot_with_and_without_facts(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (facts,) = blocks("tutorial-model.md", "toml")
+    (facts,) = blocks("models.md", "toml")
     (tmp_path / "facts.toml").write_text(facts, "utf-8")
-    (own,) = [block for block in blocks("tutorial-model.md", "sh") if "BASE_URL" in block]
+    (own,) = [block for block in blocks("models.md", "sh") if "BASE_URL" in block]
     typed = re.fullmatch(r"export LAB_BASE_URL=\S+/v1 LAB_API_KEY=(\w+)\nuv run lockprobe (.*)\n", own)
     words = [*shlex.split(typed[2]), "--no-report"]
     with here() as server:
