@@ -18,7 +18,7 @@ from strangers import WORKING
 
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
-from lockprobe.interventions.drop import Drop
+from lockprobe.interventions.told import Drop
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.trial_json import trial_to_json

@@ -202,7 +202,7 @@ def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockpr
     strangers.install(tmp_path, monkeypatch, points=taken)
     assert type(resolve("random").make()).__name__ == "RandomAgent"
     assert type(interventions_of("drop")[0]).__name__ == "Drop"
-    assert kinds()["drop"].__module__ == "lockprobe.interventions.drop"
+    assert kinds()["drop"].__module__ == "lockprobe.interventions.told"
     assert find_box("fork") == box("fork")
     assert "Lockprobe itself uses this one (strange-things 0.3)" in lockprobe("list", "interventions")[1]
     assert find_plugin("plant source", "twin").ships

@@ -24,15 +24,18 @@ from lockprobe.agents.prompt import (
 )
 from lockprobe.agents.reply import parse_reply
 from lockprobe.foundation.errors import BadFile, BadValue, ReplyFault, SettingsChanged, UserMistake
+from lockprobe.interventions.asked import (
+    ASIDES,
+    LARGEST_TEMPLATE,
+    NUDGE,
+    REMARK,
+    Hypothesis,
+    OwnPrompt,
+    Warn,
+    loops_completed,
+)
 from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.interventions.distract import ASIDES
-from lockprobe.interventions.history import History
-from lockprobe.interventions.hypothesis import Hypothesis
-from lockprobe.interventions.nudge import NUDGE, loops_completed
-from lockprobe.interventions.prompt import LARGEST_TEMPLATE, OwnPrompt
-from lockprobe.interventions.remark import REMARK
-from lockprobe.interventions.tremble import Tremble
-from lockprobe.interventions.warn import Warn
+from lockprobe.interventions.done import History, Tremble
 from lockprobe.simulation.exact import propagate
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.studies.options.studyfile import study

@@ -9,11 +9,11 @@ import pytest
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import Spec
+from lockprobe.interventions.asked import Nudge
 from lockprobe.interventions.catalogue import interventions_of, shipped, shipped_as
 from lockprobe.interventions.conditions import distinct, flips, interventions_in, read_condition, sweep
+from lockprobe.interventions.done import Tremble
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.nudge import Nudge
-from lockprobe.interventions.tremble import Tremble
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_intervention
 from lockprobe.trial.condition import Condition, Recorded, place_of, spec_of

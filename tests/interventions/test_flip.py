@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from lockprobe.foundation.errors import BadValue, TrialFault
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.interventions.confusion import entries_of, rates_of
 from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
-from lockprobe.interventions.misread_flip import MisreadFlip
-from lockprobe.interventions.phantom import Phantom
+from lockprobe.interventions.misread_flip import MisreadFlip, entries_of, rates_of
+from lockprobe.interventions.told import Phantom
 from lockprobe.statistics.loops import onset
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of

@@ -14,11 +14,9 @@ from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.interventions.drop import Drop
+from lockprobe.interventions.done import Force, Tremble
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.force import Force
-from lockprobe.interventions.phantom import Phantom
-from lockprobe.interventions.tremble import Tremble
+from lockprobe.interventions.told import Drop, Phantom
 from lockprobe.interventions.words import TextChannel
 from lockprobe.simulation.exact import propagate
 from lockprobe.studies.running.single import run_trial

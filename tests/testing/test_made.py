@@ -14,7 +14,7 @@ import pytest
 
 import lockprobe
 from lockprobe.foundation.errors import BadValue
-from lockprobe.interventions.tremble import Tremble
+from lockprobe.interventions.done import Tremble
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import (
     ScriptedAgent,

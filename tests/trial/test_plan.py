@@ -11,8 +11,8 @@ from lockprobe.boxes.families import box
 from lockprobe.interventions.catalogue import interventions_of, with_words
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.told import Yoked
 from lockprobe.interventions.words import TextChannel
-from lockprobe.interventions.yoked import Yoked
 from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Fork, Names, Plan

@@ -30,7 +30,7 @@ def packaged() -> list[Listed]:
 
 @cache
 def shipped() -> dict[str, type[Any]]:
-    """The interventions of this package, by their names in specs. Each module holds one.
+    """The interventions of this package, by their names in specs.
 
     A variant, which an option chooses, has the option behind its name: ``flip?like``.
     """
@@ -38,13 +38,10 @@ def shipped() -> dict[str, type[Any]]:
     found: dict[str, type[Any]] = {}
     for module in pkgutil.iter_modules(importlib.import_module(package).__path__, f"{package}."):
         for kind in vars(importlib.import_module(module.name)).values():
-            if (
-                isinstance(kind, type)
-                and kind.__module__ == module.name
-                and (traits := InterventionTraits.of(kind)).name
-            ):
+            own = isinstance(kind, type) and kind.__module__ == module.name
+            if own and (traits := InterventionTraits.of(kind)).name:
                 found[traits.name + f"?{traits.variant}" * bool(traits.variant)] = kind
-    return found
+    return dict(sorted(found.items()))
 
 
 def shipped_as(spec: Spec) -> type[Any] | None:
@@ -55,11 +52,6 @@ def shipped_as(spec: Spec) -> type[Any] | None:
     """
     name, found = spec.full_name, shipped()
     return next((kind for option in spec.options if (kind := found.get(f"{name}?{option}"))), found.get(name))
-
-
-def kinds() -> dict[str, type[Any]]:
-    """All available interventions: those of Lockprobe and the usable ones of installed packages."""
-    return shipped() | {row.name: row.found for row in packaged() if row.found is not None}
 
 
 def interventions_of(spec: str) -> tuple[Intervention, ...]:
@@ -87,22 +79,21 @@ def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
 
 def _made(spec: Spec) -> Intervention:
     name, options = spec.full_name, spec.options
+    made: Intervention
     if (kind := shipped_as(spec)) is not None:
-        own: Intervention = with_options(kind, name, options)
-        return own
-    if (plugin := find_plugin("intervention", str(spec))) is None:
+        made = with_options(kind, name, options)
+    elif (plugin := find_plugin("intervention", str(spec))) is not None:
+        loaded = _checked(name, plugin.load())
+        with plugin.guarded():
+            made = with_options(loaded, name, options)
+    else:
         raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
-    loaded = _checked(name, plugin.load())
-    with plugin.guarded():
-        made: Intervention = with_options(loaded, name, options)
     return made
 
 
 def _checked(spec: str, kind: Any) -> type[Any]:
     """Check that a class of interventions follows the protocol of its place."""
-    frozen = isinstance(kind, type) and is_dataclass(kind) and getattr(kind, "__dataclass_params__").frozen  # noqa: B009
-    if not frozen:
+    if not (isinstance(kind, type) and is_dataclass(kind) and getattr(kind, "__dataclass_params__").frozen):  # noqa: B009
         raise BadValue("intervention", spec, "a frozen dataclass")
     place_of(kind)
-    found: type[Any] = kind
-    return found
+    return kind

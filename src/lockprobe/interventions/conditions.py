@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from functools import cache
 from itertools import chain, product
 from math import prod
@@ -16,15 +16,12 @@ from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import plant_change, resolve_plant
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.doses import MODALITY_DOSES, OF_PLAIN_FLIPS, modality_doses
-from lockprobe.trial.plant_change import PLANT, PlantChange
+from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
 """The modalities: the ways to show a box. Options follow a question mark."""
-
-_PLANT_OPTION = re.compile(rf"^{PLANT}\.(\w+)=")
-"""A sweep over one option of the plant, ``plant.pose_error=0,0.01``."""
 
 _MOST = 1000
 """The most combinations of doses in one sweep."""
@@ -53,14 +50,8 @@ def interventions_in(condition: Condition) -> tuple[Intervention, ...]:
     Raises:
         UserMistake: If there is no such intervention here, or settings name a class that no person has named.
     """
-    return tuple(_made(one) for one in condition.interventions)
-
-
-def _made(one: Intervention | Recorded) -> Intervention:
-    if not isinstance(one, Recorded):
-        return one
-    (made,) = interventions_of(one.spec)
-    return made
+    made = (interventions_of(one.spec) if isinstance(one, Recorded) else (one,) for one in condition.interventions)
+    return tuple(chain.from_iterable(made))
 
 
 def flips(
@@ -81,18 +72,15 @@ def flips(
         BadValue: If there is no such kind, or a modality cannot be blind.
     """
     like = kind if isinstance(kind, OutcomeFlip) else flip_of(kind)
-    made = [like.at_rate(rate) for rate in p]
+    rates = list(p)
     shown = (STATES,) if modalities is None and kind != "outcome-only" else tuple(modalities or ("symbolic",))
-    return tuple(
-        Condition(interventions=() if flip.p == 0 and not _says_more(flip, modality) else (flip,), modality=modality)
-        for modality in (map(blind, shown) if kind == "outcome-only" else shown)
-        for flip in made
-    )
-
-
-def _says_more(flip: OutcomeFlip, modality: str) -> bool:
-    """Whether a flip at rate 0 is more than the truth: false pictures are of its reading."""
-    return flip.at_rate(0) != OutcomeFlip() and "p" in modality_doses(_without_zeros(modality))[1]
+    found = []
+    for modality in map(blind, shown) if kind == "outcome-only" else shown:
+        says_more = like.at_rate(0) != OutcomeFlip() and "p" in modality_doses(_without_zeros(modality))[1]
+        for rate in rates:
+            acting = (like.at_rate(rate),) if rate or says_more else ()
+            found.append(Condition(interventions=acting, modality=modality))
+    return tuple(found)
 
 
 def blind(modality: str) -> str:
@@ -139,22 +127,14 @@ def read_condition(spec: str, name: str = "", plant: str = "symbolic") -> Condit
     """
     parts = split_specs(spec)
     modality = _without_zeros(parts.pop()) if says_modality(spec) else STATES
-    changes = [part for part in parts if spec_name(part) == PLANT]
-    acting = " + ".join(part for part in parts if part not in changes)
+    changes = [Spec.parse(part, "condition").options for part in parts if spec_name(part) == PLANT]
+    acting = " + ".join(part for part in parts if spec_name(part) != PLANT)
+    asked = {option: value for options in changes for option, value in options.items()}
+    if not all(changes) or len(asked) < sum(map(len, changes)):
+        raise BadValue("condition", spec, "each option of the plant once, for example plant?pose_error=0.01")
     return Condition(
-        interventions=interventions_of(acting), modality=modality, name=name, plant=_changed(changes, plant, spec)
+        interventions=interventions_of(acting), modality=modality, name=name, plant=plant_change(plant, asked)
     )
-
-
-def _changed(parts: Sequence[str], plant: str, spec: str) -> PlantChange:
-    """What the parts of a condition change of a plant."""
-    asked: dict[str, str] = {}
-    for part in parts:
-        options = Spec.parse(part, "condition").options
-        if not options or options.keys() & asked.keys():
-            raise BadValue("condition", spec, "each option of the plant once, for example plant?pose_error=0.01")
-        asked |= options
-    return plant_change(plant, asked)
 
 
 def says_modality(spec: str) -> bool:
@@ -193,49 +173,47 @@ def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
         UnknownName: As :func:`read_condition`.
         BadValue: As :func:`read_condition`; also if no dose has several values, or if there are too many combinations.
     """
-    parts = [_PLANT_OPTION.sub(rf"{PLANT}?\1=", part) for part in split_specs(spec)]
-    swept = {at: found for at, part in enumerate(parts) if (found := _several(part))}
-    if not swept:
+    ways, doses = list[list[str]](), list[list[str]]()
+    for text in split_specs(spec):
+        part = Spec.parse(re.sub(rf"^{PLANT}\.(\w+)=", rf"{PLANT}?\1=", text), "sweep")
+        swept = {option: value.split(",") for option, value in part.options.items() if "," in value}
+        doses += swept.values()
+        if (many := prod(map(len, doses))) > _MOST:
+            raise BadValue("sweep", spec, f"at most {_MOST} combinations, not {many}")
+        found = [dict(zip(swept, map(str.strip, values), strict=True)) for values in product(*swept.values())]
+        ways.append([str(part.adding(values)) for values in found] if swept else [str(part)])
+        if swept:
+            _check_doses(spec, ways[-1][0], [*swept], plant)
+    if not doses:
         raise BadValue("sweep", spec, "several values of a dose, separated by commas, for example tremble?p=0,0.1,0.2")
-    many = prod(len(values) for found in swept.values() for values in found.values())
-    if many > _MOST:
-        raise BadValue("sweep", spec, f"at most {_MOST} combinations, not {many}")
-    several = {at: _dosed(spec, parts[at], found, plant) for at, found in swept.items()}
     conditions = []
-    for chosen in product(*several.values()):
-        doses = dict(zip(several, chosen, strict=True))
-        acting = [doses.get(at, part) for at, part in enumerate(parts)]
-        if len(several) > 1 or any(len(found) > 1 for found in swept.values()):
-            acting = [part for at, part in enumerate(acting) if at not in several or not _idle(part, plant)]
+    for parts in product(*ways):
+        acting = [
+            part
+            for part, way in zip(parts, ways, strict=True)
+            if len(doses) == 1 or len(way) == 1 or spec_name(part) in MODALITIES or not _idle(part, plant)
+        ]
         conditions.append(read_condition(" + ".join(acting), plant=plant))
     return distinct(conditions)
 
 
-def _dosed(spec: str, part: str, swept: Mapping[str, Sequence[str]], plant: str) -> list[str]:
-    """A part of a sweep, once for every value of its dose, or every combination of values of its doses."""
-    chosen = [dict(zip(swept, values, strict=True)) for values in product(*swept.values())]
-    found = [str(Spec.parse(part, "sweep").adding(values)) for values in chosen]
+def _check_doses(spec: str, part: str, swept: list[str], plant: str) -> None:
+    """Refuse options of a part of a sweep, with one value of each, that are no doses."""
     if spec_name(part) in MODALITIES:
         doses = list(MODALITY_DOSES)
     elif spec_name(part) == PLANT:
-        plant_change(plant, Spec.parse(found[0]).options)  # refuses an option that there is not
+        plant_change(plant, Spec.parse(part).options)  # refuses an option that there is not
         doses = list(resolve_plant(plant).doses)
     else:
-        doses = list(chain.from_iterable(names for _, names in read_condition(found[0]).acting))
+        doses = list(chain.from_iterable(names for _, names in read_condition(part).acting))
     if wrong := [option for option in swept if option not in doses]:
         known = ", ".join(doses) or "this has none"
         raise BadValue("sweep", spec, f"values of a dose ({known}), not of {', '.join(wrong)}")
-    return found
 
 
 def _idle(part: str, plant: str) -> bool:
-    """Whether a part is an intervention, or a change of the plant, that does nothing."""
-    return spec_name(part) not in MODALITIES and read_condition(part, plant=plant).does_nothing
-
-
-def _several(part: str) -> dict[str, list[str]]:
-    options = Spec.parse(part, "sweep").options
-    return {option: [one.strip() for one in value.split(",")] for option, value in options.items() if "," in value}
+    """Whether an intervention, or a change of the plant, does nothing."""
+    return read_condition(part, plant=plant).does_nothing
 
 
 def distinct(conditions: Iterable[Condition]) -> tuple[Condition, ...]:

@@ -178,7 +178,13 @@ class OutcomeFlip:
         if percept.joint is None:
             return percept
         numbers = [rng.random() for _ in range(self.numbers(len(task.joints)))]
-        flipped = numbers[0] < self.rate(percept) and self._may(percept, past)
+        can_be = percept.outcome is not None and self.only in ("any", percept.outcome) and self.falls_on(len(past))
+        flipped = numbers[0] < self.rate(percept) and can_be
+        if (
+            flipped and self.while_ == "looping"
+        ):  # a loop: three attempts or more that stood so before (paper, Sec. 3.3)
+            attempted = (*(was.attempted for was in past[1:]), percept.joint)
+            flipped = any(attempted[i : i + 3] == attempted[-3:] for i in range(len(attempted) - 5))
         noisy = self.others != "noisy" or (percept.outcome is not None and self.falls_on(len(past)))
         return self.told(percept, past, task, flipped=flipped, lasting=self.lasting(numbers) if noisy else 0)
 
@@ -248,11 +254,6 @@ class OutcomeFlip:
         others = now ^ (lasting if self.others == "noisy" else (now ^ last) & lasting)
         return others & ~bit | own & bit
 
-    def _may(self, percept: Percept, past: tuple[Moment, ...]) -> bool:
-        if percept.outcome is None or self.only not in ("any", percept.outcome) or not self.falls_on(len(past)):
-            return False
-        return self.while_ == "always" or _continues_a_loop((*(was.attempted for was in past[1:]), percept.joint))
-
 
 def as_bits(positions: Sequence[bool]) -> int:
     """Positions as a number, bit i for the joint at place i."""
@@ -300,9 +301,3 @@ def flip_of(kind: FlipKind, p: float = 0.0) -> OutcomeFlip:
     check_choice("flip", kind, get_args(FlipKind))
     inverts, others = _LIKE[kind]
     return OutcomeFlip(p=p, inverts=inverts, others=others)
-
-
-def _continues_a_loop(attempted: tuple[str | None, ...]) -> bool:
-    """Whether the last three attempts have stood in this order before (a loop: three or more, paper, Sec. 3.3)."""
-    before, last = attempted[:-3], attempted[-3:]
-    return any(before[i : i + 3] == last for i in range(len(before) - 2))

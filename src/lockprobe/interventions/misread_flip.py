@@ -1,15 +1,19 @@
-"""The intervention ``flip?like=…``: false reports at the rates at which an agent misread what its attempts did."""
+"""The intervention ``flip?like=…``: false reports at the rates at which an agent misread what its attempts did.
+
+The rates are a confusion matrix by joint, as text in a spec. ``slider:0.2:0.05`` says that of the attempts that moved
+the slider 20 % were taken for failures (hidden moves), and of those that did not 5 % for moves (invented moves).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, with_options
 from lockprobe.foundation.validation import check_choice
-from lockprobe.interventions.confusion import entries_of, rates_of
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.trial.condition import Recorded
 from lockprobe.trial.plan import Names, Plan
@@ -17,6 +21,39 @@ from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Percept
 
 By = Literal["joint", "direction", "total"]
+
+Rates = Mapping[str, tuple[float, float]]
+"""Joint -> the rates at which its moves are hidden and at which moves of it are invented, [0, 1]."""
+
+
+def entries_of(rates: Rates) -> tuple[str, ...]:
+    """The entries of a confusion matrix, as a spec holds them.
+
+    >>> entries_of({"slider": (0.2, 0.05)})
+    ('slider:0.2:0.05',)
+    """
+    return tuple(f"{joint}:{hidden:g}:{invented:g}" for joint, (hidden, invented) in rates.items())
+
+
+@cache
+def rates_of(entries: tuple[str, ...]) -> Rates:
+    """The confusion matrix that entries describe.
+
+    Raises:
+        BadValue: If an entry is none, a rate is none, or a joint comes twice.
+    """
+    found = dict[str, tuple[float, float]]()
+    for entry in entries:
+        joint, *texts = entry.rsplit(":", 2)
+        try:
+            hidden, invented = map(float, texts)
+        except ValueError:
+            hidden = invented = -1.0
+        if not joint or joint in found or not (0 <= hidden <= 1 and 0 <= invented <= 1):
+            expected = "joints with the rates of hidden and of invented moves, such as slider:0.2:0.05;lever:0:0.1"
+            raise BadValue("rates", entry, expected)
+        found[joint] = hidden, invented
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,8 +73,7 @@ class MisreadFlip(OutcomeFlip):
         like: The study and the condition whose misreadings give the rates.
         of: The agent of that study; empty for the only one.
         by: What the rates depend on: joint and outcome, outcome alone, or neither (the total rate).
-        rates: The confusion matrix by joint (:mod:`lockprobe.interventions.confusion`), which are read from
-            the study.
+        rates: The confusion matrix by joint, which is read from the study.
         size: Attempts of which the agent said what they did, from which the rates come; read too.
         by_label: The rates of one trial, by the labels of its joints, which the study fills in.
 
@@ -86,27 +122,22 @@ class MisreadFlip(OutcomeFlip):
 @lru_cache(maxsize=1024)
 def takes_rates(specs: tuple[str, ...]) -> bool:
     """Whether a condition of these specs has the rates of a confusion matrix."""
-    return any(map(_is_misread, specs))
-
-
-def _is_misread(text: str) -> bool:
-    spec = Spec.parse(text)
-    return spec.full_name == MisreadFlip.name and MisreadFlip.variant in spec.options
+    found = map(Spec.parse, specs)
+    return any(one.full_name == MisreadFlip.name and MisreadFlip.variant in one.options for one in found)
 
 
 def with_rates(plan: Plan) -> Plan:
     """The plan with the rates of its confusion matrix by the labels of its joints; a joint without rates has none."""
     if not takes_rates(plan.condition.specs):
         return plan
-    acting = tuple(_labelled(one, plan) for one in plan.condition.interventions)
-    return replace(plan, condition=replace(plan.condition, interventions=acting))
-
-
-def _labelled(one: Intervention | Recorded, plan: Plan) -> Intervention | Recorded:
-    if isinstance(one, Recorded) and _is_misread(one.spec):
-        one = with_options(MisreadFlip, MisreadFlip.name, Spec.parse(one.spec).options)
-    if not isinstance(one, MisreadFlip) or not one.rates:
-        return one
-    rates, labels = rates_of(one.rates), Names(plan).labels
-    by_label = {label: rates.get(name, (0.0, 0.0)) for name, label in zip(plan.box.names, labels, strict=True)}
-    return replace(one, by_label=entries_of(by_label))
+    acting = list(plan.condition.interventions)
+    for at, one in enumerate(acting):
+        flip: Intervention | Recorded = one
+        if isinstance(one, Recorded) and takes_rates((one.spec,)):
+            flip = with_options(MisreadFlip, MisreadFlip.name, Spec.parse(one.spec).options)
+        if isinstance(flip, MisreadFlip) and flip.rates:
+            rates = rates_of(flip.rates)
+            labelled = zip(plan.box.names, Names(plan).labels, strict=True)
+            by_label = {label: rates.get(name, (0.0, 0.0)) for name, label in labelled}
+            acting[at] = replace(flip, by_label=entries_of(by_label))
+    return replace(plan, condition=replace(plan.condition, interventions=tuple(acting)))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import ClassVar, Literal, NamedTuple, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
 from lockprobe.foundation.validation import check_choice
-from lockprobe.trial.record import Moment, Outcome, Percept, Task
+from lockprobe.trial.record import Moment, Percept, Task
 from lockprobe.trial.told_outcome import in_words
 
 Tell = Literal["state", "outcome", "both"]
@@ -27,7 +27,6 @@ _NEXT_ROW = 0.1
 """Of the panel's height; joints that lie farther below the one above are in another row."""
 
 _KINDS: Mapping[str, str] = {"prismatic": "slider", "revolute": "knob"}
-_BETWEEN: Mapping[str, str] = {"words": " ", "json": "\n", "table": "\n"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,32 +56,22 @@ class TextChannel:
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text, without the facts that must not be told. Nothing is drawn from ``rng``."""
-        outcome = None if self.tell == "state" else percept.outcome
-        positions = None if self.tell == "outcome" else percept.positions
-        states_only = self.tell == "state"
-        rows = rows_of(task) if self.places and not past else []
-        text = _WRITERS[self.form](_Facts(percept.joint, outcome, positions, states_only), task, rows)
+        told = replace(
+            percept,
+            outcome=None if self.tell == "state" else percept.outcome,
+            positions=None if self.tell == "outcome" else percept.positions,
+            states_only=self.tell == "state",
+            in_full=self.tell != "outcome" and self.form != "words",
+        )
+        text = self.written(told, task, first=not past)
         if percept.corrects is not None:
             first = self.perceive(percept.corrects, past, task, rng).text
-            text = f"{first}{_BETWEEN[self.form]}{CORRECTION} {text}"
-        return Percept(
-            joint=percept.joint,
-            outcome=outcome,
-            positions=positions,
-            text=text,
-            pictures=percept.pictures,
-            handles=percept.handles,
-            states_only=states_only,
-            in_full=self.tell != "outcome" and self.form != "words",
-            unlabelled=percept.unlabelled,
-            corrects=percept.corrects,
-            look=percept.look,
-        )
+            text = first + (" " if self.form == "words" else "\n") + f"{CORRECTION} {text}"
+        return replace(told, text=text)
 
     def written(self, told: Percept, task: Task, *, first: bool) -> str:
         """The text of the facts that a percept tells; the ``first`` report of a trial may also say where joints lie."""
-        rows = rows_of(task) if self.places and first else []
-        return _WRITERS[self.form](_Facts(told.joint, told.outcome, told.positions, told.states_only), task, rows)
+        return _WRITERS[self.form](told, task, rows_of(task) if self.places and first else [])
 
     def shown(self, percept: Percept) -> object:
         """What agents get of a percept: the joint, the facts that are told, and pictures that were there before."""
@@ -112,31 +101,16 @@ def _kind(task: Task, label: str) -> str:
     return _KINDS.get(task.kinds[task.joints.index(label)], "") if task.kinds else ""
 
 
-class _Facts(NamedTuple):
-    """What a report tells, as the fields of :class:`Percept` of the same names."""
-
-    joint: str | None
-    outcome: Outcome | None
-    positions: tuple[bool, ...] | None
-    states_only: bool
-
-    @property
-    def attempted(self) -> str | None:
-        """The joint that the report is about; None if it is about none."""
-        return None if self.outcome is None and self.positions is None else self.joint
-
-
-def _words(facts: _Facts, task: Task, rows: Sequence[Sequence[str]]) -> str:
-    joint, outcome, positions, states_only = facts
+def _words(told: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
     sentences = []
-    if joint is not None and outcome is not None:
-        sentences.append(f"{joint} {in_words(outcome)}.")
-    elif states_only and joint is not None and positions is not None:
-        sentences.append(f"You attempted {joint}.")
-    if positions is not None:
-        there = [label for label, position in zip(task.joints, positions, strict=True) if position]
+    if told.joint is not None and told.outcome is not None:
+        sentences.append(f"{told.joint} {in_words(told.outcome)}.")
+    elif told.states_only and told.joint is not None and told.positions is not None:
+        sentences.append(f"You attempted {told.joint}.")
+    if told.positions is not None:
+        there = [label for label, position in zip(task.joints, told.positions, strict=True) if position]
         sentences.append(f"At 1: {', '.join(there) or 'none'}.")
-    return " ".join([*sentences, *places_said(task, rows)] if rows else sentences)
+    return " ".join([*sentences, *places_said(task, rows)])
 
 
 def places_said(task: Task, rows: Sequence[Sequence[str]]) -> list[str]:
@@ -149,27 +123,27 @@ def places_said(task: Task, rows: Sequence[Sequence[str]]) -> list[str]:
     return sentences
 
 
-def _json(facts: _Facts, task: Task, rows: Sequence[Sequence[str]]) -> str:
-    told: dict[str, object] = {}
-    if (joint := facts.attempted) is not None:
-        told["attempted"] = joint
-    if joint is not None and facts.outcome is not None:
-        told["moved"] = facts.outcome == "moved"
-    if facts.positions is not None:
-        told["positions"] = dict(zip(task.joints, map(int, facts.positions), strict=True))
+def _json(told: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
+    said: dict[str, object] = {}
+    if told.joint is not None and (told.outcome is not None or told.positions is not None):
+        said["attempted"] = told.joint
+    if told.joint is not None and told.outcome is not None:
+        said["moved"] = told.outcome == "moved"
+    if told.positions is not None:
+        said["positions"] = dict(zip(task.joints, map(int, told.positions), strict=True))
     if rows:
         kinds = {label: _kind(task, label) for label in task.joints} if task.kinds else {}
-        told["panel"] = {"rows from above, each from left to right": rows} | ({"kinds": kinds} if kinds else {})
-    return json.dumps(told) if told else ""
+        said["panel"] = {"rows from above, each from left to right": rows} | ({"kinds": kinds} if kinds else {})
+    return json.dumps(said) if said else ""
 
 
-def _table(facts: _Facts, task: Task, rows: Sequence[Sequence[str]]) -> str:
+def _table(told: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
     columns: dict[str, Sequence[object]] = {"joint": task.joints}
-    if facts.positions is not None:
-        columns["position"] = [int(position) for position in facts.positions]
-    if (joint := facts.attempted) is not None:
-        done = in_words(facts.outcome, "attempted")
-        columns["last action"] = [done if label == joint else "-" for label in task.joints]
+    if told.positions is not None:
+        columns["position"] = [int(position) for position in told.positions]
+    if told.joint is not None and (told.outcome is not None or told.positions is not None):
+        done = in_words(told.outcome, "attempted")
+        columns["last action"] = [done if label == told.joint else "-" for label in task.joints]
     if rows:
         at = {label: (i, j) for i, row in enumerate(rows, 1) for j, label in enumerate(row, 1)}
         columns["row from above"] = [at[label][0] for label in task.joints]
@@ -183,7 +157,7 @@ def _table(facts: _Facts, task: Task, rows: Sequence[Sequence[str]]) -> str:
     return "\n".join("  ".join(line).rstrip() for line in zip(*padded, strict=True))
 
 
-_WRITERS: Mapping[Form, Callable[[_Facts, Task, Sequence[Sequence[str]]], str]] = {
+_WRITERS: Mapping[Form, Callable[[Percept, Task, Sequence[Sequence[str]]], str]] = {
     "words": _words,
     "json": _json,
     "table": _table,

@@ -11,15 +11,12 @@ from typing import Any, NamedTuple, get_args
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.validation import check_choice, check_number
+from lockprobe.interventions.asked import Distract
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.conditions import blind
-from lockprobe.interventions.correction import Correction
-from lockprobe.interventions.distract import Distract
-from lockprobe.interventions.drop import Drop
+from lockprobe.interventions.done import Force, Tremble
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip, flip_of
-from lockprobe.interventions.force import Force
-from lockprobe.interventions.phantom import Phantom
-from lockprobe.interventions.tremble import Tremble
+from lockprobe.interventions.told import Correction, Drop, Phantom
 from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.studies.modality import shown
 from lockprobe.trial.condition import place_of, spec_of

@@ -18,9 +18,9 @@ from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.conditions import interventions_in
-from lockprobe.interventions.correction import Correction
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import takes_rates
+from lockprobe.interventions.told import Correction
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.modality import interventions_for, is_pictured

@@ -15,7 +15,7 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.spec import Spec, spec_name
-from lockprobe.interventions.prompt import OwnPrompt
+from lockprobe.interventions.asked import OwnPrompt
 from lockprobe.statistics.conditions.axis import axis_key
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.studies.flip_axis import flip_axis

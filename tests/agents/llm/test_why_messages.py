@@ -6,7 +6,7 @@ import re
 import pytest
 
 import lockprobe
-from lockprobe.interventions.distract import ASIDES
+from lockprobe.interventions.asked import ASIDES
 from lockprobe.statistics.why.arms import ARMS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing.provider import ScriptedProvider, words

@@ -8,8 +8,8 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
 from lockprobe.interfaces.gymnasium.settings import NOT_HERE, read_settings
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.done import Tremble
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.words import TextChannel
 from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.options.study_options import StudyOptions

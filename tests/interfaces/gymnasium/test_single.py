@@ -20,9 +20,9 @@ from lockprobe.boxes.box import Shuffle
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, ChannelFault, UnknownName
 from lockprobe.interfaces.gymnasium.single import LockboxEnv
-from lockprobe.interventions.drop import Drop
+from lockprobe.interventions.done import Tremble
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.tremble import Tremble
+from lockprobe.interventions.told import Drop
 from lockprobe.trial.record import Percept
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 

@@ -7,7 +7,7 @@ from shutil import rmtree
 import pytest
 
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
-from lockprobe.interventions.confusion import rates_of
+from lockprobe.interventions.misread_flip import rates_of
 from lockprobe.report.verify.verification import verify
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
 from lockprobe.studies.options.studyfile import study

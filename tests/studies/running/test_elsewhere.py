@@ -156,7 +156,7 @@ def test_nothing_but_losses_ends_the_run(tmp_path):
 def mine(tmp_path, monkeypatch):
     """A module of a user: an agent that may pay, and an intervention."""
     (tmp_path / "of_mine.py").write_text(
-        "from lockprobe.interventions.drop import Drop\n"
+        "from lockprobe.interventions.told import Drop\n"
         "from lockprobe.trial.record import Decision\n"
         "class Silence(Drop):\n    name = 'silence'\n"
         "class Mine:\n    facts = {}\n    async def decide(self, situation, rng):\n"

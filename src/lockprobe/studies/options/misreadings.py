@@ -7,8 +7,7 @@ from itertools import product
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.interventions.confusion import entries_of
-from lockprobe.interventions.misread_flip import MisreadFlip
+from lockprobe.interventions.misread_flip import MisreadFlip, entries_of
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load

@@ -1,0 +1,218 @@
+"""What is *asked*: warnings, instructions, and sentences beside the report. Agents that read no words ignore them."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, get_args
+
+from lockprobe.agents.prompt import check_template
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.validation import check_choice, check_probability
+from lockprobe.interventions.told import AtRandomSteps, hits
+from lockprobe.statistics.loops import onset
+from lockprobe.trial.briefing import Ask, Briefing
+from lockprobe.trial.record import Moment, Task
+
+if TYPE_CHECKING:
+    import numpy as np
+
+NUDGE = "Note: you are repeating the same series of actions; consider trying another one."
+
+REMARK = "Note: this panel is made of wood, and its surface is painted in a light grey."
+"""A sentence as long as the nudge, without information."""
+
+ASIDES = (
+    "Note: the room in which the panel stands has a window.",
+    "Note: the table under the panel is as wide as the panel.",
+    "Note: somebody has put a cup of coffee beside the panel.",
+    "Note: the panel was built in a workshop on the ground floor.",
+    "Note: the labels of the joints are printed in dark letters.",
+    "Note: a calendar with pictures of boats hangs on the wall.",
+)
+"""The irrelevant sentences: they say nothing about the joints and do not change the meaning of the report."""
+
+LARGEST_TEMPLATE = 16 * 1024
+"""The most bytes of a template; the default instruction has about 800."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Warn:
+    """The instruction warns that reports may be false, optionally with the rate; reports stay unchanged.
+
+    Agents that read no words ignore it. Nothing is drawn.
+
+    Attributes:
+        rate: The rate of false reports that the instruction states, [0, 1]; None for "sometimes".
+
+    Raises:
+        BadValue: If it is no probability.
+    """
+
+    name: ClassVar[str] = "warn"
+    rate: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.rate is not None:
+            check_probability("rate", self.rate)
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with the warning."""
+        often = "sometimes" if self.rate is None else f"with probability {self.rate:g}"
+        return briefing.warning_of(f"What you are told of your last action is {often} false.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Nudge:
+    """A sentence tells the agent that it repeats itself, when it has just completed a copy of an action loop.
+
+    With ``after=2`` that is the first loop of a trial, so it is said once at most; with more, it is said whenever the
+    last choices are that many consecutive copies.
+
+    The report stays as it is, and is true. Agents that read no words ignore it. Nothing is drawn.
+
+    Attributes:
+        after: Copies of a loop after which it is said, from 2.
+
+    Raises:
+        BadValue: If it is none of these.
+    """
+
+    name: ClassVar[str] = "nudge"
+    after: int = 2
+
+    def __post_init__(self) -> None:
+        if self.after < 2:
+            raise BadValue("after", self.after, "a number of copies from 2")
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with the sentence, where it is due."""
+        return briefing.remarking(NUDGE) if loops_completed(past, self.after) else briefing
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Remark:
+    """The control of ``nudge``: at the same moments, a sentence of equal length without information.
+
+    The report stays as it is. Agents that read no words ignore it. Nothing is drawn.
+
+    Attributes:
+        after: Copies of a loop after which it is said, from 2; 0 for before every step but the first.
+
+    Raises:
+        BadValue: If it is none of these.
+    """
+
+    name: ClassVar[str] = "remark"
+    after: int = 2
+
+    def __post_init__(self) -> None:
+        if self.after < 0 or self.after == 1:
+            raise BadValue("after", self.after, "a number of copies from 2, or 0 for always")
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with the sentence, where it is due."""
+        due = loops_completed(past, self.after) if self.after else len(past) > 1
+        return briefing.remarking(REMARK) if due else briefing
+
+
+def loops_completed(past: tuple[Moment, ...], copies: int) -> bool:
+    """Whether the last choice completed this many disjoint copies of an action loop.
+
+    A loop is a run of three or more choices, as in the paper (Sec. 3.3). Two copies are those of the first loop of the
+    trial, and there may be other choices between them; more copies are consecutive.
+    """
+    chosen = tuple(moment.chosen for moment in past[1:])
+    if copies == 2:
+        return len(chosen) > 0 and onset(chosen) == len(chosen)
+    longest = len(chosen) // copies
+    return any(chosen[-length:] * copies == chosen[-length * copies :] for length in range(3, longest + 1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Distract(AtRandomSteps):
+    """With probability p an irrelevant sentence comes with the report, which stays unchanged.
+
+    Its moments are random, unlike those of ``remark``; the first step has none. Agents that read no words ignore it.
+    """
+
+    name: ClassVar[str] = "distract"
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with a sentence, or without."""
+        said, which = rng.random(2)
+        if len(past) < 2 or said >= self.p or not hits(self.at, len(past) - 1):
+            return briefing
+        return briefing.remarking(ASIDES[int(which * len(ASIDES))])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hypothesis:
+    """Asks a hosted model for one sentence on how the box works, before or after it names a joint, or never.
+
+    ``before`` is the default for every hosted model: a short chain of thought; ``--hypothesis`` sets another one for a
+    whole study. Reports stay unchanged. Other agents ignore it. Nothing is drawn.
+
+    Attributes:
+        ask: When it is asked.
+
+    Raises:
+        BadValue: If it is none of these.
+    """
+
+    name: ClassVar[str] = "hypothesis"
+    ask: Ask = "before"
+
+    def __post_init__(self) -> None:
+        check_choice("ask", self.ask, get_args(Ask))
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with when it is asked."""
+        return replace(briefing, hypothesis=self.ask)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnPrompt:
+    """Gives a hosted model the instruction in a file instead of the default one; reports stay unchanged.
+
+    The file is a template with the fields ``{joints}``, ``{target}`` and ``{reply}``, and any of ``{budget}``,
+    ``{count}``, ``{names}`` and ``{observation}`` (:data:`lockprobe.agents.prompt.FIELDS`). It is read once, when this
+    is made; its text and hash stand in every record. Strategies ignore it; a local model, which plays from a
+    log, refuses it. Nothing is drawn.
+
+    Attributes:
+        file: The file, at most :data:`LARGEST_TEMPLATE` bytes of UTF-8.
+        sha256: The first sixteen hexadecimal digits of its SHA-256; where they are given, another content is refused.
+        text: The template.
+
+    Raises:
+        BadFile: If the file cannot be read, is too large, or is not UTF-8.
+        UnknownName: If the template has a field that does not exist; the message lists those that do.
+        BadValue: If it lacks a required field, or its content does not match ``sha256``.
+    """
+
+    name: ClassVar[str] = "prompt"
+    file: str = ""
+    sha256: str = ""
+    text: str = field(init=False, default="")
+
+    def __post_init__(self) -> None:
+        if not self.file:
+            raise BadValue("file", self.file, "a file with an instruction: prompt?file=PATH")
+        content = read_input(Path(self.file), LARGEST_TEMPLATE)
+        found = hashlib.sha256(content).hexdigest()[:16]
+        if self.sha256 not in ("", found):
+            raise BadValue(f"sha256 of {self.file}", self.sha256, f"{found}, the hash of its present content")
+        try:
+            text = content.decode("utf-8").strip()
+        except UnicodeDecodeError as error:
+            raise BadFile(self.file, f"not UTF-8 ({error.reason})") from None
+        check_template(text)
+        object.__setattr__(self, "sha256", found)
+        object.__setattr__(self, "text", text)
+
+    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
+        """The briefing with the instruction."""
+        return replace(briefing, instruction=self.text)

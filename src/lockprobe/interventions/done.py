@@ -1,0 +1,81 @@
+"""What is *done* and *remembered*: another joint than the chosen one, and a past that is cut."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.told import AtRandomSteps, hits
+from lockprobe.trial.record import Moment, Task, Turn
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tremble(AtRandomSteps):
+    """With probability p a random other joint is attempted instead of the chosen one, and reported truthfully."""
+
+    name: ClassVar[str] = "tremble"
+
+    def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
+        """The joint, or another one."""
+        slips, which = rng.random(2)
+        others = [label for label in task.joints if label != joint]
+        return others[int(which * len(others))] if slips < self.p and hits(self.at, len(past)) else joint
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Force:
+    """At one step a given or random joint is attempted instead of the agent's choice, and reported truthfully.
+
+    Attributes:
+        at: The step, from 1; 0 for none.
+        joint: Label of the joint; empty for one that is drawn, each equally likely.
+
+    Raises:
+        BadValue: If the step is none, or, in a trial, the joint.
+    """
+
+    name: ClassVar[str] = "force"
+    at: int = 0
+    joint: str = ""
+
+    def __post_init__(self) -> None:
+        if self.at < 0:
+            raise BadValue("at", self.at, "a step from 1, or 0 for none")
+
+    def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
+        """The joint, or at that step the one that is drawn."""
+        which = int(rng.random() * len(task.joints))
+        if len(past) != self.at:
+            return joint
+        if self.joint and self.joint not in task.joints:
+            raise BadValue("joint", self.joint, f"one of {', '.join(task.joints)}")
+        return self.joint or task.joints[which]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class History:
+    """The agent remembers only the newest exchanges; its task and the current report stay unchanged.
+
+    Nothing is drawn.
+
+    Attributes:
+        last: The number of exchanges (choice and report) that it remembers, from 0.
+
+    Raises:
+        BadValue: If it is negative.
+    """
+
+    name: ClassVar[str] = "history"
+    last: int = 5
+
+    def __post_init__(self) -> None:
+        if self.last < 0:
+            raise BadValue("last", self.last, "a whole number from 0")
+
+    def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
+        """The newest exchanges."""
+        return past[len(past) - self.last :] if self.last < len(past) else past
