@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lockprobe.boxes.box import Joint, Lockbox, bits
-from lockprobe.boxes.families import box
+from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.foundation.errors import BadValue
 
 
@@ -25,24 +24,6 @@ def test_attempts_in_every_configuration(boxes, data):
         clauses = drawn.interlock.get(drawn.names[joint], ({},))
         expected = any(set(clause.items()) <= set(state.items()) for clause in clauses)
         assert drawn.may_move(configuration, joint) == moved == expected
-
-
-def test_chain_4_is_the_box_of_the_design():
-    chain = box("chain-4")
-    assert chain.names == ("revolute-left", "slider-1", "slider-2", "revolute-right")
-    assert [joint.kind for joint in chain.joints] == ["revolute", "prismatic", "prismatic", "revolute"]
-    assert chain.target == "revolute-left"
-    free = {
-        configuration: [joint for joint in range(4) if chain.may_move(configuration, joint)]
-        for configuration in itertools.product((False, True), repeat=4)
-    }
-    assert free[(False,) * 4] == [3]
-    assert free[(True,) * 4] == [0, 1, 2, 3]
-    assert free[False, False, True, False] == [1, 3]
-
-
-def test_bits_run_in_panel_order():
-    assert bits((False, True, True)) == "011"
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from lockprobe.boxes.box import Joint
-from lockprobe.boxes.boxfile import box_from_data, read_box, toml_of
-from lockprobe.boxes.check import fault_of
-from lockprobe.boxes.families import box, named_boxes
-from lockprobe.foundation.errors import BadFile, UserMistake
+from lockprobe.boxes.boxfile import read_box, toml_of
+from lockprobe.boxes.families import box
+from lockprobe.boxes.state_space import fault_of
+from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import LARGEST_TOML
 
 GOOD = """
@@ -34,14 +34,6 @@ def written(tmp_path, text):
     path = tmp_path / "box.toml"
     path.write_text(text, "utf-8")
     return path
-
-
-def test_a_box_is_read(tmp_path):
-    box = read_box(written(tmp_path, GOOD))
-    assert box.names == ("door", "pin")
-    assert not box.may_move((False, False), 0)
-    assert box.may_move((False, True), 0)
-    assert box.joints[1].place == (0.8, 0.5)
 
 
 @pytest.mark.parametrize(
@@ -88,38 +80,6 @@ def test_what_is_wrong_is_named(tmp_path, old, new, reason):
 def test_a_large_file_is_refused_unread(tmp_path):
     with pytest.raises(BadFile, match="larger than"):
         read_box(written(tmp_path, GOOD + "#" * LARGEST_TOML))
-
-
-def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(BadFile, match="cannot be read"):
-        read_box(tmp_path / "none.toml")
-
-
-def test_deep_nesting_is_refused(tmp_path):
-    with pytest.raises(BadFile):
-        read_box(written(tmp_path, "a = " + "[" * 20000 + "]" * 20000))
-
-
-@pytest.mark.parametrize("name", named_boxes())
-def test_a_box_written_as_data_is_read_back(name):
-    assert box_from_data(box(name).as_data()) == box(name)
-
-
-@pytest.mark.parametrize("data", [None, [], {"name": "x"}, {**box("chain-2").as_data(), "target": "lid"}])
-def test_data_that_is_no_box_is_refused(data):
-    with pytest.raises(UserMistake):
-        box_from_data(data)
-
-
-def test_more_joints_than_labels_are_refused(tmp_path):
-    more = "".join(f'[[joints]]\nname = "j{i}"\nkind = "revolute"\n' for i in range(8))
-    with pytest.raises(BadFile, match="joints: expected at most 8 items"):
-        read_box(written(tmp_path, GOOD.replace("[interlock]", more + "[interlock]")))
-
-
-def test_a_folder_is_no_box(tmp_path):
-    with pytest.raises(BadFile, match="a directory, not a regular file"):
-        read_box(tmp_path)
 
 
 @settings(max_examples=25)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lockprobe.boxes.check import fault_of
-from lockprobe.boxes.families import box, find_box, sized
+from lockprobe.boxes.families import box, sized
+from lockprobe.boxes.state_space import fault_of
 from lockprobe.foundation.errors import BadValue, UnknownName
 
 
@@ -56,17 +56,3 @@ def test_a_family_and_a_number_of_joints_are_a_name():
     assert sized("random", 7) == "random-7"
     assert sized("branched", None) == "branched"
     assert {len(box(sized("common-effect", joints)).joints) for joints in (4, 5)} == {4, 5}
-
-
-@pytest.mark.parametrize(
-    ("family", "joints"), [("chain", 9), ("common-cause", 3), ("fork", 5), ("chain-6", 5), ("random", 0)]
-)
-def test_sizes_that_a_family_lacks_are_refused(family, joints):
-    with pytest.raises(BadValue, match=f"joints of {family}: got {joints}, expected one of"):
-        sized(family, joints)
-
-
-@pytest.mark.parametrize("name", ["mine.xml", "models/Mine.XML", "mine.mjcf"])
-def test_a_model_of_mujoco_is_a_plant_and_is_said_to_be(name):
-    with pytest.raises(BadValue, match=r"a plant: --plant 'twin\?model="):
-        find_box(name)

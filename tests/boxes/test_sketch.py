@@ -1,8 +1,6 @@
 """A box in characters."""
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from lockprobe.boxes.families import box, named_boxes
 from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
@@ -20,30 +18,6 @@ def test_every_joint_stands_on_the_panel_once(name):
     target = box(name).target_index + 1
     assert f"{target}*" in numbers
     assert numbers.count("*") == 1
-
-
-def test_what_is_told_is_drawn_and_nothing_else():
-    drawn = box("chain-4")
-    told = panel_lines(drawn, labels="DACB", positions=(True, None, False, None))
-    assert [part.strip("│").split() for part in told[1:3]] == [
-        ["(-)", "[?", "]", "[#-]", "(?)"],
-        ["D*", "A", "C", "B"],
-    ]
-    assert "not told" in told[-1]
-    assert panel_lines(drawn, positions=drawn.initial) == panel_lines(drawn)
-
-
-@settings(max_examples=30)
-@given(st.data())
-def test_the_tree_names_every_position_that_is_asked_for(boxes, data):
-    drawn = data.draw(boxes)
-    lines = interlock_lines(drawn)
-    locked = {name: c for name, c in drawn.interlock.items() if all(c)}
-    wanted = sum(len(clause) for clauses in locked.values() for clause in clauses)
-    assert sum(" open" in line or " closed" in line for line in lines) == wanted
-    for name in drawn.names:
-        assert any(name in line for line in lines)
-    assert lines[0].startswith(f"{drawn.target} (target)")
 
 
 def test_the_tree_of_a_box_with_everything():

@@ -2,9 +2,9 @@
 
 import pytest
 
-from lockprobe.boxes.check import fault_of
 from lockprobe.boxes.families import box, named_boxes
 from lockprobe.boxes.solve import difficulty, optimal_plans, optimum, random_no_repeat_success, random_success
+from lockprobe.boxes.state_space import fault_of
 from lockprobe.boxes.structures import FAMILIES, STRUCTURES
 
 
@@ -44,14 +44,6 @@ def test_chain_4_is_byte_for_byte_what_studies_were_played_on():
     }
 
 
-@pytest.mark.parametrize("size", range(2, 9))
-def test_optima_of_the_sized_families(size):
-    assert optimum(box(f"chain-{size}")) == size
-    assert optimum(box(f"bichain-{size}")) == size
-    assert optimum(box(f"gray-code-{size}")) == 2 ** (size - 1)
-    assert difficulty(box(f"bichain-{size}")).reachable == size
-
-
 @pytest.mark.parametrize("levers", [3, 4])
 def test_the_rooms_of_openlock_have_their_published_solutions(levers):
     """scenarios/CC3.py to CE4.py: every solution has three actions, and there is one for each alternative lever."""
@@ -70,14 +62,6 @@ def test_branched_is_the_chain_of_five_with_a_branch_that_an_open_joint_locks():
     assert branched.interlock["branch-2"] == ({"branch-1": True},)
     found = difficulty(branched)
     assert (found.optimum, found.distractors) == (5, ("branch-1", "branch-2"))
-
-
-def test_the_four_joint_structures_are_those_of_the_paper():
-    """Sec. 2.1: two prismatic joints in the middle, two revolute ones, and the leftmost is the target."""
-    for name in ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code"):
-        joints = box(name).joints
-        assert [joint.kind for joint in joints] == ["revolute", "prismatic", "prismatic", "revolute"]
-        assert box(name).target == joints[0].name
 
 
 @pytest.mark.parametrize("name", named_boxes())

@@ -28,14 +28,13 @@ Every key is described in docs/boxes.md.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.boxes.box import Clause, Joint, Lockbox, bits
-from lockprobe.boxes.check import fault_of
+from lockprobe.boxes.box import Joint, Lockbox, bits
+from lockprobe.boxes.state_space import fault_of
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import read_toml
 from lockprobe.foundation.validation import plain
@@ -70,12 +69,11 @@ def read_box(path: Path) -> Lockbox:
     """Read the box in a TOML file of the form above.
 
     Raises:
-        BadFile: If the file has another form, or its box cannot be played (:class:`lockprobe.boxes.check.Fault`).
+        BadFile: If the file has another form, or its box cannot be played (:func:`.fault_of`).
     """
     box = _box_of(read_toml(path), path)
-    fault = fault_of(box)
-    if fault:
-        raise BadFile(path, fault.reason)
+    if fault := fault_of(box):
+        raise BadFile(path, fault)
     return box
 
 
@@ -90,23 +88,12 @@ def toml_of(box: Lockbox) -> str:
         f'[[joints]]\nname = "{joint.name}"\nkind = "{joint.kind}"\nplace = [{joint.place[0]}, {joint.place[1]}]\n'
         for joint in box.joints
     )
-    interlock = (rule_line(joint, clauses) for joint, clauses in box.interlock.items())
     head = f'name = "{box.name}"\ntarget = "{box.target}"\ninitial = "{bits(box.initial)}"\n'
-    return "\n".join([head, *joints, "\n".join(["[interlock]", *interlock])]) + "\n"
-
-
-def rule_line(joint: str, clauses: Sequence[Clause]) -> str:
-    """The line of a box file that says when a joint may move.
-
-    >>> rule_line("door", [{"bar": True, "pin": False}])
-    'door = [{ bar = 1, pin = 0 }]'
-    """
-    return f"{joint} = [{', '.join(map(_inline, clauses))}]"
-
-
-def _inline(clause: Clause) -> str:
-    positions = ", ".join(f"{other} = {int(position)}" for other, position in clause.items())
-    return f"{{ {positions} }}" if clause else "{}"
+    interlock = ["[interlock]"]
+    for joint, clauses in box.interlock.items():
+        written = [", ".join(f"{other} = {int(position)}" for other, position in one.items()) for one in clauses]
+        interlock.append(f"{joint} = [{', '.join(f'{{ {one} }}' if one else '{}' for one in written)}]")
+    return "\n".join([head, *joints, "\n".join(interlock)]) + "\n"
 
 
 def _box_of(data: object, source: Path | str) -> Lockbox:

@@ -14,13 +14,15 @@ from pathlib import Path
 
 from lockprobe.boxes.box import MAX_JOINTS, Lockbox
 from lockprobe.boxes.generate import random_box
+from lockprobe.boxes.state_space import fault_of
 from lockprobe.boxes.structures import STRUCTURES
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.foundation.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
+from lockprobe.foundation.plugins import allow, find_plugin, is_own_function, plugin_names
 from lockprobe.foundation.spec import Spec, spec_kind, spec_name
 
 DEFAULT_BOX = "chain-4"
 _LARGEST_SEED = 10**9 - 1
+_EXPECTED = "a Lockbox, or a function that returns one"
 
 ALIKE = tuple(f"random-4-{seed}" for seed in (7, 8, 18, 21, 49, 70, 72, 81))
 """Boxes of one difficulty and of different interlocks, which people play in turn: each takes four steps at best, the
@@ -83,23 +85,16 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
     name = spec_name(asked)
     if name in STRUCTURES or name.startswith("random-") or (plugin := find_plugin("box", asked)) is None:
         return box(asked)
-    return _of_another_package(asked, plugin)
+    found = plugin.make(Spec.parse(asked, "box").options, is_one=_is_box, expected=_EXPECTED)
+    if not isinstance(found, Lockbox):
+        raise BadValue("box", asked, _EXPECTED)
+    if fault := fault_of(found):
+        raise BadValue("box", asked, f"one that can be played ({fault})")
+    return found
 
 
 def _is_box(found: object) -> bool:
     return isinstance(found, Lockbox) or is_own_function(found)
-
-
-def _of_another_package(asked: str, plugin: Plugin) -> Lockbox:
-    from lockprobe.boxes.check import fault_of
-
-    expected = "a Lockbox, or a function that returns one"
-    found = plugin.make(Spec.parse(asked, "box").options, is_one=_is_box, expected=expected)
-    if not isinstance(found, Lockbox):
-        raise BadValue("box", asked, expected)
-    if fault := fault_of(found):
-        raise BadValue("box", asked, f"one that can be played ({fault.reason})")
-    return found
 
 
 def box(name: str = DEFAULT_BOX) -> Lockbox:

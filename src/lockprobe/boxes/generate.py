@@ -11,9 +11,8 @@ from typing import Literal, get_args
 import numpy as np
 
 from lockprobe.boxes.box import MAX_JOINTS, Clause, Lockbox
-from lockprobe.boxes.check import Fault, fault_of
 from lockprobe.boxes.layouts import LayoutName, laid_out
-from lockprobe.boxes.solve import optimum
+from lockprobe.boxes.state_space import fault_of, space_of
 from lockprobe.boxes.structures import STRUCTURES, assemble, paper_joints
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.seeds import generator, integer_seed
@@ -75,16 +74,8 @@ class Recipe:
         return f"{self.family}-{self.layout}-{self.seed}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RefusedRecipe:
-    """A recipe whose box cannot be played, and why."""
-
-    recipe: Recipe
-    fault: Fault
-
-
-def generate(recipe: Recipe) -> Lockbox | RefusedRecipe:
-    """The box of a recipe, or the reason why it cannot be played. There is only one draw."""
+def generate(recipe: Recipe) -> Lockbox | str:
+    """The box of a recipe, or the reason why it cannot be played (:func:`fault_of`). There is only one draw."""
     drawn = _RANDOM.fullmatch(recipe.family)
     if drawn:
         box = _random_interlock(int(drawn[1]), recipe, generator(recipe.seed, "box", "interlock"))
@@ -94,8 +85,7 @@ def generate(recipe: Recipe) -> Lockbox | RefusedRecipe:
     if recipe.initial == "random":
         start = generator(recipe.seed, "box", "initial").random(len(box.joints)) < 0.5
         box = replace(box, initial=tuple(bool(position) for position in start))
-    fault = fault_of(box, recipe.shortest)
-    return RefusedRecipe(recipe=recipe, fault=fault) if fault else replace(box, name=recipe.name)
+    return fault_of(box, recipe.shortest) or replace(box, name=recipe.name)
 
 
 def random_box(joints: int, seed: int) -> Lockbox:
@@ -123,7 +113,7 @@ def alike_boxes(joints: int, count: int) -> tuple[Lockbox, ...]:
         count: How many, from 1.
     """
     found = (random_box(joints, seed) for seed in itertools.count(1))
-    return tuple(itertools.islice((one for one in found if optimum(one) == joints), count))
+    return tuple(itertools.islice((one for one in found if space_of(one).optimum == joints), count))
 
 
 def _random_interlock(size: int, recipe: Recipe, rng: np.random.Generator) -> Lockbox:
@@ -136,22 +126,17 @@ def _random_interlock(size: int, recipe: Recipe, rng: np.random.Generator) -> Lo
     names = [name for name, _ in joints]
     interlock: dict[str, Sequence[Clause]] = {}
     for i, name in enumerate(names[:-1]):
-        clauses = [
-            _clause(names[i + 1 :], [other for other in names[1:] if other != name], recipe, rng)
-            for _ in range(1 + int(rng.random() * recipe.alternatives))
-        ]
+        clauses = []
+        for _ in range(1 + int(rng.random() * recipe.alternatives)):
+            clause: dict[str, bool] = {}
+            for _ in range(1 + int(rng.random() * recipe.literals)):
+                position = bool(rng.random() >= recipe.negative)
+                others = names[i + 1 :] if position else [other for other in names[1:] if other != name]
+                if free := [other for other in others if other not in clause]:  # near joints more often, for depth
+                    clause[free[int(rng.random() ** 2 * len(free))]] = position
+            clauses.append(clause)
         interlock[name] = _needed(clauses)
     return assemble(recipe.name, joints, interlock)
-
-
-def _clause(later: Sequence[str], others: Sequence[str], recipe: Recipe, rng: np.random.Generator) -> dict[str, bool]:
-    clause: dict[str, bool] = {}
-    for _ in range(1 + int(rng.random() * recipe.literals)):
-        position = bool(rng.random() >= recipe.negative)
-        free = [other for other in (later if position else others) if other not in clause]
-        if free:
-            clause[free[int(rng.random() ** 2 * len(free))]] = position  # near joints more often, for deep interlocks
-    return clause
 
 
 def _needed(clauses: Sequence[Mapping[str, bool]]) -> list[Clause]:

@@ -16,13 +16,11 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.state_space import Space, orders, space_of
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Plans:
-    """The optimal plans: the shortest sequences of attempts that move the target.
+    """The optimal plans, the shortest sequences of attempts that move the target: their exact number, and the first.
 
-    Attributes:
-        count: Their exact number.
-        listed: The first ones in panel order, each a tuple of joint names that ends with the target.
+    Each is a tuple of joint names that ends with the target; they are in panel order.
     """
 
     count: int
@@ -132,8 +130,6 @@ class Difficulty:
         distractors: Joints that no optimal plan moves, in panel order.
         free: Number of joints that may move at the start.
         reachable: Number of configurations before the target moves; at most 2**(joints - 1).
-        dead_ends: Number of reachable configurations from which the target cannot be moved. Every move can be undone,
-            so it is 0, or all of them for an unsolvable box.
         random_steps: Expected steps of a uniformly random agent without a budget; infinite for an unsolvable box.
         random_blocked: Expected blocked attempts of that agent, as a share of its expected steps.
         cycle_success: Share of all fixed orders of the joints that, repeated, move the target within 20 steps. At 1, a
@@ -147,7 +143,6 @@ class Difficulty:
     distractors: tuple[str, ...]
     free: int
     reachable: int
-    dead_ends: int
     random_steps: float
     random_blocked: float | None
     cycle_success: float
@@ -159,7 +154,6 @@ def difficulty(box: Lockbox) -> Difficulty:
     plans = optimal_plans(box, limit=0)
     steps, blocked = _random_walk(space)
     moved = {space.target, *(j for _, j, _ in plan_moves(space))}
-    reachable = len(space.reachable)
     return Difficulty(
         optimum=space.optimum,
         optimal_plans=plans.count,
@@ -167,8 +161,7 @@ def difficulty(box: Lockbox) -> Difficulty:
         undone=undone(space),
         distractors=tuple(name for j, name in enumerate(box.names) if j not in moved) if plans.count else (),
         free=int(space.may_move[space.start].sum()),
-        reachable=reachable,
-        dead_ends=0 if space.optimum is not None else reachable,
+        reachable=len(space.reachable),
         random_steps=steps,
         random_blocked=blocked,
         cycle_success=cycle_success(space),

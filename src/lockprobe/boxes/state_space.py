@@ -1,4 +1,7 @@
-"""The state space of a box. Configurations are numbers whose bit j is the position of joint j in panel order."""
+"""The state space of a box, and whether it can be played.
+
+Configurations are numbers whose bit j is the position of joint j in panel order.
+"""
 
 from __future__ import annotations
 
@@ -54,19 +57,24 @@ class Space:
 
 def space_of(box: Lockbox) -> Space:
     """All configurations of a box."""
-    numbers = np.arange(2 ** len(box.joints))
-    may_move = np.zeros((numbers.size, len(box.joints)), bool)
+    numbers, joints, target = np.arange(2 ** len(box.joints)), len(box.joints), box.target_index
+    may_move = np.zeros((numbers.size, joints), bool)
     for j, name in enumerate(box.names):
         for clause in box.interlock.get(name, ({},)):
             may_move[:, j] |= holds(box, clause, numbers)
     start = sum(1 << j for j, position in enumerate(box.initial) if position)
-    return Space(
-        joints=len(box.joints),
-        target=box.target_index,
-        start=start,
-        may_move=may_move,
-        steps=_steps(start, may_move, box.target_index),
-    )
+    steps = np.full(numbers.size, -1)
+    steps[start] = 0
+    others = may_move.copy()
+    others[:, target] = False
+    front = np.array([start])
+    while front.size:  # breadth first, one whole frontier at a time
+        rows, moved = np.nonzero(others[front])
+        after = front[rows] ^ (1 << moved)
+        next_step = steps[front[0]] + 1
+        steps[after[steps[after] < 0]] = next_step
+        front = np.flatnonzero(steps == next_step)
+    return Space(joints=joints, target=target, start=start, may_move=may_move, steps=steps)
 
 
 def holds(box: Lockbox, clause: Clause, configurations: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -77,23 +85,27 @@ def holds(box: Lockbox, clause: Clause, configurations: NDArray[np.int64]) -> ND
     return found
 
 
+def fault_of(box: Lockbox, shortest: int = 1) -> str | None:
+    """Why a box cannot be played, in one line whose first words are the kind of the fault; None if it can be played.
+
+    It is *unsolvable* if no sequence of attempts moves the target, *contradictory* if an alternative of the target
+    holds in no reachable configuration, *too short* if the optimum has fewer than ``shortest`` steps.
+    """
+    space = space_of(box)
+    if not space.may_move[space.start].any():
+        return "unsolvable: nothing moves, every joint is locked at the start"
+    if space.optimum is None:
+        return f"unsolvable: no sequence of attempts moves {box.target}"
+    for clause in box.interlock.get(box.target, ()):
+        if not holds(box, clause, space.reachable).any():
+            words = ", ".join(f"{other} = {int(position)}" for other, position in clause.items())
+            return f"contradictory: {{{words}}} of target {box.target} holds in no configuration that can be reached"
+    if space.optimum < shortest:
+        return f"too short: solved in {space.optimum} of at least {shortest} steps"
+    return None
+
+
 @cache
 def orders(joints: int) -> NDArray[np.int64]:
     """Every order of this many joints, shape (joints!, joints)."""
     return np.array(list(permutations(range(joints))))
-
-
-def _steps(start: int, may_move: NDArray[np.bool_], target: int) -> NDArray[np.int64]:
-    """Distances by breadth-first search, one whole frontier at a time."""
-    steps = np.full(len(may_move), -1)
-    steps[start] = 0
-    others = may_move.copy()
-    others[:, target] = False
-    front = np.array([start])
-    while front.size:
-        rows, joints = np.nonzero(others[front])
-        after = front[rows] ^ (1 << joints)
-        fresh, next_step = after[steps[after] < 0], steps[front[0]] + 1
-        steps[fresh] = next_step
-        front = np.flatnonzero(steps == next_step)
-    return steps

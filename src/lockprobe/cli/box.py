@@ -15,7 +15,7 @@ import typer
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX, box, find_box, named_boxes, sized
-from lockprobe.boxes.generate import InitialName, Recipe, RefusedRecipe
+from lockprobe.boxes.generate import InitialName, Recipe
 from lockprobe.boxes.generate import generate as make
 from lockprobe.boxes.layouts import LayoutName
 from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
@@ -203,10 +203,11 @@ def generate(
     made, refused = 0, Counter[str]()
     for tried in range(seed, seed + _TRIES * count):
         found = make(replace(recipe, seed=tried))
-        if isinstance(found, RefusedRecipe):
-            refused[found.fault.kind] += 1
+        if isinstance(found, str):
+            kind = found.partition(":")[0]
+            refused[kind] += 1
             if json:
-                print(json_.dumps({"seed": tried, "refused": found.fault.kind, "reason": found.fault.reason}))
+                print(json_.dumps({"seed": tried, "refused": kind, "reason": found}))
             continue
         made += 1
         file = _write(found, out) if out else None
@@ -286,8 +287,7 @@ def _measures(box: Lockbox, found: Difficulty) -> list[str]:
     random, no_repeat = random_success(box), random_no_repeat_success(box)
     return [
         f"depth {found.depth}; moves to undo: {found.undone}; free at the start: {found.free}",
-        f"reachable configurations: {found.reachable}; dead ends: {found.dead_ends}",
-        f"distractors: {', '.join(found.distractors) or 'none'}",
+        f"reachable configurations: {found.reachable}; distractors: {', '.join(found.distractors) or 'none'}",
         f"solved in 20 steps: random {random:.4f}, random without repeats {no_repeat:.4f}",
         f"solved in 20 steps by a fixed order of all joints, repeated: {found.cycle_success:.4f} of all orders",
         f"random without a budget: {found.random_steps:.1f} steps expected{blocked}",

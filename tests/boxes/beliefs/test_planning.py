@@ -6,11 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from boxes.beliefs.enumeration import histories
-from hypothesis import given
-from hypothesis import strategies as st
 
 from lockprobe.boxes.beliefs.exact import MOST_PLANNED, Planner, can_plan, planner
-from lockprobe.boxes.beliefs.planning import best_joints, expected_steps, information, qmdp
+from lockprobe.boxes.beliefs.planning import best_joints, expected_steps, information
 from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.foundation.errors import BadValue
@@ -63,12 +61,6 @@ def test_steps_to_solve_the_papers_chain(prior, mean, by, last):
     assert len(solved) - 1 == last
     for step, share in by.items():
         assert solved[: step + 1].sum() == pytest.approx(share)
-
-
-def test_one_who_first_wants_to_know_solves_it_too():
-    solved = course("single-parent", "information")
-    assert solved.sum() == pytest.approx(1)
-    assert np.arange(len(solved)) @ solved == pytest.approx(95 / 12)
 
 
 def test_expected_steps_over_the_prior_and_beliefs_looked_at():
@@ -124,18 +116,6 @@ def test_planning_is_dynamic_programming(prior, joints):
         assert min(fresh.values(number, here)) == pytest.approx(value)
 
 
-@given(st.integers(0, 141), st.lists(st.integers(0, 3), max_size=6))
-def test_what_is_known_for_nothing_bounds_what_has_to_be_found_out(true, joints):
-    known = interlocks("single-parent", 4)
-    belief = begin(known, NAIVE)
-    for joint in joints:
-        belief = truthful(belief, joint, true) or belief
-    assert (qmdp(belief) <= expected_steps(belief) + 1e-9).all()
-    assert 0 <= information(belief).min() <= information(belief).max() <= min(1.0, entropy(belief)) + 1e-9
-    if entropy(belief) == 0:
-        assert expected_steps(belief) == pytest.approx(qmdp(belief))
-
-
 @pytest.mark.parametrize(
     ("name", "kinds", "states_only"),
     [
@@ -183,7 +163,3 @@ def test_what_cannot_be_planned_is_refused_with_what_can():
         expected_steps(begin(known, NAIVE))
     assert best_joints(begin(known, NAIVE), "information").any()
     assert planner(interlocks("chains", 6)) is planner(interlocks("chains", 6))
-
-
-def test_every_prior_of_the_papers_box_can_be_planned():
-    assert all(can_plan(interlocks(prior, 4)) for prior in ("chains", "single-parent", "any-literal"))

@@ -13,7 +13,6 @@ from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.foundation.errors import BadValue
 
 SMALL = interlocks("single-parent", 3)
-REPORTS = st.builds(ReportedAttempt, st.integers(0, 2), st.booleans(), st.none() | st.integers(0, 7), st.booleans())
 
 
 def after(known, noise, reports):
@@ -71,16 +70,6 @@ def test_told_the_truth_all_that_is_left_would_have_done_the_same(place, joints,
     assert belief.restarts == 0
 
 
-@given(st.lists(REPORTS, max_size=8), st.sampled_from(["naive", "0.3", "1", "aware"]))
-def test_whatever_is_told_leaves_a_belief(reports, name):
-    belief = after(SMALL, noise_model(name), reports)
-    assert belief.weights.sum() == pytest.approx(1)
-    assert (belief.weights > 0).tolist() == belief.possible.any(axis=0).tolist()
-    assert 0 <= entropy(belief) <= np.log2(len(SMALL)) + 1e-12
-    assert belief.moved is None or 0 <= belief.moved <= 1 + 1e-12
-    assert not (belief.configuration[belief.weights > 0] & 1).any()
-
-
 def test_beliefs_are_calibrated():
     """Of interlocks believed with probability x a share of x is true, and so with moves, if all is drawn from the prior."""
     known, noise, rng = interlocks("single-parent", 4), noise_model("aware"), np.random.default_rng(5)
@@ -117,42 +106,7 @@ def test_a_naive_observer_begins_again_from_the_last_report():
     assert belief.alive == after(known, noise_model("naive"), [ReportedAttempt(2, moved=False, positions=0)]).alive
 
 
-def test_a_naive_observer_goes_on_from_where_it_believes_the_box_to_be_if_that_is_not_told():
-    known, said = interlocks("chains", 3), [ReportedAttempt(1, True), ReportedAttempt(1, False)]
-    belief = after(known, noise_model("naive"), said)
-    assert (belief.restarts, belief.likeliest) == (1, 0b010)
-    assert [known.needs[s][1] for s in range(2) if belief.alive >> s & 1] == [(2, 1)]
-
-
-def test_that_the_trial_goes_on_is_believed_whatever_is_told_of_the_target():
-    for name in ("naive", "aware"):
-        belief = after(SMALL, noise_model(name), [ReportedAttempt(0, moved=True, positions=1)])
-        assert [SMALL.needs[s][0] for s in range(len(SMALL)) if belief.alive >> s & 1].count(None) == 0
-        assert belief.moved == 0
-        assert belief.restarts == (name == "naive")
-        assert (belief.configuration[belief.weights > 0] & 1).max() == 0
-
-
-def test_the_kind_of_flip_shows_in_the_next_report():
-    """A false position that stays is sticky, one that goes is transient."""
-    false, stays, goes = ReportedAttempt(1, True, 2), ReportedAttempt(2, False, 2), ReportedAttempt(2, False, 0)
-    known = interlocks("chains", 3)  # of two chains, one frees joint 1
-    transient, sticky = (
-        after(known, noise_model("aware"), [false, goes]),
-        after(known, noise_model("aware"), [false, stays]),
-    )
-    assert transient.possible.tolist() == [[True, False], [False, False]]
-    assert sticky.possible[1].all()
-
-
 @pytest.mark.parametrize("name", ["1.5", "-0.1", "nan", "often", ""])
 def test_a_noise_model_that_does_not_exist_is_refused(name):
     with pytest.raises(BadValue, match="noise: got .*, expected naive, aware, or a number from 0 to 1"):
         noise_model(name)
-
-
-def test_a_flip_probability_of_nought_is_naive():
-    assert noise_model("0").naive
-    assert noise_model("naive").naive
-    assert not noise_model("aware").naive
-    assert noise_model("0.1").p == 0.1

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.boxes.beliefs.exact import SAME, can_plan, planner
-from lockprobe.boxes.beliefs.held import Held, held_by
-from lockprobe.boxes.beliefs.posterior import OF_OUTCOMES, TRUE_ELSEWHERE, Belief, Noise, entropy
+from lockprobe.boxes.beliefs.posterior import OF_OUTCOMES, TRUE_ELSEWHERE, Belief, compared, entropy
 
 _KNOWN = 0.95
 """Posterior probability from which an interlock counts as known."""
@@ -34,33 +33,24 @@ def expected_steps(belief: Belief) -> Floats:
     Raises:
         BadValue: If the observer is naive and its prior too large to plan exactly.
     """
-    found: Floats = all_expected_steps([belief])[0]
-    return found
+    if belief.noise.naive:
+        return np.array(planner(belief.interlocks).values(belief.alive, belief.likeliest))
+    return qmdp(belief)
 
 
 def all_expected_steps(beliefs: Sequence[Belief]) -> Floats:
-    """The same of several beliefs under one prior and one model of reports, shape (beliefs, n)."""
-    known, noise = beliefs[0].interlocks, beliefs[0].noise
-    if noise.naive:
-        return np.array([planner(known).values(belief.alive, belief.likeliest) for belief in beliefs])
-    return _qmdp(beliefs)
+    """The same of several beliefs over equally many joints, shape (beliefs, n)."""
+    return np.array([expected_steps(belief) for belief in beliefs])
 
 
 def qmdp(belief: Belief) -> Floats:
     """QMDP's expected steps: as if the state were known after the next attempt, shape (n,)."""
-    found: Floats = _qmdp([belief])[0]
-    return found
-
-
-def _qmdp(beliefs: Sequence[Belief]) -> Floats:
-    known = beliefs[0].interlocks
-    configuration = np.array([belief.configuration for belief in beliefs])
-    weights = np.array([belief.weights for belief in beliefs])
+    known, configuration = belief.interlocks, belief.configuration
     moves = known.may_move(configuration)
-    after = configuration[:, :, None] ^ (moves << np.arange(known.joints))
+    after = configuration[:, None] ^ (moves << np.arange(known.joints))
     left = known.distance[np.arange(len(known))[:, None], after & ~1]
-    left[:, :, 0] *= ~moves[:, :, 0]
-    values: Floats = 1.0 + (weights[:, None] @ left)[:, 0]
+    left[:, 0] *= ~moves[:, 0]
+    values: Floats = 1.0 + belief.weights @ left
     return values
 
 
@@ -70,94 +60,61 @@ def information(belief: Belief) -> Floats:
     An attempt shows whether the box opens; else the outcome told, or the position of the attempted joint where no
     outcome is told, and new positions.
     """
-    found: Floats = all_information([belief])[0]
-    return found
-
-
-def all_information(beliefs: Sequence[Belief]) -> Floats:
-    """The same of several beliefs under one prior and one model of reports, shape (beliefs, n)."""
-    noise = beliefs[0].noise
-    if noise.naive:
-        return np.array([_information_of_truth(belief) for belief in beliefs])
-    held = held_by(beliefs)
-    n, moves, false = held.joints, held.moves, held.false
+    held, noise, n = belief.possible.any(axis=0), belief.noise, belief.interlocks.joints
+    moves, weights = belief.interlocks.may_move(belief.configuration)[held], belief.weights[held]
+    if noise.naive:  # a report says whether the joint moved, and no more
+        share: Floats = np.minimum(weights @ moves, 1.0)
+        return _bits(share) + _bits(1.0 - share)
+    before, configuration = compared(belief)[held, None], belief.configuration[held, None]
+    counted = (belief.false[held, None] + 1) / (belief.told + 2)  # the probability that the next report is false
+    false = counted if noise.p is None else np.full(counted.shape, noise.p)
     goes_on = np.ones(moves.shape)
     goes_on[:, 0] = ~moves[:, 0]
-    told = np.empty((len(moves), 2 * n))  # the probabilities of "moved", then of "blocked"
-    told[:, :n] = np.where(moves, 1.0 - false, false) * goes_on
-    told[:, n:] = goes_on - told[:, :n]
-    if held.states_only.any():
-        told = np.where(held.states_only, _by_position(told, held.compared), told)
-    kinds = held.possible / held.possible.sum(axis=0) * held.weights
-    both = _gained(kinds[:, :, None] * told, _news(held, noise), held)
-    gained = both[:, :n] + both[:, n:]
-    ends = held.weights * moves[:, 0]
-    gained[:, 0] += _bits(held.sums(ends)) - held.sums(_bits(ends))
-    before = np.array([entropy(belief) for belief in beliefs])
-    return np.maximum(before[:, None] + gained, 0.0)
-
-
-def _information_of_truth(belief: Belief) -> Floats:
-    """The expected information where every report is true: it says whether the joint moved, and no more."""
-    held = belief.possible.any(axis=0)
-    moves = belief.interlocks.may_move(belief.configuration)[held]
-    share: Floats = np.minimum(belief.weights[held] @ moves, 1.0)
-    return _bits(share) + _bits(1.0 - share)
-
-
-def _by_position(told: Floats, before: NDArray[np.int64]) -> Floats:
-    """Probabilities of the reported position of the attempted joint, from those of the reported outcome.
-
-    Args:
-        told: Probabilities of the report "moved" for each joint, then of "blocked", shape (rows, 2n).
-        before: The configuration with which a report is compared, shape (rows, 1).
-    """
-    n = told.shape[1] // 2
-    away = (before >> np.arange(n) & 1).astype(bool)
-    moved, blocked = told[:, :n], told[:, n:]
-    return np.hstack((np.where(away, blocked, moved), np.where(away, moved, blocked)))
-
-
-def _news(held: Held, noise: Noise) -> NDArray[np.int64]:
-    """The positions before each attempt that a report would show, shape (readings, rows, n).
-
-    The attempted joint's reported position follows from its position and the reported outcome.
-    """
-    bit = 1 << np.arange(held.joints)
-    own = bit * ~held.states_only
-    found = np.empty((len(noise.kinds), *held.moves.shape), dtype=np.int64)
-    for kind, shown in zip(noise.kinds, found, strict=True):
-        others = held.configuration if kind in TRUE_ELSEWHERE else held.positions
-        attempted = held.positions if kind in OF_OUTCOMES else held.configuration
-        shown[:] = (others & ~bit | attempted & own) * held.shown
+    moved = np.where(moves, 1.0 - false, false) * goes_on
+    blocked = goes_on - moved
+    bit = 1 << np.arange(n)
+    if belief.states_only:  # what is told is the position of the attempted joint, not the outcome
+        away = (before & bit) != 0
+        moved, blocked = np.where(away, blocked, moved), np.where(away, moved, blocked)
+    possible = belief.possible[:, held]
+    mass = (possible / possible.sum(axis=0) * weights)[:, :, None] * np.hstack((moved, blocked))
+    # the positions before each attempt that a report would show under each reading; that of the attempted joint
+    # follows from its position and the reported outcome
+    own, told = (0 if belief.states_only else bit), belief.positions or 0
+    news = np.zeros((len(noise.kinds), *moves.shape), dtype=np.int64)
+    for kind, shown in zip(noise.kinds, news, strict=True):
+        others = configuration if kind in TRUE_ELSEWHERE else told
+        attempted = told if kind in OF_OUTCOMES else configuration
+        shown[:] = 0 if belief.positions is None else others & ~bit | attempted & own
+    both = _gained(mass, np.concatenate((news, news), axis=2), n)
+    gained = both[:n] + both[n:]
+    ends = weights * moves[:, 0]
+    gained[0] += _bits(ends.sum()) - _bits(ends).sum()
+    found: Floats = np.maximum(entropy(belief) + gained, 0.0)
     return found
 
 
-def _gained(mass: Floats, news: NDArray[np.int64], held: Held) -> Floats:
-    """Mutual information terms: entropy of the observation minus joint entropy, unnormalised, shape (beliefs, 2n).
+def _gained(mass: Floats, news: NDArray[np.int64], n: int) -> Floats:
+    """Mutual information terms: entropy of the observation minus joint entropy, unnormalised, shape (2n,).
 
     Args:
-        mass: Probability of each kind, row and outcome told, shape (kinds, rows, 2n).
-        news: The positions shown, shape (kinds, rows, n).
-        held: The rows.
+        mass: Probability of each reading, interlock and report ("moved" of each joint, then "blocked"), shape
+            (readings, interlocks, 2n).
+        news: The positions shown, of the same shape.
+        n: Number of joints.
     """
-    n, columns = held.joints, np.arange(2 * held.joints)
-    news = np.concatenate((news, news), axis=2)
-    if len(mass) > 1:  # equal under both kinds: one observation
+    columns = np.arange(2 * n)
+    if len(mass) > 1:  # equal under both readings: one observation
         alike = news[0] == news[1]
         mass[0] += mass[1] * alike
         mass[1] *= ~alike
-    place = held.belief[:, None] * len(columns) + columns
-    seen = news * (held.beliefs * len(columns)) + place
-    shown = _sums(seen, mass, held.beliefs * len(columns) << n).reshape(1 << n, held.beliefs, -1)
-    joint = _sums(np.broadcast_to(place, mass.shape), _bits(mass), held.beliefs * len(columns))
-    gained: Floats = np.sum(_bits(shown), axis=0) - joint.reshape(held.beliefs, -1)
+    seen = news * len(columns) + columns
+    shown = np.bincount(seen.ravel(), mass.ravel(), len(columns) << n).astype(np.float64, copy=False)
+    place = np.broadcast_to(columns, mass.shape)
+    gained: Floats = _bits(shown.reshape(1 << n, -1)).sum(axis=0) - np.bincount(
+        place.ravel(), _bits(mass).ravel(), len(columns)
+    )
     return gained
-
-
-def _sums(place: NDArray[np.int64], values: Floats, places: int) -> Floats:
-    """The sum of the values at each place, shape (places,)."""
-    return np.bincount(place.ravel(), values.ravel(), places).astype(np.float64, copy=False)
 
 
 def _bits(share: Floats) -> Floats:

@@ -109,20 +109,14 @@ def _literals(joints: int, positions: tuple[int, ...]) -> list[tuple[Need, ...]]
     return list(product(*choices))
 
 
-_COUNTS: Mapping[str, Callable[[int], int]] = {
-    "chains": lambda n: factorial(n - 1),
-    "single-parent": lambda n: n**n,
-    "any-literal": lambda n: (2 * n - 1) ** n,
+_PRIORS: Mapping[str, tuple[Callable[[int], int], Callable[[int], list[tuple[Need, ...]]]]] = {
+    "chains": (lambda n: factorial(n - 1), _chains),
+    "single-parent": (lambda n: n**n, lambda n: _literals(n, (1,))),
+    "any-literal": (lambda n: (2 * n - 1) ** n, lambda n: _literals(n, (0, 1))),
 }
-"""Interlocks of each prior over n joints, unsolvable ones included."""
+"""Of each prior over n joints the number of interlocks, unsolvable ones included, and the interlocks."""
 
-_LISTS: Mapping[str, Callable[[int], list[tuple[Need, ...]]]] = {
-    "chains": _chains,
-    "single-parent": lambda n: _literals(n, (1,)),
-    "any-literal": lambda n: _literals(n, (0, 1)),
-}
-
-PRIORS = tuple(_LISTS)
+PRIORS = tuple(_PRIORS)
 """Names of the stated priors."""
 
 
@@ -139,15 +133,23 @@ def interlocks(prior: str, joints: int) -> Interlocks:
     """
     if prior not in PRIORS:
         raise UnknownName("prior", prior, PRIORS)
-    if (count := _COUNTS[prior](joints)) > MOST_INTERLOCKS:
+    counted, listed = _PRIORS[prior]
+    if (count := counted(joints)) > MOST_INTERLOCKS:
         raise BadValue(
             f"prior {prior} over {joints} joints", f"{count} interlocks", f"at most {MOST_INTERLOCKS}; chains has fewer"
         )
-    needs = _LISTS[prior](joints)
+    needs = listed(joints)
     asks = np.array([[need[0] + 1 if need else 0 for need in row] for row in needs], dtype=np.int64)
     bits = np.concatenate([[0], 1 << np.arange(joints, dtype=np.int64)])[asks]
     finds = np.where([[bool(need and need[1]) for need in row] for row in needs], bits, 0)
-    distance = _distances(bits, finds)
+    every = np.arange(1 << joints, dtype=np.int64)
+    allowed = [(every & bits[:, [joint]]) == finds[:, [joint]] for joint in range(joints)]
+    distance, nearer = np.full(allowed[0].shape, NEVER), np.where(allowed[0], 1, NEVER)
+    while not np.array_equal(nearer, distance):  # value iteration over all interlocks and configurations
+        distance = nearer
+        for joint in range(1, joints):
+            beyond = np.where(allowed[joint], distance[:, every ^ (1 << joint)] + 1, NEVER)
+            nearer = np.minimum(nearer, beyond)
     solvable = distance[:, 0] < NEVER
     return Interlocks(
         prior=prior,
@@ -157,19 +159,3 @@ def interlocks(prior: str, joints: int) -> Interlocks:
         finds=finds[solvable],
         distance=distance[solvable],
     )
-
-
-def _distances(asks: NDArray[np.int64], finds: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Fewest steps that move the target, by value iteration over all interlocks and configurations."""
-    joints = asks.shape[1]
-    every = np.arange(1 << joints, dtype=np.int64)
-    allowed = [(every & asks[:, [joint]]) == finds[:, [joint]] for joint in range(joints)]
-    distance = np.where(allowed[0], 1, NEVER)
-    while True:
-        nearer = distance
-        for joint in range(1, joints):
-            beyond = np.where(allowed[joint], distance[:, every ^ (1 << joint)] + 1, NEVER)
-            nearer = np.minimum(nearer, beyond)
-        if np.array_equal(nearer, distance):
-            return distance
-        distance = nearer

@@ -16,9 +16,9 @@ from pydantic import ValidationError
 from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.boxfile import box_from_data
-from lockprobe.boxes.check import fault_of
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.boxes.generate import alike_boxes
+from lockprobe.boxes.state_space import fault_of
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
@@ -260,7 +260,7 @@ def _check_kept(box: Lockbox) -> None:
     except UserMistake as error:
         raise BadValue("box", box.name, f"one that a file can hold ({error})") from None
     if fault := fault_of(box):
-        raise BadValue("box", box.name, f"one that can be played ({fault.reason})")
+        raise BadValue("box", box.name, f"one that can be played ({fault})")
 
 
 def _agents(request: StudyOptions) -> tuple[list[str], dict[str, str]]:
