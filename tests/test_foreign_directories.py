@@ -97,7 +97,7 @@ def lockprobe(tmp_path, monkeypatch, capfd):
     What commands of another test named may not run in this one.
     """
     foreign.hatch(tmp_path)
-    monkeypatch.setattr(plugins, "_permission", plugins._Permission())
+    monkeypatch.setattr(plugins, "_named", set())
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))

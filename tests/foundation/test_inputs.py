@@ -12,7 +12,6 @@ from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import check_regular, is_there, parse_json, read_input
 from lockprobe.people.diary import read_diaries
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 
 
@@ -47,22 +46,10 @@ def test_what_takes_the_place_of_a_file_meanwhile_is_not_waited_for(pipe, monkey
         read_input(pipe)
 
 
-def test_files_have_an_end(tmp_path):
-    (tmp_path / "file").write_bytes(b"123\n456789\n0")
-    with pytest.raises(BadFile, match="file: larger than 11 bytes"):
-        read_input(tmp_path / "file", most=11)
-
-
 @pytest.mark.parametrize("content", [b"[" * 100_000, b"{", b"1" * 5000, b"\xff"])
 def test_json_that_is_none_or_too_deep_is_one_line(content):
     with pytest.raises(BadFile, match="^x: not JSON"):
         parse_json(content, Path("x"))
-
-
-def test_settings_nested_without_end_are_refused(tmp_path):
-    (tmp_path / "study.json").write_bytes(b"[" * 100_000)
-    with pytest.raises(BadFile, match="nested too deeply"):
-        read_study(tmp_path)
 
 
 def test_pipes_as_boxes_and_stores_are_refused_and_as_sequences_welcome(tmp_path, pipe, monkeypatch):

@@ -1,7 +1,5 @@
 """What other packages add is found by its name, imported late, and breaks in one line."""
 
-import json
-import re
 import sys
 
 import forked
@@ -12,7 +10,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box, find_box
 from lockprobe.cli import build, main
 from lockprobe.foundation import plugins
-from lockprobe.foundation.errors import BadValue, BrokenPlugin, Missing, UnknownName, UserMistake
+from lockprobe.foundation.errors import BadValue, BrokenPlugin, UnknownName, UserMistake
 from lockprobe.foundation.plugins import (
     GROUPS,
     allow,
@@ -22,7 +20,7 @@ from lockprobe.foundation.plugins import (
     plugin_name_of,
     plugin_names,
 )
-from lockprobe.interventions.catalogue import interventions_of, kinds
+from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.measures import find_measure
 from lockprobe.studies.records.read_records import load
@@ -45,7 +43,7 @@ USES = {
 @pytest.fixture(autouse=True)
 def fresh(monkeypatch):
     """Nothing has been named yet."""
-    monkeypatch.setattr(plugins, "_permission", plugins._Permission())
+    monkeypatch.setattr(plugins, "_named", set())
 
 
 @pytest.fixture
@@ -151,34 +149,6 @@ def test_a_broken_package_is_named_by_those_who_use_it_and_disturbs_nobody_else(
     assert "broken" not in sys.modules
 
 
-@pytest.mark.usefixtures("broken")
-@pytest.mark.parametrize("command", ["agents", "plants", "interventions", "measures"])
-def test_lists_have_what_works_and_name_what_does_not(lockprobe, command):
-    status, out, err = lockprobe("list", command, "--json")
-    rows = {row["spec"]: row for row in map(json.loads, out.splitlines())}
-    (good,) = strangers.POINTS[command]
-    assert (status, err) == (0, "")
-    assert rows[good]["package"] == "strange-things 0.3"
-    assert rows[good]["what"]
-    assert rows[f"bad-{command}"]["what"].endswith(NAMED)
-    assert len(rows) >= 5
-    assert lockprobe("list", command)[1].count("broken-things") >= 1
-    boxes = {row["name"]: row for row in map(json.loads, lockprobe("box", "list", "--json")[1].splitlines())}
-    assert (boxes["gate"]["optimum"], boxes["gate"]["package"]) == (3, "strange-things 0.3")
-    assert boxes["bad-boxes"]["error"].endswith(NAMED)
-
-
-@pytest.mark.usefixtures("broken")
-def test_a_command_of_a_package_is_one_of_lockprobe_s(lockprobe):
-    assert lockprobe("shout", "hush", "--times", "2") == (0, "HUSH HUSH\n", "")
-    listed = re.sub(" +", " ", lockprobe("--help")[1])
-    assert "shout Print words in capitals." in listed
-    assert "bad-commands Cannot be used." in listed
-    assert lockprobe("shot")[2] == "lockprobe: No such command 'shot'. Did you mean 'shout'?\n"
-    status, out, err = lockprobe("bad-commands")
-    assert (status, out, err.rstrip().endswith(NAMED)) == (2, "", True)
-
-
 def test_a_plant_of_a_package_can_have_a_camera_and_a_source_that_is_none_is_one_line(tmp_path, monkeypatch):
     (tmp_path / "strange").mkdir()
     strangers.install(tmp_path / "strange", monkeypatch)
@@ -202,25 +172,12 @@ def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockpr
     strangers.install(tmp_path, monkeypatch, points=taken)
     assert type(resolve("random").make()).__name__ == "RandomAgent"
     assert type(interventions_of("drop")[0]).__name__ == "Drop"
-    assert kinds()["drop"].__module__ == "lockprobe.interventions.told"
     assert find_box("fork") == box("fork")
     assert "Lockprobe itself uses this one (strange-things 0.3)" in lockprobe("list", "interventions")[1]
     assert find_plugin("plant source", "twin").ships
     assert find_plugin("command", "rig").ships
     assert find_plugin("tool", "film").ships
     assert lockprobe("chance", "--length", "3", "--json")[0] == 0
-
-
-def test_a_name_of_the_robot_s_cannot_be_taken_where_the_robot_is_not_installed(tmp_path, monkeypatch, lockprobe):
-    there = plugins._points
-    monkeypatch.setattr(plugins, "_points", lambda kind: [one for one in there(kind) if not plugins._ships(one)])
-    taken = {"plants": {"twin": "Plain"}, "plant_sources": {"rig": "seen"}, "commands": {"rig": "shout"}}
-    strangers.install(tmp_path, monkeypatch, points=taken)
-    for plant in ("twin?looks=varied", "rig", "manual?camera=x"):
-        with pytest.raises(Missing, match="^the plant .* needs the package"):
-            resolve_plant(plant)
-    assert lockprobe("rig", "check")[2].startswith("lockprobe: lockprobe rig needs the package")
-    assert "\n  rig " not in lockprobe("--help")[1]
 
 
 def test_a_name_that_two_packages_have_is_refused(tmp_path, monkeypatch):
@@ -274,72 +231,6 @@ def test_nothing_of_others_runs_where_none_may():
             with pytest.raises(BadValue, match="no other code runs here"):
                 USES[kind](spec)
     assert USES["agent"]("python:strange:First").facts == {"place": 0}
-
-
-@pytest.mark.parametrize(
-    "way_out", ["raise SystemExit('it ran')", "raise BaseException('it ran')", "import sys; sys.exit()"]
-)
-def test_a_module_that_ends_the_process_is_one_line(tmp_path, monkeypatch, lockprobe, way_out):
-    strangers.install(tmp_path, monkeypatch, text=way_out)
-    status, _, err = lockprobe("run", "flips", "--agent", "python:strange:First", "--out", tmp_path / "d")
-    assert (status, err.count("\n")) == (2, 1), err
-    assert err.startswith("lockprobe: agent: got 'python:strange:First', expected python:module:Name")
-    for kind, (command, names) in zip(("agent", "plant"), list(strangers.POINTS.items())[::4], strict=True):
-        (name,) = names
-        with pytest.raises(BrokenPlugin, match=r"of strange-things 0\.3 does not work"):
-            USES[kind](name)
-        status, out, _ = lockprobe("list", command)
-        assert (status, "Cannot be used." in out) == (0, True)
-
-
-ENDS = """
-class Ends(First):
-    async def aclose(self): raise SystemExit(0)
-
-class Said(First):
-    @property
-    def facts(self): raise SystemExit(0)
-    @facts.setter
-    def facts(self, facts): pass
-
-class Shut(Plain):
-    def close(self): raise SystemExit(0)
-
-class Falls(Plain):
-    def attempt(self, joint): raise BaseException("it falls")
-"""
-
-
-@pytest.mark.parametrize(
-    ("options", "status", "said"),
-    [
-        (("--agent", "python:strange:Ends"), 1, "agent 'python:strange:Ends' does not work (SystemExit: 0)"),
-        (("--agent", "python:strange:Said"), 2, "agent 'python:strange:Said' does not work (SystemExit: 0)"),
-        (("--agent", "first", "--plant", "python:strange:Shut"), 2, "plant 'python:strange:Shut' does not work (SystemExit: 0)"),
-        (("--agent", "first", "--plant", "python:strange:Falls"), 1, "BaseException: it falls"),
-    ],
-)  # fmt: skip
-def test_what_ends_the_process_at_a_call_ends_no_run_in_silence(
-    tmp_path, monkeypatch, lockprobe, options, status, said
-):
-    strangers.install(tmp_path, monkeypatch, text=strangers.WORKING + ENDS)
-    line = ("run", "flips", *options, "--p", "0", "--trials", "1", "--repetitions", "1", "--no-report")
-    found, out, err = lockprobe(*line, "--out", tmp_path / "d")
-    assert (found, said in out + err) == (status, True), out + err
-    assert "Traceback" not in err
-
-
-def test_a_plant_that_breaks_in_one_trial_breaks_that_trial(tmp_path, monkeypatch):
-    moody = strangers.WORKING + (
-        "\nclass Moody(Plain):\n"
-        "    def __init__(self, *, box, labels, rng):\n"
-        "        super().__init__(box=box, labels=labels, rng=rng)\n"
-        "        if labels[0] in 'BCD': raise OSError('no answer')\n"
-    )
-    strangers.install(tmp_path, monkeypatch, text=moody)
-    fine, broken = (run_trial(plant="python:strange:Moody", shuffle=shuffle, seed=2) for shuffle in ("never", "trial"))
-    assert fine.error is None
-    assert (broken.error.boundary, broken.error.message) == ("plant", "OSError: no answer")
 
 
 def test_a_study_is_run_with_what_a_module_here_has(tmp_path):

@@ -1,14 +1,12 @@
 """What is said to a user: errors in one line, advice of the tool in use, plain words, safe text, numbers that look alike."""
 
-from pathlib import Path
 from typing import Literal
 
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.foundation.cpu import cpu_model
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, UnknownName, UserMistake, advice, needing
-from lockprobe.foundation.formatting import NONE, bracketed, change, minus, p_value, percent, points, range_said, share
+from lockprobe.foundation.formatting import bracketed, change, minus, points, range_said
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section, without
 from lockprobe.foundation.terminal_text import readable
 from lockprobe.foundation.validation import check_choice, plain
@@ -95,12 +93,6 @@ def test_what_pydantic_says_is_said_in_plain_words(given, said):
     assert plain(raised.value.errors()[0]["msg"]) == said
 
 
-def test_what_is_missing_is_a_dash_or_nothing():
-    assert {percent(None), percent(float("nan")), bracketed(None, None, None), share(None, 0.0, 0.0)} == {NONE}
-    assert range_said(0.1, None) == ""
-    assert p_value(None) == "not tested"
-
-
 @pytest.mark.parametrize("end", [-0.0, 0.0, -0.004, 0.004])
 def test_an_end_that_rounds_to_0_has_no_sign_and_minus_signs_are_set(end):
     assert points(end) == "0"
@@ -110,28 +102,6 @@ def test_an_end_that_rounds_to_0_has_no_sign_and_minus_signs_are_set(end):
     assert bracketed(end, -0.06, end, "{:+.1f}", 1) == "0.0 [\N{MINUS SIGN}0.1, 0.0]"
     assert minus("-0.0 to -3 of no-repeat") == "0.0 to \N{MINUS SIGN}3 of no-repeat"
     assert points(-0.26) == "\N{MINUS SIGN}26"
-
-
-@pytest.mark.parametrize(
-    ("listed", "model"),
-    [
-        ("processor\t: 0\nvendor_id\t: GenuineIntel\nmodel name\t: Xeon: Gold\n", "Xeon: Gold"),
-        ("processor\t: 0\nBogoMIPS\t: 48.00\n\nModel\t\t: Raspberry Pi 4\n", "Raspberry Pi 4"),
-        ("model name\t:\n", "machine"),
-        ("model name\t: " + 300 * "x", 120 * "x"),
-        (None, "machine"),
-    ],
-)
-def test_the_processor_is_named_as_its_maker_does(monkeypatch, listed, model):
-    def read(*_):
-        if listed is None:
-            raise FileNotFoundError
-        return listed
-
-    monkeypatch.setattr(Path, "read_text", read)
-    monkeypatch.setattr("platform.processor", lambda: "")
-    monkeypatch.setattr("platform.machine", lambda: "machine")
-    assert cpu_model.__wrapped__() == model
 
 
 def broken():

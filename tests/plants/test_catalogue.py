@@ -7,15 +7,8 @@ from lockprobe_robot.rendering.probe import Probed
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.plants.catalogue import PLANTS, known_plants, plant_change, resolve_plant
+from lockprobe.plants.catalogue import PLANTS, plant_change, resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.options.studyfile import study
-
-
-def test_every_plant_has_a_line():
-    assert tuple(known_plants()) == PLANTS
-    assert "pose_error" in known_plants()["twin"]
-    assert "pose_error" not in known_plants()["fast-twin"]
 
 
 def test_specs_name_plants_with_options():
@@ -65,11 +58,6 @@ def test_what_the_plant_has_anyway_is_no_change_and_the_rest_is_written_in_one_w
     assert plant_change("twin?pose_error=0.004", {"pose_error": "0"}).doses == {"plant.pose_error below 0.004": 0.004}
 
 
-def test_a_plant_of_another_package_that_says_nothing_takes_any_option_and_has_no_dose():
-    change = plant_change("python:mine:Hand?grip=3", {"grip": "3", "slip": "0.1"})
-    assert (change.options, change.doses) == ({"slip": "0.1"}, {})
-
-
 @pytest.mark.parametrize(
     ("plant", "spec", "error", "message"),
     [
@@ -94,8 +82,3 @@ def test_what_the_plant_has_not_is_refused_in_one_line(plant, spec, error, messa
     with pytest.raises(error) as caught:
         read_condition(spec, plant=plant)
     assert str(caught.value).startswith(message)
-
-
-def test_conditions_of_equal_plants_are_one_condition():
-    with pytest.raises(BadValue, match="another condition than one, which is the same"):
-        study("flips", plant="twin", condition=["one=plant?pose_error=0.01", "two=plant?pose_error=0.010"])

@@ -27,22 +27,6 @@ def test_a_person_who_obeys_the_rules_is_a_plant():
     check_plant(lambda box, labels, rng: Manual(box, labels=labels, operator=Person(box)), attempts=15)
 
 
-def test_the_questions_name_label_and_joint_and_one_is_asked_per_attempt():
-    person = Person(box("chain-4"))
-    plant = plant_with(person)
-    assert plant.observe().configuration == (False,) * 4
-    plant.attempt(3)
-    assert " ".join(person.told) == (
-        "New trial of chain-4. Set the joints: C (revolute-left) at 0, A (slider-1) at 0, E (slider-2) at 0, "
-        "D (revolute-right) at 0."
-    )
-    assert person.questions == [
-        "Press Enter when they stand so, q to stop.",
-        "Move joint D (revolute-right) from 0 to 1. Did it move? y/n, q to stop:",
-    ]
-    assert plant.facts == {"truth": "person"}
-
-
 @pytest.mark.parametrize(("slips", "as_rules"), [(["y"], True), (["y", "y"], False)])
 def test_an_answer_against_the_rules_is_asked_again_and_then_believed(slips, as_rules):
     """The target of chain-4 is locked at the start."""

@@ -34,9 +34,3 @@ def test_q_and_the_end_of_input_stop(typed, why, monkeypatch, capsys):
     found, _ = asked(typed, "yn", monkeypatch, capsys)
     assert isinstance(found, OperatorStopped)
     assert str(found).startswith(why)
-
-
-def test_a_process_without_input_is_stopped_too(monkeypatch, capsys):
-    monkeypatch.setattr("sys.stdin", None)
-    with pytest.raises(OperatorStopped):
-        TerminalOperator().ask("?", "yn")

@@ -16,6 +16,7 @@ import importlib
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache, reduce
 from pathlib import Path
@@ -57,20 +58,11 @@ ROBOT = "lockprobe-robot"
 _DIRECT = "python:"
 
 
-class _Permission:
-    """What code of others may run in this process: nothing of ``python:`` at the start.
+_named: set[str] = set()
+"""The ``python:`` specs that a person has named in this process."""
 
-    Attributes:
-        specs: The ``python:`` specs that a person has named.
-        closed: Whether nothing may run, also of installed packages.
-    """
-
-    def __init__(self) -> None:
-        self.specs: set[str] = set()
-        self.closed = False
-
-
-_permission = _Permission()
+_closed: ContextVar[bool] = ContextVar("no foreign code", default=False)
+"""Whether nothing of others may run, also of installed packages."""
 
 
 def allow(*specs: str) -> None:
@@ -81,27 +73,27 @@ def allow(*specs: str) -> None:
     """
     for part in (part for spec in specs for part in (spec, *split_specs(spec))):
         if part.startswith(_DIRECT):
-            _permission.specs |= {part, f"{spec_name(part)}?"}
+            _named.update((part, f"{spec_name(part)}?"))
 
 
 def allowed() -> tuple[str, ...]:
     """The specs that may run here, for :func:`allow` in a process that works for this one."""
-    return tuple(sorted(_permission.specs))
+    return tuple(sorted(_named))
 
 
 @contextmanager
 def no_foreign_code() -> Iterator[None]:
     """Let nothing of other packages and of the user run meanwhile; what needs it is refused in one line."""
-    before, _permission.closed = _permission.closed, True
+    token = _closed.set(True)
     try:
         yield
     finally:
-        _permission.closed = before
+        _closed.reset(token)
 
 
 def runs_foreign_code() -> bool:
     """Whether code of installed packages may run here."""
-    return not _permission.closed
+    return not _closed.get()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,12 +148,12 @@ class Plugin:
         """Refuse what no person has named, and modules of Python's own, some of which act when they are imported."""
         if self.ships:
             return
-        if _permission.closed:
+        if not runs_foreign_code():
             raise BadValue(self.kind, self.name, "one that ships with Lockprobe: no other code runs here")
         if self.package:
             return
         named = f"{self.name}?" if self.kind == "intervention" else self.spec or self.name
-        if named not in _permission.specs:
+        if named not in _named:
             expected = (
                 "--allow with it in this command (in Python: lockprobe.foundation.plugins.allow): "
                 "what a file or a directory names is data, and is not run"
@@ -192,15 +184,13 @@ class Plugin:
         """
         found = self.load()
         with self.guarded():
-            fits, called = is_one(found), callable(found)
-        if not fits:
-            raise BadValue(self.kind, self.name, expected)
-        if not called:
-            if options:
-                raise BadValue(self.kind, self.name, f"no options: it is a {type(found).__name__}")
-            return found
-        with self.guarded():
-            return found(**given, **arguments_from(found, self.name, options, given))
+            if not is_one(found):
+                raise BadValue(self.kind, self.name, expected)
+            if callable(found):
+                return found(**given, **arguments_from(found, self.name, options, given))
+        if options:
+            raise BadValue(self.kind, self.name, f"no options: it is a {type(found).__name__}")
+        return found
 
     @contextmanager
     def guarded(self) -> Iterator[None]:
@@ -237,8 +227,7 @@ class Listed:
 def plugin_names(kind: Kind) -> tuple[str, ...]:
     """The names that packages of others add, sorted. Nothing is imported."""
     points = _points(kind)
-    ours = {point.name for point in points if _ships(point)}
-    return tuple(sorted({point.name for point in points} - ours))
+    return tuple(sorted({point.name for point in points} - {point.name for point in points if _ships(point)}))
 
 
 def has_methods(found: object, *names: str) -> bool:

@@ -9,8 +9,9 @@ into the fields of a dataclass or the arguments of a function. The catalogue of 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
+from inspect import signature
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 from urllib.parse import parse_qsl, quote, quote_plus
@@ -106,24 +107,15 @@ class Spec:
         return replace(self, options={**self.options, **options})
 
     def appending(self, option: str, value: str) -> Spec:
-        """The spec with one option appended to its text, which stays unchanged. Nothing is encoded.
-
-        Raises:
-            BadValue: If it has this option already.
-        """
-        mark = "&" if self.options else "?"
-        return Spec.parse(f"{self}{mark}{option}={value}")
-
-    def with_value(self, option: str, value: str) -> Spec:
         """The same spec with one option behind its text, whose value is any text: what would end it is encoded.
 
-        >>> str(Spec.parse("manual?device=1").with_value("camera", "shots/A&B"))
+        >>> str(Spec.parse("manual?device=1").appending("camera", "shots/A&B"))
         'manual?device=1&camera=shots/A%26B'
 
         Raises:
             BadValue: If it has this option already.
         """
-        return self.appending(option, value.translate(_ENCODED))
+        return Spec.parse(f"{self}{'&' if self.options else '?'}{option}={value.translate(_ENCODED)}")
 
 
 def spec_name(text: str) -> str:
@@ -205,7 +197,7 @@ class Option(NamedTuple):
 def options_of(kind: type[Any]) -> tuple[Option, ...]:
     """The options of a dataclass: its fields, except private and computed ones. Other objects have none."""
     return tuple(
-        Option(part.name.rstrip("_"), part.name, _default(part))
+        Option(part.name.rstrip("_"), part.name, part.default)
         for part in (fields(kind) if is_dataclass(kind) else ())
         if part.init and not part.name.startswith("_")
     )
@@ -237,14 +229,6 @@ def in_words(value: object) -> str:
     return short if isinstance(value, float) and float(short := f"{value:g}") == value else str(value)
 
 
-def _default(part: Any) -> object:
-    return part.default if part.default_factory is MISSING else part.default_factory()
-
-
-_types = cache(get_type_hints)
-"""The annotations of a dataclass; reading them takes longer than anything else here."""
-
-
 def with_options(
     kind: type[Made], name: str, options: Mapping[str, str], preset: Mapping[str, object] | None = None
 ) -> Made:
@@ -254,14 +238,7 @@ def with_options(
         UnknownName: If there is no such option; the message, which names ``name``, lists those that exist.
         BadValue: If the field does not take a value.
     """
-    types = _types(kind)  # type: ignore[arg-type] # every class can be hashed
-    known = {option.name: option.field for option in options_of(kind)}
-    values = dict(preset or {})
-    for option, text in options.items():
-        if option not in known:
-            raise UnknownName(f"option of {name}", option, known)
-        values[known[option]] = _value(option, text, types[known[option]])
-    return kind(**values)
+    return kind(**{**(preset or {}), **arguments_from(kind, name, options)})
 
 
 def arguments_from(
@@ -270,7 +247,8 @@ def arguments_from(
     """Arguments for a function or class from options as text, converted by annotation, else by default.
 
     Args:
-        make: The function or class. Its options are the arguments that can be given by name.
+        make: The function or class. Its options are the arguments that can be given by name, without the underscore
+            behind a Python keyword.
         name: Its name for users.
         options: Argument -> value as text.
         taken: Arguments that it gets from elsewhere; they are not options.
@@ -281,31 +259,33 @@ def arguments_from(
     """
     if not options:
         return {}
-    import inspect  # not for specs without options
-
-    known = {
-        argument.name: argument
-        for argument in inspect.signature(make).parameters.values()
-        if argument.kind in (argument.KEYWORD_ONLY, argument.POSITIONAL_OR_KEYWORD) and argument.name not in taken
-    }
-    for option in options:
+    known, hints = _arguments(make)
+    known = {option: argument for option, argument in known.items() if argument.name not in taken}
+    found: dict[str, object] = {}
+    for option, text in options.items():
         if option not in known:
             raise UnknownName(f"option of {name}", option, known or ["none"])
+        argument = known[option]
+        kind = hints.get(argument.name, str if argument.default in (None, argument.empty) else type(argument.default))
+        found[argument.name] = _value(option, text, kind)
+    return found
+
+
+@cache
+def _arguments(make: Callable[..., object]) -> tuple[dict[str, Any], Mapping[str, Any]]:
+    """The arguments that can be given by name, and the annotations; to read these takes longer than all else here."""
+    known = {
+        argument.name.rstrip("_"): argument
+        for argument in signature(make).parameters.values()
+        if argument.kind in (argument.KEYWORD_ONLY, argument.POSITIONAL_OR_KEYWORD) and argument.name[0] != "_"
+    }
+    plain = isinstance(make, type) and not is_dataclass(make)
     try:
-        hints = get_type_hints(getattr(make, "__init__") if isinstance(make, type) else make)  # noqa: B009
+        return known, get_type_hints(getattr(make, "__init__") if plain else make)  # noqa: B009
     except (AttributeError, NameError, TypeError):  # they name imports for type checkers only
-        hints = {}
-    return {option: _value(option, text, _kind(known[option], hints)) for option, text in options.items()}
-
-
-def _kind(argument: Any, hints: Mapping[str, Any]) -> Any:
-    """The type of an argument: its annotation, else the type of its default, else text."""
-    if argument.name in hints:
-        return hints[argument.name]
-    written = {kind.__name__: kind for kind in (bool, int, float, str)}
-    if argument.annotation in written:
-        return written[argument.annotation]
-    return str if argument.default in (None, argument.empty) else type(argument.default)
+        written = {kind.__name__: kind for kind in (bool, int, float, str)}
+        annotated = {argument.name: written.get(argument.annotation) for argument in known.values()}
+        return known, {argument: kind for argument, kind in annotated.items() if kind is not None}
 
 
 def _value(name: str, text: str, kind: Any) -> object:

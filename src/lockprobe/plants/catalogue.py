@@ -41,10 +41,8 @@ from lockprobe.trial.plan import Plan
 from lockprobe.trial.plant_change import PlantChange
 from lockprobe.trial.protocols import Plant, PlantTraits
 
-_OF_ROBOT = ("fast-twin", "twin", "rig")
-"""The plants that lockprobe-robot adds."""
-
-PLANTS = ("symbolic", *_OF_ROBOT[:2], "manual", *_OF_ROBOT[2:])
+PLANTS = ("symbolic", "fast-twin", "twin", "manual", "rig")
+"""Lockprobe's own; lockprobe-robot adds those that are not here."""
 
 Make = Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
 
@@ -111,21 +109,19 @@ _UNDRAWN = np.random.default_rng(0)
 
 def known_plants() -> dict[str, str]:
     """Lockprobe's own plants, each with a description."""
-    return {
+    found = {
         "symbolic": "The rules and nothing else.",
-        **{name: _described(name) for name in _OF_ROBOT[:2]},
         "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Options of "
         "lockprobe-robot: camera, handles; with a camera also the looks of the scene: discs, handle_colours, "
         "labels, clutter, light, colours, viewpoint, view_jitter.",
-        **{name: _described(name) for name in _OF_ROBOT[2:]},
     }
-
-
-def _described(name: str) -> str:
-    try:
-        return " ".join(docstring(_of_robot(name).load()).split())
-    except Missing as missing:
-        return str(missing)
+    for name in PLANTS:
+        if name not in found:
+            try:
+                found[name] = " ".join(docstring(_of_robot(name).load()).split())
+            except Missing as missing:
+                found[name] = str(missing)
+    return {name: found[name] for name in PLANTS}
 
 
 def _of_robot(plant: str) -> Plugin:
@@ -152,20 +148,25 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     """
     if not isinstance(spec, str | Spec):
         raise BadValue("plant", spec, f"one of {', '.join(PLANTS)}")
-    if spec == "symbolic":
+    if str(spec) == "symbolic":
         return _SYMBOLIC
     spec = spec if isinstance(spec, Spec) else Spec.parse(spec, "plant")
     if spec.full_name == "symbolic":
-        if spec.options:
-            raise BadValue("plant", str(spec), "symbolic without options")
-        return _SYMBOLIC
+        raise BadValue("plant", str(spec), "symbolic without options")
     if spec.full_name == "manual" and not spec.options:
         return PlantSource(spec=str(spec), make=_by_hand, lays_out=False, is_attended=lambda: True, options={})
     if spec.full_name in PLANTS:
         ours: PlantSource = _of_robot(str(spec)).load()(spec)
         return ours
     if (plugin := find_plugin("plant source", str(spec))) is not None and plugin.package:
-        return _of_a_source(spec, plugin)
+        if not runs_foreign_code():  # then it says nothing of itself
+            refused = plugin
+            return PlantSource(spec=str(spec), make=lambda box, labels, rng: refused.load(), ships=False)
+        with plugin.guarded():
+            source = plugin.load()(spec)
+        if not isinstance(source, PlantSource):
+            raise BadValue("plant source", str(spec), "a function of spec that returns a PlantSource")
+        return replace(source, ships=False)
     if (plugin := find_plugin("plant", str(spec))) is not None:
         return _of_a_maker(spec, plugin)
     raise UnknownName("plant", spec.full_name, [*PLANTS, *plugin_names("plant"), *plugin_names("plant source")])
@@ -189,53 +190,35 @@ def with_camera(plant: str, camera: str) -> Spec:
         raise BadValue("camera", camera, f"--plant manual with it; {spec.full_name} has no such option")
     if spec.options.get("camera", camera) != camera:
         raise BadValue("camera", camera, f"none with {plant}, which has another")
-    return spec if "camera" in spec.options else spec.with_value("camera", camera)
+    return spec if "camera" in spec.options else spec.appending("camera", camera)
 
 
 def _by_hand(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
     return Manual(box, labels=labels, operator=TerminalOperator())
 
 
-_EXPECTED = "a class with `facts`, `observe()`, `attempt(joint)` and `close()`, or a function of box, labels and rng"
-
-
-def _of_a_source(spec: Spec, plugin: Plugin) -> PlantSource:
-    """A plant whose package says what it has. Where nothing of others may run, it says nothing."""
-    if not runs_foreign_code():
-        return PlantSource(spec=str(spec), make=lambda box, labels, rng: plugin.load(), ships=False)
-    with plugin.guarded():
-        source = plugin.load()(spec)
-    if not isinstance(source, PlantSource):
-        raise BadValue("plant source", str(spec), "a function of spec that returns a PlantSource")
-    return replace(source, ships=False)
-
-
-def _makes_plants(found: Callable[..., object], given: Mapping[str, object]) -> bool:
-    """Whether it is a class of plants, or a function of what a plant is made from; it is not called yet."""
-    if not is_own_function(found):
-        return has_methods(found, "observe", "attempt", "close")
-    return given.keys() <= signature(found).parameters.keys()
-
-
 def _of_a_maker(spec: Spec, plugin: Plugin) -> PlantSource:
     """A plant of another package, which is imported when the plant is made or checked."""
+    expected = "a class with `facts`, `observe()`, `attempt(joint)` and `close()`, or a function of box, labels and rng"
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         # not guarded: an error here breaks one trial, not the study
         kind, given = plugin.load(), {"box": box, "labels": labels, "rng": rng}
-        if not _makes_plants(kind, given):
-            raise BadValue("plant", str(spec), _EXPECTED)
+        if is_own_function(kind):
+            fits = given.keys() <= signature(kind).parameters.keys()
+        else:
+            fits = has_methods(kind, "observe", "attempt", "close")
+        if not fits:
+            raise BadValue("plant", str(spec), expected)
         made: Plant = kind(**given, **arguments_from(kind, plugin.name, spec.options, given))
         return made
 
     def check(box: Lockbox) -> None:
         with plugin.guarded():
             plant = make(box, box.names, np.random.default_rng(0))
-            is_one = isinstance(plant, Plant)
-            if is_one:
-                plant.close()
-        if not is_one:
-            raise BadValue("plant", str(spec), _EXPECTED)
+            if not isinstance(plant, Plant):
+                raise BadValue("plant", str(spec), expected)
+            plant.close()
 
     return PlantSource(
         spec=str(spec),

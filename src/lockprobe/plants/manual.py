@@ -75,17 +75,12 @@ class Manual:
     """
 
     def __init__(
-        self,
-        box: Lockbox,
-        *,
-        labels: tuple[str, ...],
-        operator: Operator,
-        sight: Sight | None = None,
+        self, box: Lockbox, *, labels: tuple[str, ...], operator: Operator, sight: Sight | None = None
     ) -> None:
         self._box, self._operator, self._sight = box, operator, sight
         self._called = [f"{label} ({name})" for label, name in zip(labels, box.names, strict=True)]
         self._configuration: Configuration | None = None
-        self._seen: Seen | None = None
+        self._look: Callable[[], Frame] | None = None
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -99,9 +94,21 @@ class Manual:
             UserMistake: If the person stops here: no trial has begun.
         """
         if self._configuration is None:
-            self._set_up()
-        assert self._configuration is not None
-        return Snapshot(configuration=self._configuration, look=self._look())
+            stand = ", ".join(f"{one} at {at:d}" for one, at in zip(self._called, self._box.initial, strict=True))
+            begin = f"New trial of {self._box.name}."
+            if self._sight is None:
+                self._operator.tell(f"{begin} Set the joints: {stand}.")
+                ask_to_begin(self._operator)
+            else:
+                self._operator.tell(f"{begin} {self._sight.scene}")
+                self._operator.tell(f"Set the joints: {stand}.")
+                ask = "Take a picture, then press Enter; q to stop:"
+                while (seen := self._photographed(self._sight, ask, begin=True)) != self._box.initial:
+                    places = zip(self._called, self._box.initial, seen, strict=True)
+                    wrong = ", ".join(f"{one} at {wanted:d}" for one, wanted, found in places if wanted != found)
+                    self._operator.tell(f"The picture shows {bits(seen)}: set {wrong}.")
+            self._configuration = self._box.initial
+        return Snapshot(configuration=self._configuration, look=self._look)
 
     def attempt(self, joint: int) -> Snapshot:
         """Let the person attempt a joint, by index in panel order.
@@ -110,31 +117,31 @@ class Manual:
             OperatorStopped: If the person stops, or the input ends.
             PlantFault: If the picture shows that another joint moved.
         """
-        before = self._configuration
+        before, called = self._configuration, self._called[joint]
         assert before is not None
-        ends = f"from {before[joint]:d} to {not before[joint]:d}"
+        ask = f"Move joint {called} from {before[joint]:d} to {not before[joint]:d}"
         if self._sight is None:
-            after = self._typed(joint, before, ends)
+            moved = self._moved(f"{ask}. Did it move? y/n, q to stop:")
+            if moved != (free := self._box.may_move(before, joint)):  # perhaps a typing error
+                rule = f"By the rules of {self._box.name} {called} is {'free' if free else 'locked'}."
+                moved = self._moved(f"{rule} Did it really move? y/n, q to stop:")
+            after: Configuration = tuple(at != (moved and i == joint) for i, at in enumerate(before))
         else:
-            after = self._photographed(
-                f"Move joint {self._called[joint]} {ends} if it goes. Take a picture, then press Enter; q to stop:",
-                lambda seen: "",
-            )
+            ask = f"{ask} if it goes. Take a picture, then press Enter; q to stop:"
+            after = self._photographed(self._sight, ask)
             others = [i for i, (was, now) in enumerate(zip(before, after, strict=True)) if was != now and i != joint]
             if others:
-                moved = ", ".join(self._called[i] for i in others)
-                states = f"{bits(before)} became {bits(after)}"
-                raise PlantFault(f"{self._called[joint]} was attempted and {moved} moved: {states}")
+                also = ", ".join(self._called[i] for i in others)
+                raise PlantFault(f"{called} was attempted and {also} moved: {bits(before)} became {bits(after)}")
             did = in_words(after[joint] != before[joint])
-            self._operator.tell(f"The picture shows {bits(after)}: {self._called[joint]} {did}.")
+            self._operator.tell(f"The picture shows {bits(after)}: {called} {did}.")
         self._configuration = after
-        obeyed = after == self._box.attempt(before, joint)[0]
         return Snapshot(
             configuration=after,
             joint=joint,
             outcome="moved" if after[joint] != before[joint] else "blocked",
-            sensed={"truth": "person" if self._sight is None else "camera", "as_rules": obeyed},
-            look=self._look(),
+            sensed={"truth": self.facts["truth"], "as_rules": after == self._box.attempt(before, joint)[0]},
+            look=self._look,
         )
 
     def close(self) -> None:
@@ -142,59 +149,20 @@ class Manual:
         if self._sight is not None:
             self._sight.close()
 
-    def _set_up(self) -> None:
-        """Ask the person to set the initial configuration, and verify it."""
-        initial = self._box.initial
-        stand = ", ".join(f"{called} at {at:d}" for called, at in zip(self._called, initial, strict=True))
-        if self._sight is None:
-            self._operator.tell(f"New trial of {self._box.name}. Set the joints: {stand}.")
-            ask_to_begin(self._operator)
-        else:
-            self._operator.tell(f"New trial of {self._box.name}. {self._sight.scene}")
-            self._operator.tell(f"Set the joints: {stand}.")
-            self._photographed("Take a picture, then press Enter; q to stop:", self._wrongly_set, begin=True)
-        self._configuration = initial
+    def _moved(self, question: str) -> bool:
+        return self._operator.ask(question, ("y", "n")) == "y"
 
-    def _wrongly_set(self, seen: Configuration) -> str:
-        """The joints in a wrong position, in words; empty if all are right."""
-        wrong = [
-            f"{called} at {wanted:d}"
-            for called, wanted, found in zip(self._called, self._box.initial, seen, strict=True)
-            if wanted != found
-        ]
-        return f"The picture shows {bits(seen)}: set {', '.join(wrong)}." if wrong else ""
-
-    def _typed(self, joint: int, before: Configuration, ends: str) -> Configuration:
-        """Ask what happened; an answer that violates the rules is confirmed by asking again."""
-        called, rule = self._called[joint], self._box.may_move(before, joint)
-        moved = self._operator.ask(f"Move joint {called} {ends}. Did it move? y/n, q to stop:", ("y", "n")) == "y"
-        if moved != rule:
-            says = "free" if rule else "locked"
-            again = f"By the rules of {self._box.name} {called} is {says}. Did it really move? y/n, q to stop:"
-            moved = self._operator.ask(again, ("y", "n")) == "y"
-        return tuple(at != (moved and i == joint) for i, at in enumerate(before))
-
-    def _photographed(
-        self, question: str, complaint: Callable[[Configuration], str], *, begin: bool = False
-    ) -> Configuration:
-        """Ask for a picture until one can be read and passes the check."""
-        assert self._sight is not None
+    def _photographed(self, sight: Sight, question: str, *, begin: bool = False) -> Configuration:
+        """Ask for a picture until one can be read; ``begin`` where stopping ends the run and not the trial."""
         while True:
             if begin:
                 ask_to_begin(self._operator, question)
             else:
                 self._operator.ask(question, (ENTER,))
             try:
-                seen = self._sight.read(tuple(self._called))
+                seen = sight.read(tuple(self._called))
             except PlantFault as fault:
                 self._operator.tell(f"{fault}.")
                 continue
-            if wrong := complaint(seen.configuration):
-                self._operator.tell(wrong)
-                continue
-            self._seen = seen
+            self._look = seen.look
             return seen.configuration
-
-    def _look(self) -> Callable[[], Frame] | None:
-        """A function that returns the picture of this moment."""
-        return None if self._seen is None else self._seen.look

@@ -1,6 +1,5 @@
 """Inside the directory of a study no link is followed for writing; above it and elsewhere links are the user's own."""
 
-import os
 import shutil
 import sqlite3
 from contextlib import closing
@@ -15,7 +14,6 @@ from lockprobe.foundation.storage.links import make_directory, refuse_links
 
 WRITERS = {
     "file": lambda path: write_file(path, "new"),
-    "file by one process": lambda path: write_file(path, "new", alone=True),
     "private": lambda path: write_private(path, "new"),
     "directory": make_directory,
     "new directory": NewDirectory,
@@ -67,18 +65,6 @@ def test_a_link_to_the_study_and_links_elsewhere_are_followed(study, tmp_path):
     refuse_links(tmp_path / "other")
     with pytest.raises(BadFile, match="other: is a link inside the directory of a study"):
         refuse_links(tmp_path / "other", within=tmp_path)
-
-
-def test_what_has_a_second_name_is_replaced_as_a_whole(study, tmp_path):
-    os.link(tmp_path / "victim", study / "report.html")
-    write_file(study / "report.html", "new")
-    assert (tmp_path / "victim").read_text() == "mine"
-
-
-def test_a_link_at_the_name_of_a_draft_is_not_followed(study, tmp_path):
-    (study / ".report.html.draft").symlink_to("../victim")
-    write_file(study / "report.html", "new", alone=True)
-    assert (tmp_path / "victim").read_text() == "mine"
 
 
 def test_what_a_kill_left_of_a_transaction_is_undone_for_a_reader_too_and_deletes_no_file_that_it_names(tmp_path):

@@ -3,47 +3,22 @@
 Nothing here is measured in seconds: what is waited for is an end of a pipe, which comes or does not.
 """
 
-import atexit
 import os
 import signal
 import struct
 import subprocess
 import sys
-from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
-from multiprocessing.process import BaseProcess
 
 import pytest
 
 from lockprobe.foundation.errors import BadFile, Missing, UserMistake
-from lockprobe.foundation.interrupts import interruptible
-from lockprobe.foundation.workers import THIS_PROCESS, Lost, Processes, lose, pool, processes, tell
+from lockprobe.foundation.workers import THIS_PROCESS, Lost, Processes, lose, processes, tell
 
 
 @pytest.fixture(autouse=True)
 def time_to_end(monkeypatch):
     """A process of a busy machine is given time to end by itself."""
     monkeypatch.setattr(processes, "_ENDS", 300.0)
-
-
-def test_within_it_ctrl_c_interrupts_and_another_thread_changes_nothing():
-    def handle(number, frame):
-        raise AssertionError
-
-    def seen():
-        with interruptible():
-            return signal.getsignal(signal.SIGINT)
-
-    before = signal.signal(signal.SIGINT, handle)
-    try:
-        with pytest.raises(KeyboardInterrupt), interruptible():
-            signal.raise_signal(signal.SIGINT)
-        assert signal.getsignal(signal.SIGINT) is handle
-        with ThreadPoolExecutor(1) as thread:
-            assert thread.submit(seen).result() is handle
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 INTERRUPTED = """
@@ -121,7 +96,7 @@ def gives_up(job):
 
 def within_a_message(job):
     """A kill that leaves half a message in the pipe."""
-    pipe = pool._Telling.how.__self__
+    pipe = processes._Here.pipe
     os.write(pipe.fileno(), struct.pack("!i", 1000) + b"half")
     os.kill(os.getpid(), signal.SIGKILL)
 
@@ -157,65 +132,6 @@ def test_a_job_that_ends_its_process_is_lost_alone_and_the_work_goes_on(fate):
             os.kill(child, signal.SIGKILL)
     assert found == {1: -1, fate: FATES[fate], 2: -2}
     assert len(heard) == (fate is leaves_a_child)
-
-
-def leaving(directory):
-    """A worker that leaves something at its end."""
-    atexit.register((directory / str(os.getpid())).touch)
-    return lambda job: os.getpid()
-
-
-def test_a_worker_without_work_ends_by_itself_with_what_its_agent_leaves_at_its_end(tmp_path, monkeypatch):
-    ended = []
-    monkeypatch.setattr(BaseProcess, "terminate", lambda process: ended.append(str(process.pid)))
-    (worked,) = {str(pid) for _, pid in Processes(1).each(partial(leaving, tmp_path), range(9))}
-    assert [path.name for path in tmp_path.iterdir()] == [worked]
-    assert ended == []  # a signal would come before or after what it leaves, as it happens
-
-
-DIES_ONCE = """
-import os
-from types import MappingProxyType
-from lockprobe.trial.record import Decision
-
-class Dies:
-    facts = MappingProxyType({})
-    asked = 0
-
-    async def decide(self, situation, rng):
-        self.asked += 1
-        if self.asked == 70:
-            os._exit(3)
-        return Decision(joint=situation.task.joints[self.asked % 2])
-"""
-
-
-def test_a_death_plays_no_other_trial_a_second_time_before_those_who_watch(tmp_path, monkeypatch):
-    from lockprobe.foundation import plugins  # here, so that workers of the other tests do not import it all
-    from lockprobe.studies.options.studyfile import study
-    from lockprobe.studies.records.picture_store import Album
-    from lockprobe.studies.running.elsewhere import play_elsewhere
-
-    (tmp_path / "dying.py").write_text(DIES_ONCE)
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(plugins, "_permission", plugins._Permission())
-    plugins.allow("python:dying:Dies")
-    planned = study("flips", agent=["python:dying:Dies"], p=[0.4], trials=25, repetitions=1, max_steps=4)
-    plans, seen, finished = list(planned.plans(planned.agents[0])), Counter(), []
-    play_elsewhere(
-        plans,
-        Processes(1),
-        lambda key, step: seen.update([key]),
-        lambda trial, timing, row=None: finished.append(trial),
-        identities=dict.fromkeys((plan.label for plan in plans), "x"),
-        album=Album(tmp_path),
-    )
-    (broken,) = (trial for trial in finished if trial.error)
-    assert broken.error.message.endswith("lost its worker: a worker process died, exit status 3")
-    assert sorted(trial.key for trial in finished) == sorted(plan.key for plan in plans)
-    assert {trial.key: len(trial.steps) for trial in finished if not trial.error} == {
-        key: steps for key, steps in seen.items() if key != broken.key
-    }
 
 
 def mistaken():

@@ -2,13 +2,10 @@
 
 A file is written as a draft in the same directory, forced to the disk (fsync), and renamed (``os.replace``). An error
 leaves what was there before and no draft. The draft of a file that exists has its permissions from the first byte on.
-
-A process that is killed may leave a draft, a hidden file. Where several processes may write one file its name is random
-and ends like ``.draft.csv``. It is locked while its process lives, and the next writer in the directory deletes those
-that are not. Where one process writes alone, as under the lock of a study, it is ``.NAME.draft``, and the next writer
-of the file deletes it.
-
 A directory is written the same way where there was none, or an empty one.
+
+A process that is killed may leave a draft, a hidden file of a random name such as ``.0123456789ab.draft.csv``. It is
+locked while its process lives, and the next writer in the directory deletes those that are not.
 
 Only regular files are replaced. A link is followed, except inside the directory of a study (:mod:`~.links`): the file
 that it leads to is replaced, and the link stays. Devices, pipes, sockets and directories are refused, because a rename
@@ -34,40 +31,45 @@ from lockprobe.foundation.storage.links import refuse_links
 class Replacement:
     """A draft of a file, which replaces the file or is dropped.
 
-    ``alone`` says that no other process writes the file meanwhile.
-
     Attributes:
-        draft: Its path. The draft does not exist yet. Unless ``alone``, it has the ending of the file's name.
+        draft: Its path, with the ending of the file's name. The draft does not exist yet.
 
     Raises:
         BadFile: If the path is no regular file, or cannot be written, also in a method; the file is then as it was.
     """
 
-    def __init__(self, path: Path, *, alone: bool = False) -> None:
-        self._path, self._alone = path, alone
+    def __init__(self, path: Path) -> None:
+        self._path = path
         self._held = ExitStack()
-        self._target = _target(path)
-        name = f".{secrets.token_hex(6)}.draft{self._target.suffix}"
-        self.draft = _own_draft(self._target) if alone else self._target.with_name(name)
+        refuse_links(path)
+        with writing(path, (OSError, ValueError)):
+            kind = irregular(path)
+            self._target = target = Path(os.path.realpath(path))
+        if kind:
+            raise BadFile(path, f"is {kind}, not a regular file: choose another name")
+        if not target.parent.is_dir():
+            raise BadFile(path, "cannot be written (No such file or directory)")
+        if target.exists() and not os.access(target, os.W_OK):
+            raise BadFile(path, "cannot be written (Permission denied)")
+        self.draft = _draft_of(target).with_suffix(f".draft{target.suffix}")
 
     def create(self, mode: int = 0o666) -> None:
-        """Make an empty draft, also where a killed process left one; ``mode`` is for a new file, less the umask."""
+        """Make an empty draft; ``mode`` is for a new file, less the umask."""
         with writing(self._path):
             if self._target.exists():
                 mode = stat.S_IMODE(self._target.stat().st_mode) | stat.S_IWUSR
-            self.draft.unlink(missing_ok=True)
             while not self.draft.exists():  # another writer may delete it before it is locked
                 self._held.close()
                 descriptor = os.open(self.draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
                 self._held.callback(os.close, descriptor)
-                if not self._alone:
-                    with suppress(OSError):  # a file system without locks
-                        fcntl.flock(descriptor, fcntl.LOCK_EX)
+                with suppress(OSError):  # a file system without locks
+                    fcntl.flock(descriptor, fcntl.LOCK_EX)
 
     def sync(self) -> None:
         """Force the draft to the disk, with the permissions of the file that is there."""
+        refuse_links(self._path)
         with writing(self._path):
-            if _target(self._path).exists():
+            if self._target.exists():
                 self.draft.chmod(stat.S_IMODE(self._target.stat().st_mode))
             _sync(self.draft)
 
@@ -77,7 +79,7 @@ class Replacement:
             self.draft.replace(self._target)
         self._held.close()
         with suppress(OSError):  # it is in its place already
-            sync_directory(self._target.parent)
+            _sync(self._target.parent)
 
     def drop(self) -> None:
         """Delete the draft. After :meth:`rename` it does nothing."""
@@ -87,22 +89,21 @@ class Replacement:
 
 
 @contextmanager
-def atomic_files(*paths: Path, alone: bool = False, mode: int = 0o666) -> Iterator[list[Path]]:
+def atomic_files(*paths: Path, mode: int = 0o666) -> Iterator[list[Path]]:
     """The drafts of some files; they become the files when the block ends without an error, and are deleted otherwise.
 
     None is put in its place before all are on the disk.
 
     Args:
         paths: Where the files belong; their directories exist. The last is put in its place last.
-        alone: Whether no other process writes the files meanwhile.
         mode: Permissions of a file that does not exist, less the umask; any other keeps its own.
 
     Raises:
         BadFile: If a path is no regular file, or a file cannot be written.
     """
-    replacements = [Replacement(path, alone=alone) for path in paths]
+    replacements = [Replacement(path) for path in paths]
     try:
-        for directory in {replacement.draft.parent for replacement in replacements if not alone}:
+        for directory in {replacement.draft.parent for replacement in replacements}:
             _remove_drafts_of_the_killed(directory)
         for replacement in replacements:
             replacement.create(mode)
@@ -117,46 +118,39 @@ def atomic_files(*paths: Path, alone: bool = False, mode: int = 0o666) -> Iterat
             replacement.drop()
 
 
-def write_file(path: Path, content: str | bytes, *, alone: bool = False, mode: int = 0o666) -> None:
+def write_files(files: Mapping[Path, str | bytes], *, mode: int = 0o666) -> None:
+    """Write files, text as UTF-8 with its own line ends. None is replaced before all are on the disk.
+
+    Arguments and errors are those of :func:`atomic_files`.
+    """
+    with atomic_files(*files, mode=mode) as drafts:
+        for draft, (path, content) in zip(drafts, files.items(), strict=True):
+            with writing(path):
+                draft.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def write_file(path: Path, content: str | bytes, *, mode: int = 0o666) -> None:
     """Write a file, as :func:`write_files` does."""
-    write_files({path: content}, alone=alone, mode=mode)
+    write_files({path: content}, mode=mode)
 
 
 def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> None:
-    """Write a file that no other process writes, into a directory that is made for this user alone if it is missing.
-
-    ``mode`` holds for a new file, less the umask.
-
-    Raises:
-        BadFile: If it is no regular file, or cannot be written.
-    """
+    """Write a file, as :func:`write_file` does, into a directory that is made for this user alone if it is missing."""
     refuse_links(path)
     with writing(path):
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    write_file(path, content, alone=True, mode=mode)
+    write_file(path, content, mode=mode)
 
 
 def remove_file(path: Path) -> None:
-    """Delete a file that one process writes alone, if it is there, and the draft of it that a killed process left.
+    """Delete a file, if it is there.
 
     Raises:
         BadFile: If a link inside the directory of a study leads to it; a link itself is deleted.
         OSError: If that is not possible.
     """
     refuse_links(path.parent)
-    _own_draft(path).unlink(missing_ok=True)
     path.unlink(missing_ok=True)
-
-
-def write_files(files: Mapping[Path, str | bytes], *, alone: bool = False, mode: int = 0o666) -> None:
-    """Write files, text as UTF-8 with its own line ends. None is replaced before all are on the disk.
-
-    Arguments and errors are those of :func:`atomic_files`.
-    """
-    with atomic_files(*files, alone=alone, mode=mode) as drafts:
-        for draft, (path, content) in zip(drafts, files.items(), strict=True):
-            with writing(path):
-                draft.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 class NewDirectory:
@@ -170,9 +164,8 @@ class NewDirectory:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path = path
-        self._target = Path(os.path.realpath(path))
-        self.draft = self._target.parent / f".{secrets.token_hex(6)}.draft"
+        self._path, self._target = path, Path(os.path.realpath(path))
+        self.draft = _draft_of(self._target)
         refuse_links(path)
         with writing(path):
             self.draft.mkdir(parents=True)
@@ -182,11 +175,10 @@ class NewDirectory:
         try:
             with writing(self._path):
                 for directory, _, names in os.walk(self.draft):
-                    for name in names:
+                    for name in (*names, "."):
                         _sync(Path(directory, name))
-                    sync_directory(Path(directory))
                 self.draft.replace(self._target)
-                sync_directory(self._target.parent)
+                _sync(self._target.parent)
         finally:
             self.drop()
 
@@ -195,37 +187,22 @@ class NewDirectory:
         shutil.rmtree(self.draft, ignore_errors=True)
 
 
-def sync_directory(directory: Path) -> None:
-    """Force the list of a directory's files to the disk. Raises OSError if it cannot be read."""
-    handle = os.open(directory, os.O_RDONLY)
+def _draft_of(target: Path) -> Path:
+    """A hidden name beside a file or a directory that nothing has."""
+    return target.parent / f".{secrets.token_hex(6)}.draft"
+
+
+def _sync(path: Path) -> None:
+    """Force a file, or the list of a directory's files, to the disk."""
+    handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)
     finally:
         os.close(handle)
 
 
-def _sync(path: Path) -> None:
-    with path.open("rb") as file:
-        os.fsync(file.fileno())
-
-
-def _target(path: Path) -> Path:
-    """The regular file that a path names, or where a new one belongs."""
-    refuse_links(path)
-    with writing(path, (OSError, ValueError)):
-        kind = irregular(path)
-        found = Path(os.path.realpath(path))
-    if kind:
-        raise BadFile(path, f"is {kind}, not a regular file: choose another name")
-    if not found.parent.is_dir():
-        raise BadFile(path, "cannot be written (No such file or directory)")
-    if found.exists() and not os.access(found, os.W_OK):
-        raise BadFile(path, "cannot be written (Permission denied)")
-    return found
-
-
 def _remove_drafts_of_the_killed(directory: Path) -> None:
-    """Delete the drafts of random name that no process has locked."""
+    """Delete the drafts that no process has locked."""
     for draft in directory.glob(f".{'[0-9a-f]' * 12}.draft*"):
         with suppress(OSError):
             held = os.open(draft, os.O_WRONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
@@ -234,11 +211,6 @@ def _remove_drafts_of_the_killed(directory: Path) -> None:
                 draft.unlink()
             finally:
                 os.close(held)
-
-
-def _own_draft(target: Path) -> Path:
-    """The draft of a file that one process writes alone."""
-    return target.with_name(f".{target.name}.draft")
 
 
 @contextmanager

@@ -16,6 +16,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import cache
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +77,7 @@ class Database:
         check_regular(path)
         _check_beside(path)
         if not path.exists():
-            write_file(path, _new(schema).serialize(), alone=True)
+            write_file(path, _new(schema).serialize())
         with writing(path):
             if path.stat().st_nlink > 1:
                 raise BadFile(path, "has a second name elsewhere (a hard link), which would be written too: copy it")
@@ -168,7 +169,8 @@ class Database:
         if not self._absolute.parent.is_dir():
             raise BadFile(self.path, "its directory was deleted or moved while it was being written, so this ends here")
         done = "replaced" if there else "deleted"
-        rescued = next(one for one in _rescue_names(self._absolute) if not one.exists())
+        names = (self._absolute.with_name(f"{self.path.name}.rescued{number or ''}") for number in count())
+        rescued = next(one for one in names if not one.exists())
         said = f"{done} by somebody else while it was being written (a cloud client?), so this ends here; all that was"
         try:
             self._db.execute("vacuum into ?", (str(rescued),))
@@ -204,14 +206,6 @@ def rescued_files(path: Path) -> list[Path]:
     return sorted(one for one in path.parent.glob(f"{path.name}.rescued*") if not one.name.endswith(_BESIDE))
 
 
-def _rescue_names(path: Path) -> Iterator[Path]:
-    yield path.with_name(f"{path.name}.rescued")
-    number = 1
-    while True:
-        number += 1
-        yield path.with_name(f"{path.name}.rescued-{number}")
-
-
 def _check_beside(path: Path) -> bool:
     """Whether something is in what SQLite keeps beside a file.
 
@@ -228,19 +222,15 @@ def _check_beside(path: Path) -> bool:
             there |= one.stat().st_size > 0
             if one.name.endswith("-journal") and one.read_bytes().endswith(_NAMES_ANOTHER):
                 raise BadFile(one, "names another file, as Lockprobe never writes it: remove it")
-    log = path.with_name(f"{path.name}-wal")
+    log, logged = path.with_name(f"{path.name}-wal"), b""
     with suppress(FileNotFoundError):
-        if log.stat().st_size and not _has_log(path):
-            raise BadFile(log, f"is not the log of this {path.name}, which was put there later: move one of them away")
+        if log.stat().st_size:
+            with suppress(FileNotFoundError), path.open("rb") as file:
+                logged = file.read(20)[18:]
+            if logged != b"\x02\x02":  # as a file says that is written to a log first, until its writer ends
+                why = f"is not the log of this {path.name}, which was put there later: move one of them away"
+                raise BadFile(log, why)
     return there
-
-
-def _has_log(path: Path) -> bool:
-    """Whether a file says that it is written to a log first; as one does until its writer ends."""
-    if not path.exists():
-        return False
-    with path.open("rb") as file:
-        return file.read(20)[18:] == b"\x02\x02"
 
 
 def _place(path: Path) -> tuple[int, int] | None:
@@ -313,14 +303,10 @@ def _said(path: Path) -> Iterator[None]:
         if code == sqlite3.SQLITE_BUSY:
             raise BadFile(path, f"another program holds it ({error})") from error
         done = "read" if code == sqlite3.SQLITE_CANTOPEN else "written"
-        raise BadFile(path, f"cannot be {done} ({_why(error, code)})") from error
+        why = os.strerror(28) if code == sqlite3.SQLITE_FULL else str(error)
+        raise BadFile(path, f"cannot be {done} ({why})") from error
 
 
 def _code(error: sqlite3.Error) -> int:
     """What went wrong; SQLite adds details in higher bits."""
     return getattr(error, "sqlite_errorcode", 0) & 0xFF
-
-
-def _why(error: sqlite3.Error, code: int) -> str:
-    """What the system says where SQLite does not."""
-    return os.strerror(28) if code == sqlite3.SQLITE_FULL else str(error)

@@ -1,22 +1,36 @@
-"""Workers that are actors on the processors of a Ray cluster.
+"""Workers that are actors on the processors of a Ray cluster. This is the only module that imports Ray.
 
-Ray's own retries are off, because Ray may report an actor as lost that has done its work.
+Ray's own retries are off, because Ray may report an actor as lost that has done its work. Whoever may submit work to a
+Ray cluster may run any code there. So a cluster is reached with a token, and only from the command line or from Python,
+never because of a file.
 """
 
 from __future__ import annotations
 
+import logging
+import os
 import platform
 import socket
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import chdir, contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any, ClassVar, cast
 
-from lockprobe.foundation.errors import Missing, UserMistake
+from lockprobe.foundation.errors import BadValue, Missing, UserMistake
 from lockprobe.foundation.terminal_text import readable
-from lockprobe.foundation.workers.pool import BatchResult, Begin, Lost, Pool, Ready
-from lockprobe.foundation.workers.ray_connection import connected
+from lockprobe.foundation.workers.pool import BatchResult, Begin, Lost, Pool
+
+_SETTINGS = {
+    "RAY_AUTH_MODE": "token",
+    "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0",  # else it packs the working directory and builds an environment on each node
+    "RAY_USAGE_STATS_ENABLED": "0",
+}
+"""Environment variables that Ray reads when it is imported."""
+
+_REACHED = 5.0
+"""Seconds in which the cluster's address has to answer; Ray itself would wait a minute."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,10 +69,10 @@ class Cluster(Pool):
 
     losses: ClassVar[int] = 3
     patience: ClassVar[float] = 600.0
+    remedy = "do the nodes of the cluster have memory enough? nothing finished is lost; run the command again"
 
     def __init__(self, ray: Any) -> None:
         self._ray = ray
-        self.remedy = "do the nodes of the cluster have memory enough? nothing finished is lost; run the command again"
 
     @classmethod
     @contextmanager
@@ -72,8 +86,39 @@ class Cluster(Pool):
             BadValue: If it is no such address.
             Missing: If Ray is not installed, the cluster does not answer, refuses the token, or has other versions.
         """
-        with connected(address) as ray:
+        host, _, port = address.rpartition(":")
+        if address != "auto":
+            if not host or "/" in address or not (port.isascii() and port.isdigit() and 0 < int(port) < 65536):
+                raise BadValue("cluster", address, "auto, or HOST:PORT of the head node")
+            try:
+                socket.create_connection((host.strip("[]"), int(port)), timeout=_REACHED).close()
+            except (OSError, UnicodeError) as error:
+                why = getattr(error, "strerror", None) or "no answer"
+                raise Missing(f"no Ray cluster answers at {address} ({why})", "is its head node running?") from None
+        for name, value in _SETTINGS.items():
+            os.environ.setdefault(name, value)
+        try:
+            import ray
+        except ImportError:
+            raise Missing("--cluster needs the package ray", "pip install 'lockprobe[cluster]'") from None
+        try:
+            # workers get the working directory of this process as part of their import path: an empty one
+            with tempfile.TemporaryDirectory() as empty, chdir(empty):
+                ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
+        except (OSError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
+            said = readable(" ".join(str(error).split()))[:300]
+            remedy = (
+                "is it started, of the same versions, and its ~/.ray/auth_token on this machine? see docs/cluster.md"
+            )
+            raise Missing(f"the Ray cluster at {address} cannot be used ({said})", remedy) from None
+        from ray._private import worker
+
+        # no events of nodes on standard output, which carries the lines of --json
+        worker.print_to_stdstream = lambda *_, **__: None
+        try:
             yield cls(ray)
+        finally:
+            ray.shutdown()
 
     @property
     def nodes(self) -> tuple[Node, ...]:
@@ -103,7 +148,7 @@ class Cluster(Pool):
             found, _ = self._ray.wait(list(references), num_returns=len(references), timeout=0)
         return cast(list[Any], found)
 
-    def answer(self, reference: Any) -> Ready | BatchResult | Lost:
+    def answer(self, reference: Any) -> BatchResult | Lost:
         """The result of a call.
 
         Raises:
@@ -119,8 +164,14 @@ class Cluster(Pool):
             return Lost(type(error).__name__)
         if isinstance(found, BatchResult):
             return found
-        _check_ready(*found)
-        return Ready()
+        host, there, mistake = found
+        other = [
+            f"{name} {readable(there[name])}, not {here}" for name, here in _versions().items() if there[name] != here
+        ]
+        if other or mistake:
+            why = f"has {' and '.join(other)}" if other else f"cannot play: {readable(mistake)}"
+            raise Missing(f"the node {readable(host)} {why}", "install the same on all nodes")
+        return BatchResult([], 0.0)
 
     def dismiss(self, worker: Any) -> None:
         """Kill an actor; its pending calls are lost."""
@@ -130,17 +181,3 @@ class Cluster(Pool):
 
 def _versions() -> dict[str, str]:
     return {"lockprobe": version("lockprobe"), "Ray": version("ray"), "Python": platform.python_version()}
-
-
-def _check_ready(host: str, there: dict[str, str], mistake: str) -> None:
-    """Refuse a node with other versions or a failed set-up.
-
-    Raises:
-        Missing: If it has other versions, or lacks something.
-    """
-    for name, here in _versions().items():
-        if there[name] != here:
-            found = f"the node {readable(host)} has {name} {readable(there[name])}, this machine {here}"
-            raise Missing(found, "install the same on all")
-    if mistake:
-        raise Missing(f"the node {readable(host)} cannot play: {readable(mistake)}", "install the same on all nodes")

@@ -49,13 +49,8 @@ class Lost:
 
 
 @dataclass(frozen=True, slots=True)
-class Ready:
-    """The answer of a worker that has set itself up."""
-
-
-@dataclass(frozen=True, slots=True)
 class BatchResult:
-    """The answer of a worker to a batch of jobs."""
+    """The answer of a worker to a batch of jobs; its first, to no jobs, says that it has set itself up."""
 
     results: list[Any]
     seconds: float
@@ -93,7 +88,7 @@ class Pool(ABC):
         Args:
             begin: Sets up a worker.
             jobs: The jobs.
-            hear: Called with what a worker says meanwhile (:func:`tell`), where the place can hear it.
+            hear: Called with what a worker says meanwhile (:func:`.tell`), where the place can hear it.
             together: Whether short jobs are sent together. If their worker is lost, all of them are done again.
 
         Raises:
@@ -104,7 +99,8 @@ class Pool(ABC):
         try:
             yield from work.results()
         finally:
-            work.stop()
+            for call in work.calls.values():
+                self.dismiss(call.worker)
 
     def map(self, work: Callable[[_J], _R], jobs: Sequence[_J], /) -> Iterator[_R]:
         """The results in the order of the jobs. ``work`` is a function of a module, and has no state.
@@ -127,7 +123,7 @@ class Pool(ABC):
 
     @abstractmethod
     def hire(self, begin: Begin[Any, Any]) -> tuple[Any, Any]:
-        """A new worker, and the reference of its first answer, :class:`Ready`."""
+        """A new worker, and the reference of its first answer."""
 
     @abstractmethod
     def send(self, worker: Any, jobs: Sequence[Any]) -> Any:
@@ -138,26 +134,12 @@ class Pool(ABC):
         """The references that have an answer; wait up to so many seconds for the first."""
 
     @abstractmethod
-    def answer(self, reference: Any) -> Ready | BatchResult | Lost:
+    def answer(self, reference: Any) -> BatchResult | Lost:
         """The answer of a reference; raises what the worker raised."""
 
     @abstractmethod
     def dismiss(self, worker: Any) -> None:
         """End a worker; what it is doing is lost."""
-
-
-def tell(said: object) -> None:
-    """Tell the one who hands out jobs something from a worker, while it works; nobody may hear it."""
-    _Telling.how(said)
-
-
-class _Telling:
-    how: Callable[[object], None] = staticmethod(lambda said: None)
-
-
-def tell_by(how: Callable[[object], None]) -> None:
-    """What :func:`tell` does in this process."""
-    _Telling.how = staticmethod(how)
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,79 +169,65 @@ class _Call(Generic[_J]):
 
 
 class _Driver(Generic[_J, _R]):
-    """The driver's side of :meth:`Pool.each`."""
+    """The driver's side of :meth:`Pool.each`; ``calls`` are those on their way."""
 
     def __init__(
         self, pool: Pool, begin: Begin[_J, _R], jobs: Iterable[_J], hear: Callable[[Any], None], at_once: float
     ) -> None:
+        self.calls: dict[Any, _Call[_J]] = {}
         self._pool, self._begin, self._hear, self._at_once = pool, begin, hear, at_once
         self._queue = deque(_QueuedJob(job) for job in jobs)
-        self._calls: dict[Any, _Call[_J]] = {}
-        self._lost_in_a_row = 0
-        self._counted = -math.inf
+        self._lost_in_a_row, self._counted = 0, -math.inf
         self._seconds = _AT_ONCE  # of one job, as measured
         self._longest = 0.0
-        self._processors = 0
-        self._looked = -_LOOK
+        self._processors, self._looked = 0, -_LOOK
 
     def results(self) -> Iterator[tuple[_J, _R | Lost]]:
-        while self._queue or any(call.jobs for call in self._calls.values()):
+        while self._queue or any(call.jobs for call in self.calls.values()):
             self._hire()
-            for reference in self._pool.answered(list(self._calls), _LOOK, self._hear):
+            for reference in self._pool.answered(list(self.calls), _LOOK, self._hear):
                 yield from self._receive(reference)
             patience = max(self._pool.patience, 20 * self._longest)
-            late = [one for one, call in self._calls.items() if call.jobs and time.monotonic() - call.since > patience]
+            late = [one for one, call in self.calls.items() if call.jobs and time.monotonic() - call.since > patience]
             for reference in late:
                 yield from self._requeue_lost(reference, Lost("it did not answer"))
-
-    def stop(self) -> None:
-        for call in self._calls.values():
-            self._pool.dismiss(call.worker)
-        self._calls.clear()
 
     def _hire(self) -> None:
         """Hire workers up to the number of processors or jobs; processors may join and leave."""
         if time.monotonic() - self._looked >= _LOOK:
             self._looked = time.monotonic()
             self._processors = max(1, self._pool.processors())
-        busy = sum(bool(call.jobs) for call in self._calls.values())
-        wanted = min(self._processors, busy + len(self._queue))
-        for _ in range(wanted - len(self._calls)):
+        busy = sum(bool(call.jobs) for call in self.calls.values())
+        for _ in range(min(self._processors, busy + len(self._queue)) - len(self.calls)):
             worker, reference = self._pool.hire(self._begin)
-            self._calls[reference] = _Call(worker, time.monotonic())
+            self.calls[reference] = _Call(worker, time.monotonic())
 
     def _receive(self, reference: Any) -> Iterator[tuple[_J, _R | Lost]]:
-        call, answer = self._calls[reference], self._pool.answer(reference)
+        call, answer = self.calls[reference], self._pool.answer(reference)
         if isinstance(answer, Lost):
             yield from self._requeue_lost(reference, answer)
             return
-        if isinstance(answer, BatchResult):
+        if call.jobs:
             self._lost_in_a_row, self._counted = 0, time.monotonic()
             self._longest = max(self._longest, time.monotonic() - call.since)
             self._seconds = (self._seconds + answer.seconds / len(call.jobs)) / 2
-        del self._calls[reference]
-        if jobs := self._next_batch():  # at once, so that it works while its results are written down
-            sent = self._pool.send(call.worker, [job.value for job in jobs])
-            self._calls[sent] = _Call(call.worker, time.monotonic(), jobs)
-        else:
-            self._pool.dismiss(call.worker)
-        if isinstance(answer, BatchResult):
-            for job, result in zip(call.jobs, answer.results, strict=True):
-                yield job.value, result
-
-    def _next_batch(self) -> list[_QueuedJob[_J]]:
-        """The next batch: jobs for about a quarter of a second, fewer at the end; a lost job goes alone."""
+        del self.calls[reference]
+        # jobs for about a quarter of a second, fewer at the end; a lost job goes alone
         most = min(self._at_once / max(self._seconds, 1e-6), len(self._queue) / (2 * max(1, self._processors)))
         jobs: list[_QueuedJob[_J]] = []
-        while self._queue and len(jobs) < max(1, most) and not (jobs and self._queue[0].alone):
+        while self._queue and len(jobs) < max(1, most) and not (jobs and (self._queue[0].alone or jobs[0].alone)):
             jobs.append(self._queue.popleft())
-            if jobs[0].alone:
-                break
-        return jobs
+        if jobs:  # at once, so that it works while its results are written down
+            sent = self._pool.send(call.worker, [job.value for job in jobs])
+            self.calls[sent] = _Call(call.worker, time.monotonic(), jobs)
+        else:
+            self._pool.dismiss(call.worker)
+        for job, result in zip(call.jobs, answer.results, strict=True):
+            yield job.value, result
 
     def _requeue_lost(self, reference: Any, lost: Lost) -> Iterator[tuple[_J, Lost]]:
         """Requeue the jobs of a lost worker at the end; yield those that lost too many alone."""
-        call = self._calls.pop(reference)
+        call = self.calls.pop(reference)
         self._pool.dismiss(call.worker)
         if call.since > self._counted and not lost.explained:  # what is lost together, as with its node, is one loss
             self._lost_in_a_row, self._counted = self._lost_in_a_row + 1, time.monotonic()

@@ -13,17 +13,15 @@ from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
-from multiprocessing.process import BaseProcess
 from threading import Thread
-from typing import Any, ClassVar, TypeVar, cast
+from typing import Any, ClassVar, TypeVar
 
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.interrupts import held_back
-from lockprobe.foundation.workers.pool import BatchResult, Begin, Lost, Pool, Ready, tell, tell_by
+from lockprobe.foundation.workers.pool import BatchResult, Begin, Lost, Pool
 
 _J = TypeVar("_J")
 _R = TypeVar("_R")
-
 
 _ENDS = 5.0
 """Seconds that a process has to end by itself, and then by a signal."""
@@ -34,14 +32,7 @@ class _Worker:
     process: SpawnProcess
     pipe: Connection
     idle: bool = False
-    answer: Ready | BatchResult | Lost | UserMistake | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class _Gone:
-    """What a process says last, when it gives its job up."""
-
-    why: str
+    answer: BatchResult | Lost | UserMistake | None = None
 
 
 class Processes(Pool):
@@ -89,26 +80,21 @@ class Processes(Pool):
         wait([one for worker in references for one in (worker.pipe, worker.process.sentinel)], timeout=seconds)
         for worker in references:
             ended = not worker.process.is_alive()  # looked at first: what it said before is in the pipe by then
-            while worker.answer is None:
-                try:
-                    if not worker.pipe.poll():
-                        break
+            try:
+                while worker.answer is None and worker.pipe.poll():
                     said = worker.pipe.recv()
-                except (EOFError, OSError):  # it was killed, perhaps within a message
-                    ended = True
-                    break
-                if isinstance(said, _Gone):
-                    worker.answer = Lost(said.why, explained=True)
-                elif isinstance(said, Ready | BatchResult | UserMistake):
-                    worker.answer = said
-                else:
-                    hear(said)
+                    if isinstance(said, BatchResult | Lost | UserMistake):
+                        worker.answer = said
+                    else:
+                        hear(said)
+            except (EOFError, OSError):  # it was killed, perhaps within a message
+                ended = True
             if ended and worker.answer is None:
                 worker.process.join()
                 worker.answer = Lost(f"a worker process died, exit status {worker.process.exitcode}")
         return [worker for worker in references if worker.answer is not None]
 
-    def answer(self, reference: _Worker) -> Ready | BatchResult | Lost:
+    def answer(self, reference: _Worker) -> BatchResult | Lost:
         """What a process answered."""
         answer, reference.answer, reference.idle = reference.answer, None, True
         if isinstance(answer, UserMistake):
@@ -132,9 +118,24 @@ THIS_PROCESS = Processes(1)
 """One job after the other, here, for :meth:`Pool.map`."""
 
 
+class _Here:
+    """This process, if it is a worker."""
+
+    pipe: Connection | None = None
+
+
+def tell(said: object) -> None:
+    """Tell the one who hands out jobs something from a worker, while it works; where nobody hears it, nothing happens.
+
+    It is no :class:`BatchResult`, :class:`Lost` or :class:`UserMistake`.
+    """
+    if _Here.pipe is not None:
+        _Here.pipe.send(said)
+
+
 def lose(why: str) -> None:
     """End this worker at once, from any thread; the job that it was doing is lost for this reason."""
-    tell(_Gone(why))
+    tell(Lost(why, explained=True))
     os._exit(1)
 
 
@@ -142,12 +143,16 @@ def _work(begin: Begin[Any, Any], pipe: Connection) -> None:
     """The worker's side. It leaves Ctrl-C to the process that started it, and ends with that."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.stdout = sys.stderr  # what agents print is no result
-    Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
-    tell_by(pipe.send)
+    Thread(target=_end_with_parent, daemon=True).start()
+    _Here.pipe = pipe
     try:
         work = begin()
-        pipe.send(Ready())
-        while (jobs := _next_jobs(pipe)) is not None:
+        pipe.send(BatchResult([], 0.0))
+        while True:
+            try:
+                jobs = pipe.recv()
+            except (EOFError, OSError):  # the end of the work
+                return
             pipe.send(BatchResult.of(work, jobs))
     except UserMistake as mistake:
         pipe.send(UserMistake(str(mistake)))
@@ -156,15 +161,8 @@ def _work(begin: Begin[Any, Any], pipe: Connection) -> None:
         os._exit(1)
 
 
-def _next_jobs(pipe: Connection) -> Sequence[Any] | None:
-    """The next batch; None at the end of the work."""
-    with suppress(EOFError, OSError):
-        return cast(Sequence[Any], pipe.recv())
-    return None
-
-
-def _end_with(parent: BaseProcess | None) -> None:
-    """End this process when another one is gone: where that is killed, it would wait for work forever."""
-    if parent:
+def _end_with_parent() -> None:
+    """End this process when the one that started it is gone: killed, that would leave it waiting for work forever."""
+    if parent := multiprocessing.parent_process():
         parent.join()
         os._exit(1)

@@ -36,7 +36,7 @@ async def opened(
         async with ServerState.open(directory, study, experiment, words, page=page_version()) as state:
             with ServerLog.open(directory / PEOPLE_DIRECTORY) as log:
                 app = application(state, words, address, log)
-                async with running(app, listening, log.say, seconds_to_finish=SECONDS_TO_FINISH):
+                async with running(app, listening, seconds_to_finish=SECONDS_TO_FINISH):
                     state.invite()
                     yield address, state
 

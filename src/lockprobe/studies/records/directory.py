@@ -110,7 +110,7 @@ class StudyDirectory:
                     (self._path / name).unlink(missing_ok=True)
             settings = self._path / SETTINGS
             if self._settings is not None and settings.read_bytes() != self._settings:
-                write_file(settings, self._settings, alone=True)
+                write_file(settings, self._settings)
             self._remove_new()
 
     def _remove_new(self) -> None:
@@ -143,7 +143,7 @@ def write_settings(directory: Path, study: Study) -> None:
         there = read_study(directory)
         earlier = max(there.earlier, study.earlier, key=len)
         study = replace(study, earlier=earlier, contrasts=study.contrasts or there.contrasts)
-    write_file(directory / SETTINGS, f"{json.dumps(settings_of(study), indent=2)}\n", alone=True)
+    write_file(directory / SETTINGS, f"{json.dumps(settings_of(study), indent=2)}\n")
 
 
 def claim(directory: Path, study: Study) -> None:

@@ -161,7 +161,7 @@ def gather(
         finally:
             journal.used = journal.calls.used = kept
             if not kept:  # also after Ctrl-C: no agent without the trials that came with it
-                write_file(directory / SETTINGS, settings, alone=True)
+                write_file(directory / SETTINGS, settings)
     return Gathered(
         taken=merger.taken,
         there=merger.there,
