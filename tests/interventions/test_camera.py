@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from depth_pictures import decode
 
-from lockprobe.agents.prompt import conversation
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.trial.pictures.depth import Window
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.pictures.png import from_png
-from lockprobe.trial.record import Percept, Situation, Task
+from lockprobe.trial.record import Percept, Task
 
 TASK = Task(joints=("B", "A"), target="A", budget=20)
 PANEL = np.array([[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0.72], [0, 0, 0, 1.0]])
@@ -31,14 +30,6 @@ MOVED = Percept(joint="B", outcome="moved", positions=(True, False), look=lambda
 
 def told(percept, channel):
     return channel.perceive(percept, (), TASK, np.random.default_rng(1))
-
-
-def test_rgb_is_one_picture_and_one_sentence():
-    first = told(Percept(positions=(True, False), look=lambda positions: FRAME), CameraChannel())
-    assert first.text == "The picture shows the box."
-    assert [(picture.kind, picture.shown) for picture in first.pictures] == [("rgb", True)]
-    np.testing.assert_array_equal(from_png(first.pictures[0].png), FRAME.rgb)
-    assert told(MOVED, CameraChannel()).text == "You attempted B. The picture shows the box now."
 
 
 @pytest.mark.parametrize("depth", ["none", "turbo", "gray", "height", "packed"])
@@ -72,14 +63,6 @@ def test_rgbd_adds_depth_as_shown_and_as_measured(depth):
         assert np.abs(read - millimetres / 1000).max() < 0.0007
 
 
-def test_handles_are_places_in_the_picture_in_the_listed_order():
-    handles = told(MOVED, CameraChannel()).handles
-    assert handles[0][0] == pytest.approx((19.5, 14.5))
-    assert handles[0][1] == pytest.approx((19.5, 14.5 - 50 * 0.06 / 0.67))
-    assert handles[1][0] == pytest.approx((19.5 + 50 * 0.1 / 0.67, 14.5))
-    assert all(isinstance(number, float) for joint in handles for place in joint for number in place)
-
-
 def test_it_asks_for_a_picture_of_what_is_told_and_draws_equally_often_whatever_its_settings_are():
     asked, luck = [], []
     for channel in (CameraChannel(), CameraChannel(depth="turbo", blur=2, noise=0.1), CameraChannel(occlude=0.5)):
@@ -110,30 +93,3 @@ def test_without_a_camera_it_says_which_plants_have_one(depth, modality):
         BadValue, match=f"modality: got '{modality}', expected symbolic, or a plant with a camera: fast-twin or twin"
     ):
         told(Percept(positions=(True, False)), CameraChannel(depth=depth))
-
-
-def test_what_pictures_show_of_a_percept():
-    """A change of anything else is none."""
-    shown = CameraChannel().shown
-    assert shown(replace(MOVED, outcome="blocked", text="Well.", corrects=MOVED)) == shown(MOVED)
-    assert shown(replace(MOVED, positions=None)) == shown(Percept())
-    for changed in ({"positions": (False, False)}, {"joint": "A"}, {"look": lambda positions: FRAME}):
-        assert shown(replace(MOVED, **changed)) != shown(MOVED)
-
-
-def test_where_no_labels_are_painted_the_first_text_says_where_joints_lie():
-    """And the instruction says that there are none; later pictures say nothing more."""
-    task = replace(TASK, places=((0.8, 0.5), (0.2, 0.5)), kinds=("prismatic", "revolute"))
-    bare = replace(FRAME, labelled=False)
-    first, later = (
-        CameraChannel().perceive(replace(MOVED, joint=joint, look=lambda positions: bare), (), task, RNG)
-        for joint in (None, "B")
-    )
-    assert first.text == "The picture shows the box. On the panel, from left to right: A (knob), B (slider)."
-    assert later.text == "You attempted B. The picture shows the box now."
-    asked, painted = (
-        conversation(Situation(task=task, past=(), percept=one))[0].text
-        for one in (first, replace(first, unlabelled=False))
-    )
-    assert "; no labels are painted on the panel" in asked
-    assert "; beside every joint its label is painted on the panel." in painted

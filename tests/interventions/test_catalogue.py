@@ -9,11 +9,9 @@ import pytest
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import Spec
-from lockprobe.interventions.asked import Nudge
 from lockprobe.interventions.catalogue import interventions_of, shipped, shipped_as
-from lockprobe.interventions.conditions import distinct, flips, interventions_in, read_condition, sweep
+from lockprobe.interventions.conditions import flips, interventions_in, read_condition, sweep
 from lockprobe.interventions.done import Tremble
-from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_intervention
 from lockprobe.trial.condition import Condition, Recorded, place_of, spec_of
@@ -139,39 +137,11 @@ def test_one_intervention_has_the_same_luck_whatever_else_acts_and_whatever_its_
     assert {step for step in few if step <= len(more.steps)} <= many
 
 
-def test_a_flip_in_a_condition_is_the_flip_of_a_study():
-    by_p, by_spec = run_trial(p=0.4, seed=5), run_trial(condition="flip?p=0.4", seed=5)
-    assert by_p.steps == by_spec.steps
-    assert by_p.channels == by_spec.channels
-    with pytest.raises(UserMistake, match="flips reports itself"):
-        run_trial(p=0.2, condition="flip?p=0.4")
-
-
-def test_the_truth_is_the_empty_condition():
-    assert read_condition("truth") == read_condition("") == Condition()
-    assert (Condition().label, Condition().p, Condition().does_nothing) == ("truth", 0, True)
-    assert interventions_of("truth") == ()
-
-
 @pytest.mark.parametrize(
     "spec", ["flip?p=0.4&others=kept + nudge?after=3 + tremble?p=0.1", "nudge + flip?p=0.4", "drop?p=0.3 + rgb"]
 )
 def test_a_spec_makes_what_it_says_and_is_said_again(spec):
     assert read_condition(spec).spec == spec
-
-
-def test_order_and_name_of_a_condition_matter_and_how_the_box_is_shown_stands_last():
-    assert read_condition("nudge + flip?p=0.4") != read_condition("flip?p=0.4 + nudge")
-    named = read_condition("flip?p=0.4", "lies")
-    assert (named.label, named.spec) == ("lies", "flip?p=0.4")
-    assert named != read_condition("flip?p=0.4")
-    shown = read_condition("warn + rgbd?depth=height")
-    assert (shown.modality, shown.specs) == ("rgbd?depth=height", ("warn",))
-    one, other = Condition(interventions=(OutcomeFlip(p=0.2),)), read_condition("nudge")
-    assert distinct([one, other, read_condition("flip?p=0.2")]) == (one, other)
-    for name in (" a", "a\nb", "nud\u200bge", "x" * 201):
-        with pytest.raises(BadValue, match="condition"):
-            Condition(interventions=(Nudge(),), name=name)
 
 
 @pytest.mark.parametrize(
@@ -241,14 +211,6 @@ def test_a_sweep_is_over_several_values_of_a_dose(spec):
 )  # fmt: skip
 def test_the_paper_s_conditions_run_over_flip_rates_and_are_the_truth_at_rate_0(kind, modality, spec, truth):
     assert [one.spec for one in flips((0, 0.4), kind, (modality,))] == [truth, spec]
-
-
-def test_modalities_follow_each_other_and_flips_of_outcomes_alone_need_reports_that_show_them():
-    found = flips((0, 0.4), "integrated", ("symbolic", "rgb"))
-    assert [(one.p, one.modality) for one in found] == [(0, "symbolic"), (0.4, "symbolic"), (0, "rgb"), (0.4, "rgb")]
-    for modality in ("symbolic?tell=state", "rgb"):
-        with pytest.raises(BadValue, match="^flip: got 'outcome-only', expected .*, which shows positions$"):
-            flips((0.4,), "outcome-only", (modality,))
 
 
 def test_settings_import_nothing_until_a_trial_is_played():

@@ -13,7 +13,7 @@ from lockprobe.foundation.errors import BadValue, TrialFault
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
-from lockprobe.interventions.misread_flip import MisreadFlip, entries_of, rates_of
+from lockprobe.interventions.misread_flip import MisreadFlip
 from lockprobe.interventions.told import Phantom
 from lockprobe.statistics.loops import onset
 from lockprobe.studies.running.single import run_trial
@@ -25,11 +25,6 @@ TRUTH = Percept(joint="B", outcome="moved", positions=(False, True, False))
 LIKE = [OutcomeFlip(inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 0.5, 1)]
 NOISY = OutcomeFlip(inverts="position", others="noisy")
 PARTS = [OutcomeFlip(part="outcome"), *(OutcomeFlip(part="position", inverts=one) for one in ("position", "outcome"))]
-
-
-@pytest.mark.parametrize("percept", [Percept(positions=(False, True, False)), Percept(joint="B")])
-def test_a_first_look_and_a_report_that_says_nothing_are_not_inverted(percept):
-    assert OutcomeFlip(p=1.0).perceive(percept, (), TASK, np.random.default_rng(1)) == percept
 
 
 def played(like, seed=1, agent="random", p=0.5, **settings):
@@ -81,19 +76,6 @@ def test_noise_on_all_joints_inverts_each_position_with_probability_p_and_indepe
     assert ([one.outcome == "blocked" for one in percepts] == false[:, 1]).all()
 
 
-def test_noise_on_all_joints_is_nested_in_p_and_inverts_the_attempted_joint_as_every_reading_does():
-    memoryless = [step.told_falsely for step in played(OutcomeFlip(), modality="symbolic").steps]
-    trials = [played(NOISY, p=p, modality="symbolic") for p in (0.2, 0.5, 0.8)]
-    assert [step.told_falsely for step in trials[1].steps] == memoryless
-    fewer, some, more = (np.array(told_errors(trial)) for trial in trials)
-    assert (fewer <= some).all()
-    assert (some <= more).all()
-    assert fewer.sum() < some.sum() < more.sum()
-    few = told_errors(run_trial(agent="random", box="chain-8", condition=[replace(NOISY, p=1, at=(3, 5))]))
-    assert [any(wrong) for wrong in few][:6] == [False, False, True, False, True, False]
-    assert all(few[2])
-
-
 @pytest.mark.parametrize("agent", ["random", "human-inspired", "cognitive:perseverant"])
 @pytest.mark.parametrize("keep", [0, 0.5, 1])
 def test_inverted_outcomes_are_a_share_p_of_those_that_an_agent_infers(agent, keep):
@@ -102,28 +84,6 @@ def test_inverted_outcomes_are_a_share_p_of_those_that_an_agent_infers(agent, ke
     trials = [played(like, trial=trial, agent=agent, p=0.3, modality=STATES) for trial in range(1, 41)]
     false = [step.told_falsely for trial in trials for step in trial.steps]
     assert abs(np.mean(false) - 0.3) < 4 * (0.21 / len(false)) ** 0.5
-
-
-@pytest.mark.parametrize("agent", ["random", "random-no-repeat", "round-robin"])
-def test_an_agent_that_ignores_reports_chooses_the_same_under_every_reading(agent):
-    assert len({tuple(played(like, agent=agent, modality=STATES).actions) for like in [*LIKE, NOISY]}) == 1
-    parts = [*PARTS, OutcomeFlip(only="moved"), OutcomeFlip(only="blocked")]
-    conditions = [*([replace(like, p=0.5)] for like in parts), [Phantom(p=0.5)]]
-    given_ = {"agent": agent, "box": "chain-8", "seed": 1, "max_steps": 40, "modality": "symbolic"}
-    trials = [run_trial(condition=condition, **given_) for condition in conditions]
-    truth = played(LIKE[0], agent=agent, p=0.0, modality=STATES)
-    assert {tuple(trial.actions) for trial in trials} == {tuple(truth.actions)}
-    assert len({str([(step.told_moved, step.told_state) for step in trial.steps]) for trial in trials}) > 4
-
-
-def test_positions_that_survive_at_a_smaller_keep_are_a_subset_of_those_at_a_larger():
-    told = [
-        told_errors(played(OutcomeFlip(inverts="position", keep=keep), modality="symbolic"))
-        for keep in (0, 0.3, 0.6, 0.9, 1)
-    ]
-    for fewer, more in itertools.pairwise(told):
-        assert all(b or not a for low, high in zip(fewer, more, strict=True) for a, b in zip(low, high, strict=True))
-    assert len({str(one) for one in told}) == 5
 
 
 def test_a_false_position_survives_with_probability_keep_and_independently_of_other_joints():
@@ -197,24 +157,8 @@ def test_while_looping_every_report_is_true_until_the_first_loop_is_complete(see
         assert (step in every) == any(before[i : i + 3] == last for i in range(len(before) - 2))
 
 
-def test_every_option_is_in_the_record():
-    plain, set_ = (lies(spec)[1].channels[0] for spec in ("flip?p=0.4", "flip?p=0.4&from=2&at=4;8&while=looping"))
-    acting = {"channel": "OutcomeFlip", "p": 0.4, "inverts": "outcome", "others": "fresh", "keep": 0.0, "part": "both"}
-    assert plain == acting | {"only": "any", "from": None, "until": None, "at": "", "while": "always"}
-    assert set_ == {**plain, "from": 2, "at": "4;8", "while": "looping"}
-
-
 # Flips like the misreadings of a finished study.
 LABELS = "ABCDEFGH"
-RATE = st.integers(0, 1000).map(lambda found: found / 1000)
-MATRIX = st.dictionaries(
-    st.from_regex(r"[A-Za-z][A-Za-z0-9_-]{0,10}", fullmatch=True), st.tuples(RATE, RATE), max_size=8
-)
-
-
-@given(MATRIX)
-def test_rates_of_misreadings_are_written_and_read_again(rates):
-    assert rates_of(entries_of(rates)) == rates
 
 
 def misread(hidden, invented, others=LABELS, first=(), **options):
@@ -275,11 +219,6 @@ def test_yoked_lies_where_the_flip_of_the_next_trial_does_or_shuffled_exactly_as
     assert all(more or not fewer for fewer, more in zip(found[0.2], found[0.4], strict=True))
 
 
-def test_a_flip_beside_a_yoked_one_keeps_its_luck():
-    both = yoked("flip?p=0.3 + yoked?p=0.4", 2)
-    assert both == [a != b for a, b in zip(yoked("flip?p=0.3", 2), yoked("yoked?p=0.4", 2), strict=True)]
-
-
 # Phantoms: which joint seems to jump, how often, and that nothing else is false.
 def jumped(p, seed=1, truth=TRUTH, reports=4_000):
     """Whether the position of each joint is false in each report, shape (reports, joints)."""
@@ -305,15 +244,6 @@ def test_a_share_p_of_reports_has_one_joint_that_jumps_each_other_equally_likely
     assert Phantom(p=1.0).perceive(alone, (), task, np.random.default_rng(1)) == alone
 
 
-def test_phantoms_come_at_the_steps_at_which_a_flip_of_equal_p_lies():
-    lied, _ = lies("flip?p=0.4", seed=3)
-    none, phantom = lies("phantom?p=0.4", seed=3)
-    truth = [step.state for step in phantom.steps[1:]]
-    jumps = {step.step for was, step in zip(truth, phantom.steps, strict=False) if was != step.told_state}
-    assert jumps == lied - {30} != set()
-    assert none == set()
-
-
 # Corrections: a report in two statements, of which the last one is what was told.
 SAYS = ("lie", "truth")
 
@@ -333,15 +263,6 @@ def test_a_correction_hits_the_steps_at_which_the_flip_lies_and_its_last_stateme
         assert [step.step for step in found if step.told_falsely] == (lied if last == "lie" else [])
 
 
-@pytest.mark.parametrize("reading", ["", "&others=kept", "&inverts=position", "&inverts=position&others=kept"])
-@pytest.mark.parametrize("first", SAYS)
-def test_a_lie_that_stands_last_is_the_false_report_of_the_flip(first, reading):
-    flipped = steps(f"flip?p=0.4{reading}")
-    for plain, said in zip(flipped, steps(f"correction?p=0.4&first={first}&last=lie{reading}"), strict=True):
-        assert (said.told_moved, said.told_state) == (plain.told_moved, plain.told_state)
-        assert said.told.split("Correction:")[-1].strip() == plain.told
-
-
 @pytest.mark.parametrize("modality", ["symbolic", "symbolic?tell=state", "symbolic?form=json", "symbolic?form=table"])
 def test_each_statement_is_the_report_that_says_it_alone(modality):
     """While nothing false was told before, the lie is the flip's and the truth the true report."""
@@ -353,22 +274,3 @@ def test_each_statement_is_the_report_that_says_it_alone(modality):
         words = [part.strip() for part in said[2].told.split("Correction:")]
         assert words == [alone[first], alone[last]]
         assert not any("Correction:" in step.told for step in (*said[:2], *said[3:]))
-
-
-def test_strategies_play_by_the_last_statement():
-    for agent in ("human-inspired", "cognitive:careful"):
-        truth, lied = (run_trial(agent=agent, condition=acting) for acting in ("", "flip?p=0.5"))
-        assert truth.actions != lied.actions
-        for first in SAYS:
-            last_true, last_false = (
-                run_trial(agent=agent, condition=f"correction?p=0.5&first={first}&last={last}")
-                for last in ("truth", "lie")
-            )
-            assert (last_true.actions, last_false.actions) == (truth.actions, lied.actions)
-
-
-@pytest.mark.parametrize("later", ["drop?p=1", "delay?lag=2"])
-def test_a_report_that_is_dropped_or_late_has_no_correction(later):
-    for told, plain in zip(steps(f"correction?p=1 + {later}"), steps(later), strict=True):
-        assert (told.told, told.told_moved) == (plain.told, plain.told_moved)
-        assert "Correction" not in told.told

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -31,29 +30,6 @@ TASK = Task(joints=("B", "A"), target="A", budget=20)
 )
 def test_a_report_in_words(percept, text):
     assert TextChannel().perceive(percept, (), TASK, np.random.default_rng(1)).text == text
-
-
-def test_told_facts_are_written_again_as_they_were():
-    before = Percept(joint="A", outcome="moved", positions=(False, True))
-    for told in (Percept(positions=(False, False)), before, replace(before, corrects=before), Percept(joint="A")):
-        for channel in (TextChannel(), TextChannel(tell="state"), TextChannel(form="json", places=True)):
-            for past in ((), (Moment(was=told, told=told),)):
-                made = channel.perceive(told, past, TASK, np.random.default_rng(1))
-                again = channel.written(made, TASK, first=not past)
-                assert (again == made.text) is (told.corrects is None)
-
-
-def test_what_is_no_text_and_not_to_be_left_out_stays():
-    """Each field of a percept has a value of its own here."""
-    own = {"pictures": ("picture",), "handles": (((1.0, 2.0), (3.0, 4.0)),), "unlabelled": True, "look": len}
-    before = Percept(joint="A", outcome="moved", positions=(True, False), text="before", states_only=True, **own)
-    told = TextChannel(tell="both").perceive(before, (), TASK, np.random.default_rng(1))
-    changed = {"text": "A moved. At 1: B.", "states_only": False}
-    assert told == replace(before, **changed)
-    assert told.look is len
-    assert {part.name for part in fields(Percept)} == {
-        "joint", "outcome", "positions", "text", "states_only", "in_full", "corrects", *own
-    }  # fmt: skip
 
 
 FORMS, TELLS = ("words", "json", "table"), ("state", "outcome", "both")
@@ -143,20 +119,6 @@ def test_where_joints_lie_is_told_in_rows_from_above_each_from_left_to_right(for
     assert TextChannel(places=True, form=form).perceive(look, (), task, np.random.default_rng(1)).text == IN_ROWS[form]
 
 
-def test_places_are_told_once_as_the_panel_has_them():
-    plain, trial = (
-        run_trial(agent="random", modality=modality, layout="shuffled", trial=4)
-        for modality in ("symbolic", "symbolic?places=yes")
-    )
-    panel = ", ".join(
-        f"{label} ({'knob' if name.startswith('revolute') else 'slider'})"
-        for label, name in zip(trial.labels, trial.joints, strict=True)
-    )
-    assert f"On the panel, from left to right: {panel}" in trial.opening
-    assert not any("panel" in step.told for step in trial.steps)
-    assert trial.actions == plain.actions
-
-
 SCRIPTED = [
     "random", "random-no-repeat", "round-robin", "ideal-observer", "ideal-observer?noise=naive",
     "ideal-observer?plan=information", "viewer", "cognitive:softmax-memory?failure=4&stay=1",
@@ -174,56 +136,3 @@ def test_who_compares_states_plays_the_truth_as_who_is_told_outcomes(agent, form
         assert [step.decision for step in state.steps] == [step.decision for step in both.steps]
         for one, other in zip(state.steps, both.steps, strict=True):
             assert (one.moved, one.told_moved, one.told_state) == (other.moved, other.told_moved, other.told_state)
-
-
-@pytest.mark.parametrize("agent", SCRIPTED)
-def test_under_flips_everyone_goes_on_and_says_what_comparing_says(agent):
-    trial = run_trial(agent=agent, p=0.4, trial=2, modality="symbolic?tell=state")
-    assert trial.error is None
-    if agent.startswith(("human", "cognitive", "viewer")):
-        said = [None, *("moved" if step.told_moved else "blocked" for step in trial.steps)]
-        assert [step.decision.claimed for step in trial.steps] == said[:-1]
-
-
-def test_a_lie_about_a_state_is_taken_back_by_the_next_report_of_that_joint():
-    """Compared with the last report: false if this report lies, or the last one lied of this joint, but not both."""
-    for flip in ("transient", "sticky"):
-        for seed in range(1, 9):
-            told = run_trial(agent="random", p=0.4, flip=flip, modality="symbolic?tell=state", seed=seed)
-            both = run_trial(agent="random", p=0.4, flip=flip, modality="symbolic", seed=seed)
-            assert told.actions == both.actions
-            assert [step.told_state for step in told.steps] == [step.told_state for step in both.steps]
-            lied = {}
-            for i, (step, report) in enumerate(zip(told.steps, both.steps, strict=True)):
-                before = (
-                    lied if flip == "sticky" else {told.steps[i - 1].joint: lied[told.steps[i - 1].joint]} if i else {}
-                )
-                assert step.told_falsely == (report.told_falsely != before.get(step.joint, False))
-                lied[step.joint] = report.told_falsely
-
-
-def test_the_record_says_what_is_told_and_how():
-    channels = {
-        m: run_trial(agent="random", modality=m).channels[-1] for m in ("symbolic", "symbolic?tell=state&form=json")
-    }
-    both = {"channel": "TextChannel", "tell": "both", "form": "words", "places": False}
-    assert channels == {"symbolic": both, "symbolic?tell=state&form=json": {**both, "tell": "state", "form": "json"}}
-
-
-@pytest.mark.parametrize(
-    ("tell", "seen"), [("state", {"positions"}), ("outcome", {"outcome"}), ("both", {"positions", "outcome"})]
-)
-def test_what_words_show_of_a_percept(tell, seen):
-    """A change of anything else is none; a corrected report shows what the first one showed."""
-    told = Percept(joint="B", outcome="moved", positions=(True, False))
-    others = {"outcome": "blocked", "positions": (False, False), "text": "Well."}
-    shown = TextChannel(tell=tell).shown
-    for name, value in others.items():
-        changed = replace(told, **{name: value})
-        assert (shown(changed) != shown(told)) == (name in seen)
-        assert (shown(replace(told, corrects=changed)) != shown(replace(told, corrects=told))) == (name in seen)
-        written = (
-            TextChannel(tell=tell).perceive(one, (), TASK, np.random.default_rng(1)).text for one in (told, changed)
-        )
-        assert (len(set(written)) > 1) == (name in seen)
-    assert shown(replace(told, corrects=told)) != shown(told)

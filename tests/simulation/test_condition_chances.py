@@ -238,16 +238,6 @@ def test_the_course_is_the_sum_over_every_choice_and_all_luck(policy, spec, tell
     assert course.apart == (None if tell == "outcome" else pytest.approx(apart, abs=1e-12))
 
 
-@pytest.mark.parametrize("agent", ["human-inspired?", "human-inspired:proximity?", "cognitive:random-map?avoid=last&"])
-def test_tremble_equals_a_lapse_of_the_hand(agent):
-    """A lapse takes any of four joints, a slip any of the three others: a slip of 0.3 is a lapse of 0.4."""
-    slips, lapses = (
-        propagate(f"{agent}lapse={lapse}", condition=spec, max_steps=7)
-        for lapse, spec in ((0, "tremble?p=0.3"), (0.4, ""))
-    )
-    assert slips.solved == pytest.approx(lapses.solved, abs=1e-12)
-
-
 IN_THE_LOOP = [
     *itertools.product(
         ["human-inspired?lapse=0.1"],
@@ -278,15 +268,6 @@ def test_trials_of_the_loop_come_to_the_same(agent, spec, modality):
     assert 0.05 < exact.success < 1
 
 
-def test_a_flip_in_a_condition_is_the_flip_of_p():
-    assert propagate(condition="flip?p=0.3&others=kept") == propagate(p=0.3, flip="integrated")
-
-
-@pytest.mark.parametrize("agent", ["human-inspired", "cognitive:insistent", "ideal-observer?noise=naive"])
-def test_told_the_truth_states_say_as_much_as_outcomes(agent):
-    assert propagate(agent, modality="symbolic?tell=state").solved == propagate(agent).solved
-
-
 @pytest.mark.parametrize(
     ("given", "named"),
     [
@@ -303,10 +284,6 @@ def test_what_shows_pictures_or_states_where_none_are_told_is_refused(given, nam
 def test_what_may_remark_has_to_be_sampled_for_an_agent_that_heeds_remarks():
     with pytest.raises(BadValue, match="condition: got 'nudge', expected distract alone"):
         propagate(LoopBreaker(), condition="nudge")
-
-
-def test_what_is_only_said_changes_nothing():
-    assert propagate(condition="warn + nudge + distract?p=1 + hypothesis?ask=off") == propagate()
 
 
 @pytest.mark.parametrize(
@@ -332,13 +309,3 @@ def test_reports_are_flipped_once():
             BadValue, match="one flip a step at most, several only without keep and of one reading, and none with p"
         ):
             propagate(**given)
-
-
-@pytest.mark.parametrize("agent", ["cognitive:insistent", "human-inspired"])
-def test_a_flip_rate_that_changes_is_the_mixture_of_what_it_does_at_one_step(agent):
-    """Whether the report of one step is inverted or not, with the chance of each, is the flip rate at that step."""
-    around = "flip?p=0.4&until=3 + {}flip?p=0.4&from=5"
-    solved = [propagate(agent, condition=around.format(f"flip?p={p}&at=4 + ")).success for p in (0, 0.4, 1)]
-    assert solved[1] == pytest.approx(0.6 * solved[0] + 0.4 * solved[2], abs=1e-12)
-    assert solved[1] == pytest.approx(propagate(agent, p=0.4).success, abs=1e-12)
-    assert solved[0] == pytest.approx(propagate(agent, condition=around.format("")).success, abs=1e-12)

@@ -51,30 +51,6 @@ def test_strategies_have_their_figures_on_chain_4(agent, mean, eighty, last):
     assert (course.by(0.8), course.by(1)) == (eighty, last)
 
 
-@pytest.mark.parametrize(
-    ("name", "first", "other"),
-    [
-        ("chain-4", (0.4583, 0.8333, 1), (0.5044, 0.7148, 0.8395)),
-        ("bichain-4", (0.6667, 1, 1), (0.7037, 0.9537, 1)),
-        ("reset", (0.0833, 0.5625, 1), (0.2847, 0.5004, 0.7521)),
-    ],
-)
-def test_memory_per_configuration_has_its_figures(name, first, other):
-    """Solved by steps 9, 11 and 20, with the target first and without."""
-    for preset, shares in (("target-first-per-configuration", first), ("per-configuration", other)):
-        course = propagate(f"human-inspired:{preset}", name)
-        assert [course.solved[step] for step in (9, 11, 20)] == pytest.approx(shares, abs=5e-5)
-
-
-def test_the_reference_curve_is_five_sixths_by_step_nine():
-    assert propagate("human-inspired").solved[6:11] == pytest.approx([0, 1 / 6, 1 / 2, 5 / 6, 1])
-
-
-def test_lapses_slow_the_strategy_down():
-    """80 % by step 10, 13 and 15."""
-    assert [propagate(f"human-inspired?lapse={lapse}").by(0.8) for lapse in (0.1, 0.2, 0.3)] == [10, 13, 15]
-
-
 def test_noise_hurts_a_competent_agent_by_as_much_as_was_found():
     """An agent that takes any closed joint that has not failed, told outcomes only."""
     found = [propagate("human-inspired:target-any", p=p, flip="outcome-only").success for p in (0, 0.2, 0.4, 0.6)]
@@ -97,16 +73,6 @@ def test_the_order_of_the_listing_is_averaged_where_it_may_matter():
     assert propagate("round-robin", listing="panel").solved[12] == 0
     assert propagate(SoftmaxMemory(position=800), listing="panel").success == 0
     assert propagate(SoftmaxMemory(position=800), "chain-2", max_steps=3).solved == (0, 0, 0, 0)
-
-
-def test_told_and_true_drift_apart_only_where_reports_persist():
-    transient, sticky = (
-        propagate("human-inspired", p=0.3, flip=flip, modality="symbolic") for flip in ("transient", "sticky")
-    )
-    assert transient.apart[1:] == pytest.approx([0.3] * 20)
-    assert sticky.apart[1:4] == pytest.approx([0.3, 0.3, 0.447])
-    assert sticky.apart[20] > 0.85
-    assert set(propagate("human-inspired").apart) == {0.0}
 
 
 class OneWithoutMemory:

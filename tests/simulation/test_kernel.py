@@ -18,10 +18,9 @@ from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation import population as populations
-from lockprobe.simulation.exact import heeds_order, propagate
+from lockprobe.simulation.exact import propagate
 from lockprobe.simulation.kernel import policy_of, world_of
 from lockprobe.simulation.population import population
-from lockprobe.statistics.loops import cover, onset
 
 AGENTS = (
     "random",
@@ -153,22 +152,6 @@ def test_the_test_of_distributions_can_fail():
     assert misfit(found, propagate("cognitive:softmax-memory?recent=0.06").solved) < AS_4_5_SIGMA
 
 
-@pytest.mark.parametrize(
-    ("kind", "shares"),
-    [
-        ("memoryless", (0.467, 0.530, 0.530)),
-        ("re-observed", (0.467, 0.530, 0.530)),
-        ("latched", (0.575, 0.629, 0.637)),
-        ("integrated", (0.562, 0.629, 0.631)),
-    ],
-)
-def test_an_agent_that_maps_states_gains_most_where_false_positions_stay(kind, shares):
-    """Shares of 200 000 trials of another program; these are 3 000, with a standard error of .009."""
-    agent = "cognitive:random-map?avoid=last"
-    found = [population(agent, p=p, flip=kind, trials=3_000).success for p in (0.2, 0.4, 0.6)]
-    assert found == pytest.approx(shares, abs=0.037)
-
-
 def test_the_size_of_a_population_and_of_its_pieces_changes_no_trial(monkeypatch):
     whole = population("cognitive:perseverant", p=0.3, trials=900)
     monkeypatch.setattr(populations, "PIECE", 250)
@@ -177,36 +160,9 @@ def test_the_size_of_a_population_and_of_its_pieces_changes_no_trial(monkeypatch
         assert np.array_equal(getattr(part, name), getattr(whole, name)[:700])
 
 
-def test_flips_at_a_smaller_p_are_among_those_at_a_larger_one():
-    flipped = []
-    for p in (0.1, 0.3, 0.8):
-        found = population("round-robin", trials=300, p=p, shuffle="never")
-        flipped.append(found.moved != found.told_moved)
-    assert (flipped[0] <= flipped[1]).all()
-    assert (flipped[1] <= flipped[2]).all()
-    assert flipped[1].sum() / found.steps.sum() == pytest.approx(0.3, abs=0.03)
-
-
 def test_trials_of_two_boxes_have_different_luck():
     one, other = (population("random", name, trials=200, shuffle="never").actions[:, 0] for name in ("chain-4", "fork"))
     assert 20 < (one == other).sum() < 80
-
-
-def test_loops_of_a_population_are_those_of_its_trials():
-    found = population("random-no-repeat", trials=400)
-    loops = found.loops()
-    for i in range(400):
-        actions = found.actions[i, : found.steps[i]].tolist()
-        assert (loops.n[i], loops.onset[i], loops.covered[i]) == (len(actions), onset(actions), cover(actions).covered)
-    assert found.loops(min_length=2).any_loop.sum() > loops.any_loop.sum()
-
-
-def test_only_what_looks_at_places_in_the_listing_heeds_its_order():
-    heedless = ("random", "random-no-repeat", "human-inspired:proximity", "cognitive:random-map",
-                "cognitive:loop-breaker", "cognitive:softmax-memory?closed=1")  # fmt: skip
-    heeding = ("round-robin", "cognitive:softmax-memory?position=1")
-    assert not any(heeds_order(policy_of(agent)) for agent in heedless)
-    assert all(map(heeds_order, (*map(policy_of, heeding), Diary())))
 
 
 def test_mistakes_are_one_line():

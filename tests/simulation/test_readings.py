@@ -1,15 +1,11 @@
 """Success under the readings of a false report and under its parts, and shares of false outcomes."""
 
-from itertools import chain
-from math import isnan
-
 import pytest
 
 from lockprobe.agents.policy import Policy
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation.exact import propagate
-from lockprobe.studies.running.single import run_trial
 
 CONDITIONS = {
     "re-observed outcome noise": "flip?p={p}",
@@ -56,20 +52,6 @@ def test_exact_success_is_as_sampled_by_another_program(agent):
             assert course.false_outcomes == pytest.approx(0.4, abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    "agent",
-    [
-        "human-inspired", "cognitive:perseverant", "random-no-repeat", "round-robin", "ideal-observer?noise=naive",
-    ],
-)  # fmt: skip
-@pytest.mark.parametrize("spec", ["flip?p=0.3", "flip?p=0.3&others=kept"])
-def test_every_agent_infers_a_share_p_of_false_outcomes_under_outcome_noise(agent, spec):
-    """In its own trials, as they are recorded; within 4 standard errors of 40 trials."""
-    trials = [run_trial(agent=agent, condition=spec, trial=trial) for trial in range(1, 41)]
-    false = list(chain.from_iterable((step.told_falsely for step in trial.steps) for trial in trials))
-    assert abs(sum(false) / len(false) - 0.3) < 4 * (0.21 / len(false)) ** 0.5
-
-
 class Stubborn(Policy[None]):
     """An agent that attempts one joint that is not the target."""
 
@@ -101,12 +83,3 @@ def test_noise_on_all_joints_makes_every_later_outcome_false_with_probability_2p
         solved = propagate(agent, condition=noise, max_steps=1).success
         second = (1 - course.success) / (2 - solved - course.success)
         assert given == pytest.approx((1 - second) * 0.3 + second * 0.42)
-
-
-def test_human_inspired_infers_other_shares_than_p_under_memoryless_noise():
-    found = [propagate(p=p, flip="memoryless").false_outcomes for p in (0.2, 0.4, 0.6, 0.8, 1)]
-    assert found == pytest.approx([0.24, 0.43, 0.56, 0.66, 0.73], abs=0.012)
-
-
-def test_without_reports_there_is_no_share():
-    assert isnan(propagate("random", condition="drop?p=1").false_outcomes)

@@ -6,7 +6,6 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import make_trial
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
@@ -101,28 +100,6 @@ def test_what_a_report_shows_decides(modality):
     assert played([OutcomeAlone()], modality=modality).changed_steps == 11
 
 
-@dataclass(frozen=True, kw_only=True)
-class Gives:
-    after_words = True
-
-    def perceive(self, percept, past, task, rng):
-        return replace(percept, text=f"{percept.text}!")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Needs:
-    after_words = True
-
-    def perceive(self, percept, past, task, rng):
-        return replace(percept, text=percept.text[: percept.text.index("!")] + "?")
-
-
-def test_one_that_needs_what_another_does_breaks_no_trial():
-    trial = played([Gives(), Needs()])
-    assert trial.error is None
-    assert list(trial.changed.values()) == [12, 12]
-
-
 def test_the_counts_are_recorded_and_impossible_ones_refused():
     trial = played("flip?p=1 + flip?p=1")
     assert list(trial.changed) == ["flip?p=1", "flip?p=1 (2)"]
@@ -130,10 +107,3 @@ def test_the_counts_are_recorded_and_impossible_ones_refused():
     for wrong in ({"changed": {"flip?p=1": 13}}, {"changed_steps": -1}):
         with pytest.raises(BadValue, match="steps changed by|changed_steps"):
             trial_from_json(trial_to_json(replace(trial, **wrong)))
-
-
-def test_truth_has_no_counts_and_a_broken_trial_those_of_its_steps():
-    assert run_trial(agent="random").changed_steps == 0
-    broken = make_trial([0, 1, 2], condition=interventions_of("tremble?p=1"), broken=True)
-    assert broken.ending == "error"
-    assert broken.changed == {"tremble?p=1": 3}

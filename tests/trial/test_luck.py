@@ -49,10 +49,3 @@ def test_many_trials_draw_at_once_what_each_draws_alone(addresses, places, name)
     found = numbers("fork", name, seed=seed, repetition=repetition, trial=trial, step=step, places=places)
     for row, (own, repeated, of, at) in zip(found.tolist(), addresses, strict=True):
         assert row == luck(own, "fork", repeated, of).at(name, at).random(places).tolist()
-
-
-def test_addresses_broadcast_and_none_is_possible():
-    found = numbers("fork", "agent", seed=[[1], [2]], repetition=1, trial=[[3], [4]], step=[1, 2, 3], places=2)
-    assert found.shape == (2, 3, 2)
-    assert found[1, 2].tolist() == luck(2, "fork", trial=4).at("agent", 3).random(2).tolist()
-    assert numbers("fork", "agent", seed=[], repetition=[], trial=[]).shape == (0, 1)

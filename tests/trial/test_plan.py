@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import pytest
-from builders import make_trial
 from seen import PhotographedPlant
 
 from lockprobe import run_trial
@@ -11,13 +10,9 @@ from lockprobe.boxes.families import box
 from lockprobe.interventions.catalogue import interventions_of, with_words
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.told import Yoked
 from lockprobe.interventions.words import TextChannel
-from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Fork, Names, Plan
-from lockprobe.trial.protocols import AgentTraits, InterventionTraits, PlantTraits
-from lockprobe.trial.record import TrialError
 from lockprobe.trial.trial_name import ForkName
 
 PLAN = Plan(
@@ -90,7 +85,7 @@ def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_
     }
     streams = [found.streams[placed.number] for placed in (*found.actuators, *found.showing, *found.channels)]
     assert streams == [("Tremble-0", 0), ("TextChannel-0", 0), ("channel-0", 0), ("channel-1", 0), ("channel-0", 1)]
-    assert list(found.specs.values())[1:5:3] == ["flip?p=0.2", "flip?p=0.2 (2)"]
+    assert found.specs[1:5:3] == ("flip?p=0.2", "flip?p=0.2 (2)")
     wordless = Places.of(interventions_of("flip?p=0.2 + drop?p=0.1"))
     assert ([placed.number for placed in wordless.channels], wordless.showing, wordless.after) == ([0, 1], (), ())
 
@@ -99,47 +94,6 @@ def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_
 def test_the_record_says_what_acted_with_its_settings_as_they_were_given(spec):
     trial, found = run_trial(agent="random", condition=spec, modality="symbolic?tell=state"), places(spec)
     assert (trial.channels, trial.interventions) == (found.channel_facts, found.other_facts)
-    assert list(trial.changed) == list(found.specs.values())
+    assert list(trial.changed) == [*filter(None, found.specs)]
     whole, real = (Places.of([OutcomeFlip(p=p)]).channel_facts[0]["p"] for p in (0, 0.0))
     assert (repr(whole), repr(real)) == ("0", "0.0")
-
-
-class Everything:
-    """Declares by class attributes, and by a property."""
-
-    doses = ("p",)
-    after_words = always_tells = unseeded = attended = True
-    ahead = property(lambda self: 3)
-
-
-def test_what_is_declared_is_read_from_class_and_object_and_else_are_the_defaults():
-    for one in (object, object(), None):
-        assert InterventionTraits.of(one) == InterventionTraits()
-        assert (AgentTraits.of(one), PlantTraits.of(one)) == (AgentTraits(), PlantTraits())
-    traits = InterventionTraits(doses=("p",), after_words=True, always_tells=True, ahead=3)
-    assert InterventionTraits.of(Everything()) == traits
-    assert InterventionTraits.of(Everything).doses == ("p",)
-    assert AgentTraits.of(Everything).unseeded
-    assert PlantTraits.of(Everything).attended
-    flip, yoked, words = (InterventionTraits.of(one) for one in (OutcomeFlip(), Yoked(), TextChannel(tell="state")))
-    assert (flip.name, flip.doses, flip.stream, flip.ahead) == ("flip", ("p", "keep"), "channel", 0)
-    assert (yoked.stream, yoked.ahead) == (flip.stream, 1)
-    assert (words.shows, words.shown is None, words.after_words) == (True, False, False)
-
-
-def replied(agent, *replies, broken=()):
-    """A trial with so many replies to each decision, and an error after so many."""
-    trial = make_trial([0] * len(replies), agent=agent, budget=9, broken="reply" if broken else None)
-    steps = [
-        replace(step, decision=replace(step.decision, replies=("?",) * n))
-        for step, n in zip(trial.steps, replies, strict=True)
-    ]
-    error = TrialError(boundary="reply", message="m", step=9, replies=("?",) * broken[0]) if broken else None
-    return replace(trial, steps=tuple(steps), error=error)
-
-
-def test_every_reply_but_the_last_was_asked_for_again():
-    trials = [replied("llm:a", 1, 3, 1), replied("llm:a", 2, broken=(5,)), replied("llm:b", 1, 1), replied("random", 0)]
-    assert asked_again(trials) == {"llm:a": (2 + 1 + 4, 5 + 2 + 5)}
-    assert asked_again(replace(trial, called="Ours") for trial in trials) == {"Ours": (7, 14)}
-    assert asked_again([replied("llm:b", 1, broken=(1,))]) == {}

@@ -4,7 +4,6 @@ import asyncio
 from dataclasses import replace
 
 import pytest
-from seen import PhotographedPlant
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.box import bits
@@ -112,15 +111,6 @@ def test_the_camera_says_what_it_reads_and_an_unclear_joint_keeps_its_last_posit
     assert camera_outcomes(trial) == [None, False, False, False]
 
 
-def test_interventions_act_on_what_the_source_says():
-    """A flip of a wrong verdict is the truth, and a late report is an earlier one of the source."""
-    wrong = {1: "moved"}
-    flipped = done("flip?p=1 + symbolic?source=verdict", (FIRST,), verdicts=wrong)
-    assert told(flipped) == [("B did not move. At 1: none.", False, "0000")]
-    late = done("delay?lag=1 + symbolic?source=verdict", (FIRST, FREE), verdicts=wrong)
-    assert late.steps[1].told == "B moved. At 1: B."
-
-
 def test_reports_from_a_source_that_can_be_wrong_are_never_pooled_with_the_truth():
     flipped, true = played("flip?p=0.4 + symbolic?source=truth"), played("symbolic?source=truth")
     assert (flipped.p, true.p) == (0.4, 0.0)
@@ -132,13 +122,6 @@ def test_the_truth_ends_a_trial_whatever_the_source_says():
     trial = done("symbolic?source=verdict", solution, verdicts={4: "blocked"})
     assert (trial.ending, trial.steps[-1].told_moved) == ("solved", False)
     assert done("symbolic?source=verdict", (TARGET,), verdicts={1: "moved"}).ending == "budget"
-
-
-def test_a_picture_is_taken_only_if_a_source_is_named():
-    for modality, looks in (("symbolic", 0), ("symbolic?source=truth", 3)):
-        plant = PhotographedPlant(CHAIN, "blocked")
-        trial = played(modality, plant, Doing(FREE, FREE), budget=2, shuffle="never")
-        assert (plant.looks, "camera" in trial.steps[0].sensed) == (looks, looks > 0)
 
 
 @pytest.mark.parametrize(

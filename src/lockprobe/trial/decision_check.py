@@ -36,19 +36,20 @@ def usable(decision: Decision, task: Task) -> Decision:
 
 
 def _why_unusable(decision: object, labels: Sequence[str]) -> str | None:
-    if not isinstance(decision, Decision):
-        return f"decide returned {_said(decision)}; return Decision(joint=…)"
+    if not isinstance(decision, Decision):  # of an object the type alone, because its words may hold anything
+        plain = decision is None or isinstance(decision, str | int | float)
+        found = shortened(decision) if plain else f"an object of type {type(decision).__name__}"
+        return f"decide returned {found}; return Decision(joint=…)"
     if decision.joint not in labels:
         return f"{decision.joint!r} is no joint; the joints of this trial are {', '.join(labels)}"
     if decision.claimed not in ("moved", "blocked", None):
         return f"claimed {decision.claimed!r} is none of moved, blocked, None"
     chances, claimed = decision.probabilities, decision.claim_probability
-    if chances is not None or claimed is not None:
-        if chances is not None and not (isinstance(chances, tuple | list) and len(chances) == len(labels)):
-            return f"probabilities {_said(chances)}, and not one number for each of {len(labels)} joints"
-        for number in (*(chances or ()), 0 if claimed is None else claimed):
-            if not (isinstance(number, (float, int)) and 0 <= number <= 1):
-                return "a probability lies outside 0 to 1"
+    if chances is not None and not (isinstance(chances, tuple | list) and len(chances) == len(labels)):
+        return f"its probabilities are not one number for each of {len(labels)} joints"
+    numbers = (*(chances or ()), 0 if claimed is None else claimed)
+    if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
+        return "a probability lies outside 0 to 1"
     added = (decision.hypothesis, decision.replies, decision.usage, decision.served, decision.tidied)
     return None if added == ("", (), None, "", ()) else _why_unwritable(decision)
 
@@ -63,11 +64,3 @@ def _why_unwritable(decision: Decision) -> str | None:
     except (TypeError, ValueError) as error:
         return f"its text cannot be written ({error})"
     return None
-
-
-def _said(found: object) -> str:
-    """What was returned, with its type; of an object the type alone, because its words may hold anything."""
-    if found is None:
-        return "None"
-    kind = type(found).__name__
-    return f"{shortened(found)} ({kind})" if isinstance(found, str | int | float) else f"an object of type {kind}"

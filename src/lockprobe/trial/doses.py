@@ -26,12 +26,8 @@ OF_PLAIN_FLIPS = frozenset({"p", "inverts", "others", "keep"})
 """The options of a flip that acts on every report."""
 
 
-_IN_WORDS: Mapping[tuple[str, str], tuple[str, Mapping[str, float]]] = {("flip", "keep"): ("others", {"kept": 1.0})}
-"""Kind and dose -> the option that says the dose in a word, and what its words mean."""
-
-
 def dose_of(spec: Spec, option: str, first: str) -> float:
-    """A dose of an intervention.
+    """A dose of an intervention; that of ``keep`` may be said in a word.
 
     >>> flip = Spec.parse("flip?p=0.4&others=kept")
     >>> dose_of(flip, "p", "p"), dose_of(flip, "keep", "p"), dose_of(Spec.parse("flip?p=0.4"), "keep", "p")
@@ -40,15 +36,15 @@ def dose_of(spec: Spec, option: str, first: str) -> float:
     Args:
         spec: Its spec.
         option: The dose.
-        first: Its first dose, which every spec says. Another one may be said in a word, and is 0 if it is left out.
+        first: Its first dose, which every spec says. Another one is 0 if it is left out.
 
     Returns:
         The dose; NaN if it is the first one and not said.
     """
-    if option in spec.options or option == first:
-        return float(spec.options.get(option, "nan"))
-    word, meant = _IN_WORDS.get((spec.full_name, option), ("", {}))
-    return meant.get(spec.options.get(word, ""), 0.0)
+    unsaid = "nan" if option == first else "0"
+    if (spec.full_name, option, spec.options.get("others")) == ("flip", "keep", "kept"):
+        unsaid = "1"
+    return float(spec.options.get(option, unsaid))
 
 
 def without_doses(spec: Spec, options: Sequence[str]) -> Spec:
@@ -57,8 +53,7 @@ def without_doses(spec: Spec, options: Sequence[str]) -> Spec:
     >>> str(without_doses(Spec.parse("flip?p=0.4&others=kept"), ["keep"]))
     'flip?p=0.4'
     """
-    words = [_IN_WORDS[spec.full_name, option][0] for option in options if (spec.full_name, option) in _IN_WORDS]
-    return spec.without([*options, *words])
+    return spec.without([*options, *(["others"] if spec.full_name == "flip" and "keep" in options else [])])
 
 
 def doses_of(specs: Sequence[str], names: Sequence[Sequence[str]], modality: str) -> dict[str, float]:
@@ -76,6 +71,9 @@ def doses_of(specs: Sequence[str], names: Sequence[Sequence[str]], modality: str
 
     Returns:
         Those that are not 0.
+
+    Raises:
+        BadValue: If a dose of the modality is no number, as a list of several.
     """
     found: dict[str, float] = {}
     seen: Counter[str] = Counter()
@@ -87,21 +85,14 @@ def doses_of(specs: Sequence[str], names: Sequence[Sequence[str]], modality: str
         if options and given[options[0]]:
             found |= {f"{said.full_name}{number}.{option}": dose for option, dose in given.items() if dose}
     shown = Spec.parse(modality, "modality").full_name
-    pictured = {option: _number(modality, option, dose) for option, dose in modality_doses(modality)[1].items()}
-    return found | {f"{shown}.{option}": dose for option, dose in pictured.items() if dose}
-
-
-def _number(modality: str, option: str, text: str) -> float:
-    """The dose of a picture.
-
-    Raises:
-        BadValue: If it is no number, as a list of several.
-    """
-    try:
-        return float(text)
-    except ValueError:
-        several = f"; several: --sweep '{modality}'" if "," in text else ""
-        raise BadValue(f"{option} of {modality}", text, f"a number{several}") from None
+    for option, text in modality_doses(modality)[1].items():
+        try:
+            dose = float(text)
+        except ValueError:
+            several = f"; several: --sweep '{modality}'" if "," in text else ""
+            raise BadValue(f"{option} of {modality}", text, f"a number{several}") from None
+        found |= {f"{shown}.{option}": dose} if dose else {}
+    return found
 
 
 def flip_rate(specs: tuple[str, ...], modality: str, doses: Mapping[str, float]) -> float | None:
@@ -121,20 +112,15 @@ def _flips_alone(specs: tuple[str, ...], modality: str) -> bool:
 
 
 @lru_cache(maxsize=1024)
-def _modality_doses(modality: str) -> tuple[str, tuple[tuple[str, str], ...]]:
-    spec = Spec.parse(modality, "modality")
-    doses = {option: value for option, value in spec.options.items() if option in MODALITY_DOSES}
-    return str(spec.without(doses)), tuple(doses.items())
-
-
-def modality_doses(modality: str) -> tuple[str, dict[str, str]]:
+def modality_doses(modality: str) -> tuple[str, Mapping[str, str]]:
     """A modality without its doses, and the doses.
 
     >>> modality_doses("rgbd?blur=8&depth=height")
     ('rgbd?depth=height', {'blur': '8'})
     """
-    bare, doses = _modality_doses(modality)
-    return bare, dict(doses)
+    spec = Spec.parse(modality, "modality")
+    doses = {option: value for option, value in spec.options.items() if option in MODALITY_DOSES}
+    return str(spec.without(doses)), doses
 
 
 def can_be_fitted(dose: float) -> bool:

@@ -7,12 +7,13 @@ into what is *done*; the plant acts; channels decide what is *told*.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from traceback import walk_tb
 from types import TracebackType
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import (
@@ -31,7 +32,7 @@ from lockprobe.trial.model_call import Usage
 from lockprobe.trial.patience import PATIENCE, own_line
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
-from lockprobe.trial.places import Acting, Places, without_look
+from lockprobe.trial.places import Acting, Places
 from lockprobe.trial.plan import Fork, Names, Plan
 from lockprobe.trial.protocols import Agent, AgentTraits, Intervention, Plant
 from lockprobe.trial.record import (
@@ -95,21 +96,15 @@ class Boundary:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if error is not None and not (isinstance(error, _PASSING) or _is_end_of_task(error)):
-            line = own_line(walk_tb(trace)) if self._part else ""
-            where = f"in {self._part} ({line}): " if line else ""
-            raise self._fault(f"{where}{kind_and_words(error)}") from error
-
-
-def _is_end_of_task(error: BaseException) -> bool:
-    """Whether the task that plays is cancelled. What only says so, as after a timeout inside an agent, is an error."""
-    if not isinstance(error, asyncio.CancelledError):
-        return False
-    try:
-        task = asyncio.current_task()
-    except RuntimeError:  # nothing here can be cancelled
-        return False
-    return task is not None and task.cancelling() > 0
+        if error is None or isinstance(error, _PASSING):
+            return
+        if isinstance(error, asyncio.CancelledError):  # one that only says so, as after a timeout inside, is an error
+            with suppress(RuntimeError):  # nothing here can be cancelled
+                if (task := asyncio.current_task()) is not None and task.cancelling() > 0:
+                    return
+        line = own_line(walk_tb(trace)) if self._part else ""
+        where = f"in {self._part} ({line}): " if line else ""
+        raise self._fault(f"{where}{kind_and_words(error)}") from error
 
 
 AGENT = Boundary(ModelFault, "the agent")
@@ -171,17 +166,14 @@ async def play(
     except TrialFault as broke:
         ending, error = "error", error or _error(broke, len(loop.steps) + 1)
     changed, changed_steps = loop.acting.changes(len(loop.steps))
-    return _record(
-        plan,
-        loop.names,
-        ending,
+    return replace(
+        _record(plan, loop.names, ending, error),
         facts=facts,
+        plant=made,
         channels=places.channel_facts,
         interventions=places.other_facts,
         opening=loop.opening,
         steps=tuple(loop.steps),
-        error=error,
-        plant=made,
         opening_pictures=loop.opening_pictures,
         opening_sensed=loop.opening_sensed,
         changed=changed,
@@ -191,7 +183,7 @@ async def play(
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:
     """The record of a trial that broke before its first step, for example because its process died."""
-    return _record(plan, Names(plan), "error", error=_error(fault, 1))
+    return _record(plan, Names(plan), "error", _error(fault, 1))
 
 
 def _error(fault: TrialFault, step: int) -> TrialError:
@@ -201,9 +193,8 @@ def _error(fault: TrialFault, step: int) -> TrialError:
     return TrialError(boundary=fault.boundary, message=str(fault), step=step, replies=kept, usage=usage)
 
 
-def _record(plan: Plan, names: Names, ending: Ending, **played: Any) -> Trial:
-    """The record of a trial: what its plan says of it, and what was played."""
-    nothing = {"facts": {}, "channels": (), "opening": "", "steps": ()}
+def _record(plan: Plan, names: Names, ending: Ending, error: TrialError | None) -> Trial:
+    """The record of a trial as its plan has it, without what was played."""
     return Trial(
         key=plan.key,
         study=plan.study,
@@ -223,10 +214,14 @@ def _record(plan: Plan, names: Names, ending: Ending, **played: Any) -> Trial:
         listing=names.listing,
         target=plan.box.target,
         ending=ending,
+        error=error,
         assessment=plan.assessment,
         hypothesis=plan.hypothesis,
         fork=plan.fork.name if plan.fork is not None else None,
-        **(nothing | played),
+        facts={},
+        channels=(),
+        opening="",
+        steps=(),
     )
 
 
@@ -300,7 +295,7 @@ class _Loop:
             self._compare(step, self._plan.fork)
         return step
 
-    def _decision(self, situation: Situation) -> Awaitable[Decision]:
+    async def _decision(self, situation: Situation) -> Decision:
         """Ask the agent. On a fork the past is on record: nothing is asked there whose answer costs money.
 
         An agent with a random stream decides again. One that draws its own luck is not asked for as long as everything
@@ -309,11 +304,11 @@ class _Loop:
         fork, now = self._plan.fork, len(self.steps)
         played = fork is not None and self._on_record and now < len(fork.recorded)
         if fork is not None and played and AgentTraits.of(self._agent).unseeded:
-            return _known(fork.recorded[now].decision)
+            return fork.recorded[now].decision
         decision = self._agent.decide(situation, self._luck.at(now + 1))
         if self._ours:
-            return decision
-        return PATIENCE.limited(decision, self._plan.agent, AgentTraits.of(self._agent).step_seconds)
+            return await decision
+        return await PATIENCE.limited(decision, self._plan.agent, AgentTraits.of(self._agent).step_seconds)
 
     def _happened(
         self, joint: int | None = None, chosen: str | None = None, attempted: str | None = None
@@ -326,7 +321,7 @@ class _Loop:
             raise PlantFault(f"{len(state)} positions of {len(self._task.joints)} joints")
         was = percept = self.names.percept(snapshot) if self._source is None else self._reported(snapshot, self._source)
         if percept.look is not None:
-            was, percept = without_look(percept), replace(percept, look=partial(_look, percept.look))
+            was, percept = replace(percept, look=None), replace(percept, look=partial(_look, percept.look))
         with INTERVENTIONS:
             told, facts = self.acting.told(percept, self._moments)
         return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
@@ -388,10 +383,6 @@ class _Loop:
             luck = replace(self._plan.luck, time=fork.name.time)
             self._luck = luck.stream("agent")
             self.acting.deal(luck)
-
-
-async def _known(decision: Decision) -> Decision:
-    return decision
 
 
 def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:

@@ -1,12 +1,8 @@
 """The time limit of a decision of an agent that somebody wrote: it may await for ever, or keep its thread for ever.
 
 What awaits is cancelled. In what keeps its thread, another thread raises an error, which ends every loop of Python; of
-a call that does not come back, such as one of another language, it says where it hangs.
-
-Nothing simpler does all of this. A signal reaches the main thread alone, and trials play in others too, as in a
-notebook. A decision in a thread of its own could be left behind, but would compute on beside all later trials, one more
-for each that hangs, and an agent's connections belong to one event loop. A process of its own would cost every step a
-crossing, and an agent its memory of the process.
+a call that does not come back, such as one of another language, it says where it hangs. Nothing simpler does all of
+this: a signal reaches the main thread alone, and what is left behind in a thread of its own computes on.
 """
 
 from __future__ import annotations
@@ -45,6 +41,14 @@ class _Deciding:
     began: float = field(default_factory=time.monotonic)
     looks: int = 0
 
+    def said(self, seconds: float, frames: Iterable[tuple[FrameType, int]]) -> str:
+        where = f" in {line}" if (line := own_line(frames)) else ""
+        return f"{self.agent} has been deciding for {seconds:.3g} s{where} (its class may set step_seconds)"
+
+    def raising(self, error: type[BaseException] | None) -> None:
+        """Raise an error in its thread as soon as that runs Python; None takes back what is not raised yet."""
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self.thread), error and ctypes.py_object(error))
+
 
 class Patience:
     """Watches the decisions of this process; ``stuck`` is told of one that could not be ended."""
@@ -74,13 +78,12 @@ class Patience:
             if isinstance(late, TimeoutError) and not limit.expired():  # one of its own
                 raise
             ended = late.__context__ if isinstance(late, TimeoutError) else late  # where it was cancelled, or raised
-            line = own_line(walk_tb(ended.__traceback__ if ended else None))
-            raise ModelFault(_said(agent, seconds, line)) from late
+            raise ModelFault(one.said(seconds, walk_tb(ended.__traceback__ if ended else None))) from late
         finally:
             with self._lock:
                 self._now.discard(one)
             if one.looks:  # what is not raised yet would be raised in the loop
-                _raise_in(one.thread, None)
+                one.raising(None)
 
     def _watch(self) -> None:
         while True:
@@ -92,18 +95,9 @@ class Patience:
                         continue
                     one.looks += 1
                     if one.looks == 1:
-                        _raise_in(one.thread, _Hangs)
+                        one.raising(_Hangs)
                     elif one.looks == 2 and (frame := sys._current_frames().get(one.thread)):  # noqa: SLF001
-                        self.stuck(_said(one.agent, seconds, own_line(reversed([*walk_stack(frame)]))))
-
-
-def _raise_in(thread: int, error: type[BaseException] | None) -> None:
-    """Raise an error in a thread as soon as it runs Python; None takes back what is not raised yet."""
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), error and ctypes.py_object(error))
-
-
-def _said(agent: str, seconds: float, line: str) -> str:
-    return f"{agent} has been deciding for {seconds:.3g} s{f' in {line}' * bool(line)} (its class may set step_seconds)"
+                        self.stuck(one.said(seconds, reversed([*walk_stack(frame)])))
 
 
 def own_line(frames: Iterable[tuple[FrameType, int]]) -> str:

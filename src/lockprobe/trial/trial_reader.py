@@ -21,19 +21,18 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.trial.record import Decision, Step, Trial
 from lockprobe.trial.trial_json import check_step, check_whole, trial_from_json
 
-_KEY, _STUDY, _REPETITION = b'{"key":"', b'","study":', b',"repetition":'
-_PLACE = re.compile(_REPETITION + rb'([1-9][0-9]{0,9}),"trial":([1-9][0-9]{0,9})(?=,)')
-_STEPS, _FIRST_STEP, _NEXT_STEP, _ENDING = b',"steps":[', b'{"step":', b'},{"step":', b'],"ending":'
-_REPLIES = b'"replies":'
-"""Decisions with replies are different in every trial, and are not kept."""
+_KEY, _STUDY, _STEPS, _STEP, _ENDING = b'{"key":"', b'","study":', b',"steps":[', b'{"step":', b'],"ending":'
+_PLACE = re.compile(rb',"repetition":([1-9][0-9]{0,9}),"trial":([1-9][0-9]{0,9})(?=,)')
 
 _MOST = 1 << 20
 """Different steps that are kept; further ones are parsed each time."""
 
 _NAMES = [part.name for part in fields(Trial)]
-_BEFORE = _NAMES[_NAMES.index("study") : _NAMES.index("repetition")]
-_BETWEEN = _NAMES[_NAMES.index("seed") : _NAMES.index("steps")]
-_BEHIND = _NAMES[_NAMES.index("ending") :]
+_PARTS = tuple(
+    _NAMES[_NAMES.index(first) : _NAMES.index(end) if end else None]
+    for first, end in (("study", "repetition"), ("seed", "steps"), ("ending", ""))
+)
+"""The members of a trial before its place, between that and its steps, and behind them."""
 
 _NOTHING: Mapping[Any, str] = MappingProxyType({})
 """What was sensed at steps at which nothing was, and what was pictured."""
@@ -42,26 +41,19 @@ _step: TypeAdapter[Step] = TypeAdapter(Step)
 
 
 class _Cut(NamedTuple):
-    """The parts of a record: its key, the members before its place, its place, those before and behind its steps.
-
-    Of the steps, where they begin and end in it.
-    """
+    """The parts of a record: its key, repetition and trial, the members of :data:`_PARTS`, and its steps."""
 
     key: bytes
-    before: bytes
     place: tuple[int, int]
-    between: bytes
-    steps: tuple[int, int]
-    behind: bytes
+    parts: tuple[bytes, bytes, bytes]
+    steps: list[bytes]
 
 
 class TrialReader:
     """Reads records as JSON. Trials of one reader share what is equal in them."""
 
     def __init__(self) -> None:
-        self._before: dict[bytes, dict[str, Any]] = {}
-        self._between: dict[bytes, dict[str, Any]] = {}
-        self._behind: dict[bytes, dict[str, Any]] = {}
+        self._parts: dict[bytes, dict[str, Any]] = {}
         self._steps: dict[tuple[tuple[str, ...], tuple[str, ...]], dict[bytes, Step]] = {}
         self._decisions: dict[Decision, Decision] = {}
         self._same: dict[str, str] = {}
@@ -75,25 +67,25 @@ class TrialReader:
         """
         if (cut := _cut(record)) is None:
             return trial_from_json(record)
-        if (trial := self._joined(record, cut)) is None:
+        if (trial := self._joined(cut)) is None:
             trial = trial_from_json(record)
-            self._keep(cut, trial)
-            trial = self._joined(record, cut) or trial
+            own = trial.error or trial.fork or trial.opening_sensed  # what only one trial has
+            if not own and cut.place == (trial.repetition, trial.trial):
+                for part, names in zip(cut.parts, _PARTS, strict=True):
+                    self._parts.setdefault(part, {name: getattr(trial, name) for name in names})
+                trial = self._joined(cut) or trial
         return trial
 
-    def _joined(self, record: bytes, cut: _Cut) -> Trial | None:
+    def _joined(self, cut: _Cut) -> Trial | None:
         """The trial of parts that are known; None if one is not, or they make no trial."""
-        before, between = self._before.get(cut.before), self._between.get(cut.between)
-        behind = self._behind.get(cut.behind)
+        before, between, behind = map(self._parts.get, cut.parts)
         if before is None or between is None or behind is None:
             return None
-        repetition, number = cut.place
-        text, joints, labels = record[slice(*cut.steps)], between["joints"], between["labels"]
+        joints, labels = between["joints"], between["labels"]
         known = self._steps.setdefault((joints, labels), {})
-        parts = text[len(_FIRST_STEP) : -1].split(_NEXT_STEP) if text else []
         try:
-            steps = tuple([known.get(_digest(part)) or self._new_step(part, known, joints, labels) for part in parts])
-            key = cut.key.decode()
+            steps = tuple([known.get(_digest(one)) or self._new_step(one, known, joints, labels) for one in cut.steps])
+            key, (repetition, number) = cut.key.decode(), cut.place
             trial = Trial(key=key, repetition=repetition, trial=number, steps=steps, **before, **between, **behind)
             check_whole(trial)
         except (BadValue, ValidationError):  # parsed whole, the record says what is wrong with it
@@ -103,9 +95,9 @@ class TrialReader:
     def _new_step(
         self, part: bytes, known: dict[bytes, Step], joints: tuple[str, ...], labels: tuple[str, ...]
     ) -> Step:
-        step = _step.validate_json(_FIRST_STEP + part + b"}", strict=True, extra="forbid")
+        step = _step.validate_json(_STEP + part + b"}", strict=True, extra="forbid")
         check_step(step, joints, labels)
-        if _REPLIES in part:
+        if step.decision.replies:  # different in every trial
             return step
         same, told_state = self._same, step.told_state
         step = replace(
@@ -123,19 +115,6 @@ class TrialReader:
             self._kept += 1
         return step
 
-    def _keep(self, cut: _Cut, trial: Trial) -> None:
-        """Keep the parts of a trial, unless they hold what only one has: an error, a fork, a measurement."""
-        only = trial.error is not None or trial.fork is not None or trial.opening_sensed
-        if only or cut.place != (trial.repetition, trial.trial) or cut.key.decode() != trial.key:
-            return
-        for kept, part, names in (
-            (self._before, cut.before, _BEFORE),
-            (self._between, cut.between, _BETWEEN),
-            (self._behind, cut.behind, _BEHIND),
-        ):
-            if part not in kept:
-                kept[part] = {name: getattr(trial, name) for name in names}
-
 
 def likeness(trial: Trial, record: bytes) -> bytes | None:
     """Sixteen bytes that records have in common if they are alike but for their places, panels and steps.
@@ -146,7 +125,7 @@ def likeness(trial: Trial, record: bytes) -> bytes | None:
     alone = asked or trial.plant or trial.opening_pictures or trial.player or trial.fork or trial.error
     if alone or (cut := _cut(record)) is None:
         return None
-    return _digest(cut.before + b"\n" + cut.behind)
+    return _digest(cut.parts[0] + b"\n" + cut.parts[2])
 
 
 def _digest(part: bytes) -> bytes:
@@ -160,21 +139,18 @@ def _cut(record: bytes) -> _Cut | None:
     In JSON a quotation mark within a text is escaped, so a name between two of them, with a colon, is one of a member.
     Members of the same name within others are facts, which hold no lists.
     """
-    study, steps, ending = record.find(_STUDY), record.find(_STEPS), record.rfind(_ENDING)
-    repetition = record.find(_REPETITION, 0, max(steps, 0))
-    place = _PLACE.match(record, repetition)
-    if not record.startswith(_KEY) or not 0 < study < repetition < steps < ending or place is None:
+    head, _, rest = record.partition(_STEPS)
+    steps, ending, _ = rest.rpartition(_ENDING)
+    study, places = head.find(_STUDY), [*_PLACE.finditer(head)]
+    key = head[len(_KEY) : study]
+    if not (ending and study > 0 and len(places) == 1 and head.startswith(_KEY)) or b'"' in key or b"\\" in key:
         return None
-    key, first = record[len(_KEY) : study], steps + len(_STEPS)
-    if b'"' in key or b"\\" in key or record.find(_REPETITION, place.end(), steps) >= 0:
+    if steps and not (steps.startswith(_STEP) and steps.endswith(b"}")):
         return None
-    if first < ending and not (record.startswith(_FIRST_STEP, first) and record.endswith(b"}", first, ending)):
-        return None
+    (place,) = places
     return _Cut(
         key,
-        record[study:repetition],
         (int(place[1]), int(place[2])),
-        record[place.end() : steps],
-        (first, ending),
-        record[ending:],
+        (head[study : place.start()], head[place.end() :], rest[len(steps) :]),
+        steps[len(_STEP) : -1].split(b"}," + _STEP) if steps else [],
     )

@@ -1,7 +1,6 @@
 """Pictures as arrays and files, depth in colours, where things are seen, and worse pictures."""
 
 import struct
-import sys
 import zlib
 from dataclasses import replace
 from itertools import pairwise
@@ -9,17 +8,14 @@ from itertools import pairwise
 import matplotlib as mpl
 import numpy as np
 import pytest
-from depth_pictures import decode, depth_at
+from depth_pictures import decode
 
-from lockprobe.foundation.errors import BadValue, Missing
+from lockprobe.foundation.errors import BadValue
 from lockprobe.trial.pictures.degrading import Damage, degraded
 from lockprobe.trial.pictures.depth import (
-    HEIGHTS,
     Window,
     encode,
-    from_millimetres,
     legend,
-    to_millimetres,
     turbo,
 )
 from lockprobe.trial.pictures.frame import Camera, Frame
@@ -48,12 +44,6 @@ def test_an_array_comes_back_from_its_file_and_equal_pictures_have_equal_names(i
     assert one.name.endswith(".png")
 
 
-@pytest.mark.parametrize(("shape", "dtype"), [((3, 4), "f4"), ((3, 4, 4), "u1"), ((3, 4, 3), "u2"), ((4,), "u1")])
-def test_other_arrays_are_refused(shape, dtype):
-    with pytest.raises(BadValue, match="picture: got"):
-        to_png(np.zeros(shape, dtype))
-
-
 def test_other_files_are_refused_and_those_that_promise_too_much_before_anything_is_read():
     image = to_png(RNG.integers(0, 256, (7, 11, 3), dtype=np.uint8))
     for broken in (b"", b"not a picture", image[:40], image[: len(image) // 2]):
@@ -65,13 +55,6 @@ def test_other_files_are_refused_and_those_that_promise_too_much_before_anything
         png[29:33] = struct.pack(">I", zlib.crc32(bytes(png[12:29])))
         with pytest.raises(BadValue, match="^picture: got"):
             from_png(bytes(png))
-
-
-def test_without_pillow_it_says_what_to_do(monkeypatch):
-    monkeypatch.setitem(sys.modules, "PIL", None)
-    for call in (lambda: to_png(np.zeros((3, 4), np.uint8)), lambda: from_png(b"")):
-        with pytest.raises(Missing, match=r"pillow: pip install 'lockprobe\[twin\]'"):
-            call()
 
 
 # Where things of the panel are seen, and how high above it what is seen is.
@@ -89,26 +72,8 @@ def test_the_middle_of_the_panel_is_seen_in_the_middle():
     assert upright.project(np.zeros((4, 2, 3))).shape == (4, 2, 3)
 
 
-def test_heights_are_those_of_points_that_are_projected():
-    """Under a camera whose axis meets the middle of a panel that leans away from it."""
-    cos, sin = np.cos(0.35), np.sin(0.35)
-    tilted = camera(64, 48, 60.0)
-    tilted.panel[:3, :3] = np.array([[1, 0, 0], [0, -cos, sin], [0, -sin, -cos]])
-    tilted.panel[:3, 3] = [0.01, -0.02, 0.72]
-    points = np.random.default_rng(2).uniform([-0.2, -0.15, -0.02], [0.2, 0.15, 0.06], (200, 3))
-    column, row, depth = tilted.project(points).T
-    inside = (np.abs(column - 31.5) < 31) & (np.abs(row - 23.5) < 23)
-    assert inside.sum() > 50
-    # Heights are computed at the middles of pixels, so a point is moved to the middle of its own first.
-    for c, r, z in zip(np.rint(column[inside]), np.rint(row[inside]), depth[inside], strict=True):
-        seen = np.array([(c - 31.5) / 60, (r - 23.5) / 60, 1]) * z
-        expected = (np.linalg.inv(tilted.panel) @ [*seen, 1])[2]
-        assert tilted.heights(np.full((48, 64), z))[int(r), int(c)] == pytest.approx(expected, abs=1e-12)
-
-
 # The same colour is the same distance in every picture of depth, and it can be read back.
 WINDOW = Window(near=0.64, far=0.78)
-KINDS = ["turbo", "gray", "height", "packed"]
 
 
 def random_depth(low=0.64, high=0.78):
@@ -126,30 +91,6 @@ def test_depth_is_read_back_to_within_half_a_step(kind, step):
     np.testing.assert_array_equal(read == 0, depth == 0)
 
 
-def test_heights_are_read_back_whatever_the_depth():
-    tilted = camera()
-    tilted.panel[:3, :3] = tilted.panel[:3, :3] @ np.array([[1, 0, 0], [0, 0.8, -0.6], [0, 0.6, 0.8]])
-    depth = depth_at(tilted, np.random.default_rng(2).uniform(*HEIGHTS, (30, 40))).astype(np.float32)
-    read = decode(encode(depth, "height", WINDOW, tilted), "height", WINDOW, tilted)
-    assert np.abs(tilted.heights(read) - tilted.heights(depth)).max() <= 0.5 * 0.08 / 255 + 1e-6
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_colour_depends_on_its_own_pixel_alone_and_no_reading_is_black_and_nothing_else_is(kind):
-    depth = random_depth(0.3, 2.0)
-    other = depth.copy()
-    other[20:, :] = 0.66
-    image, second = (encode(each, kind, WINDOW, camera()) for each in (depth, other))
-    assert image.dtype == np.uint8
-    black = ~image.any(axis=2) if image.ndim == 3 else image == 0
-    np.testing.assert_array_equal(black, depth == 0)
-    np.testing.assert_array_equal(image[:20], second[:20])
-    sentence = legend(kind, WINDOW)
-    assert sentence.endswith("black no reading.")
-    assert sentence.count(". ") == 0
-    assert ("0.64 m" in sentence and "0.78 m" in sentence) == (kind in ("turbo", "gray"))
-
-
 def test_turbo_is_turbo_red_near_and_packed_is_spatialbots():
     published = np.rint(255 * np.array(mpl.colormaps["turbo"].colors)).astype(np.uint8)
     np.testing.assert_array_equal(turbo(), published)
@@ -162,14 +103,6 @@ def test_turbo_is_turbo_red_near_and_packed_is_spatialbots():
     assert image.tolist() == [[[0, 0, 0], [0, 176, 88], [4, 112, 224], [252, 120, 64]]]
     red, green, blue = image[0].T.astype(float)
     assert (256 * red + 4 * green + blue / 8).tolist() == [0, 715, 1500, 65000]
-
-
-def test_millimetres():
-    depth = np.array([0, 0.0004, 0.0006, 0.7123, 65.535, 65.6, 1e6], np.float32)
-    assert to_millimetres(depth).tolist() == [0, 0, 1, 712, 65535, 0, 0]
-    assert to_millimetres(depth).dtype == np.uint16
-    whole = np.arange(0, 65536, 7, dtype=np.uint16)
-    np.testing.assert_array_equal(to_millimetres(from_millimetres(whole)), whole)
 
 
 @pytest.mark.parametrize(("near", "far"), [(0.7, 0.7), (0.8, 0.7), (-0.1, 0.7), (float("nan"), 1.0), (0.1, 100.0)])
@@ -190,15 +123,6 @@ FRAME = Frame(
     renderer="a fake",
 )
 LUCK = np.array([0.3, 0.8, 0.5])
-
-
-@pytest.mark.parametrize("blur", [1.0, 3.0])
-def test_blur_evens_out_and_keeps_the_mean(blur):
-    worse = degraded(FRAME, Damage(blur=blur), LUCK)
-    assert worse.rgb.std() < FRAME.rgb.std() / (2 * blur)
-    assert worse.rgb.mean() == pytest.approx(FRAME.rgb.mean(), abs=1)
-    np.testing.assert_array_equal(worse.depth, FRAME.depth)
-    assert degraded(FRAME, Damage(), LUCK) is FRAME
 
 
 def test_noise_has_the_size_that_it_says_and_is_the_same_noise_at_every_size_and_exposure():
@@ -233,19 +157,6 @@ def test_the_patch_hides_its_share_of_the_panel_and_what_a_smaller_one_hides():
     here, there = (degraded(FRAME, Damage(occlude=0.2), np.array(luck)) for luck in ((0, 0, 0), (0.9, 0.9, 0)))
     assert not ((here.depth == 0) & (there.depth == 0)).all()
     assert (here.depth == 0).sum() == pytest.approx((there.depth == 0).sum(), rel=0.05)
-
-
-def test_a_stop_is_twice_the_light_and_what_is_too_bright_is_clipped():
-    greys = replace(FRAME, rgb=np.broadcast_to(np.arange(160, dtype=np.uint8)[:, None] + 96, FRAME.rgb.shape))
-    seen = {stops: degraded(greys, Damage(exposure=stops), LUCK) for stops in (-20, -2, -1, 1, 2, 20)}
-    assert (seen[-1].rgb[greys.rgb == 255] == 188).all()  # half the light, as sRGB codes it
-    assert (seen[1].rgb[greys.rgb >= 189] == 255).all()
-    for fewer, more in pairwise(seen.values()):
-        assert (fewer.rgb <= more.rgb).all()
-    twice = degraded(seen[-1], Damage(exposure=-1), LUCK).rgb.astype(int)
-    assert np.abs(twice - seen[-2].rgb).max() <= 1
-    assert (seen[-20].rgb.max(), seen[20].rgb.min()) == (0, 255)
-    assert all((worse.depth == FRAME.depth).all() for worse in seen.values())
 
 
 @pytest.mark.parametrize(
