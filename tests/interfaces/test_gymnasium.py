@@ -1,0 +1,403 @@
+"""The environment: Gymnasium's contract, one box and many, and the very trials that a study plays."""
+
+import copy
+import pickle
+import re
+import subprocess
+import sys
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import get_args
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env, data_equivalence
+from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from painted import painted_twins
+
+from lockprobe import run_trial
+from lockprobe.boxes.box import Joint, LayoutKind, Lockbox, Shuffle
+from lockprobe.foundation.errors import ChannelFault, PlantFault, UserMistake
+from lockprobe.interfaces.gymnasium import ENVIRONMENT
+from lockprobe.interfaces.gymnasium.single import LockboxEnv
+from lockprobe.interfaces.gymnasium.vector import LockboxVectorEnv
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.testing import ScriptedAgent
+from lockprobe.trial.pictures.png import from_png
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
+
+SMALL = "fast-twin?width=80&height=64"
+COUNT = 4
+FORK = Lockbox(
+    name="fork",
+    joints=tuple(Joint(name=name, kind="prismatic") for name in "tabc"),
+    interlock={"t": ({"a": True}, {"b": False, "c": True}), "a": ({"b": True},), "b": ({"c": False},)},
+    initial=(False, False, True, False),
+    target="t",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Never(OutcomeFlip):
+    """A flip of a package: it looks like one, and says the truth."""
+
+    def perceive(self, percept, past, task, rng):
+        return percept
+
+
+PLAIN = [
+    {},
+    {"box": "chain-8", "condition": "flip?p=0.3&others=kept", "steps_left": True, "max_steps": 5, "info": "truth"},
+    {"condition": "flip?p=0.4&inverts=position&others=noisy", "shuffle": "trial", "box": FORK, "step_cost": 0.125},
+    {"condition": "flip?p=0.3&keep=0.5 + flip?p=0.4&inverts=position", "layout": "shuffled", "info": "truth"},
+    {"modality": "symbolic?tell=state", "p": 0.4, "shuffle": "study", "layout": "dealt"},
+    {"modality": "symbolic?tell=outcome", "p": 0.4, "flip": "sticky", "shuffle": "trial"},
+    {"condition": "flip?p=0.4&part=outcome", "box": "chain-2"},
+]
+OTHERS = [
+    {"condition": "flip?p=0.4&only=moved"},
+    {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + yoked?p=0.2", "info": "truth"},
+    {"condition": "drop?p=0.5 + tremble?p=0.2", "steps_left": True},
+    {"condition": "force?at=2 + delay?lag=1", "p": 0.4, "max_steps": 9, "layout": "shuffled"},
+    {"condition": [Never(p=0.4)]},
+]
+
+
+def settled(trial):
+    """A record without what names the study, and without who chose."""
+    steps = tuple(replace(step, decision=None) for step in trial.steps)
+    return replace(trial, key="", study="", agent="", facts={}, steps=steps)
+
+
+@pytest.mark.parametrize("asked", [*PLAIN, *OTHERS])
+def test_gymnasium_finds_nothing_to_say_against_it(asked):
+    check_env(gymnasium.make(ENVIRONMENT, **asked).unwrapped)
+
+
+@pytest.mark.parametrize("asked", [*PLAIN, *OTHERS])
+@pytest.mark.parametrize("seed", [1, 2**62])
+def test_an_episode_is_the_trial_of_the_study(asked, seed):
+    """What is told, the reward, the ends and the record, under every condition; and nothing else is told."""
+    study = {name: value for name, value in asked.items() if name not in ("steps_left", "step_cost", "info")}
+    defaults = {"modality": "symbolic", "shuffle": "never"}
+    there = run_trial(agent="random", seed=seed, repetition=2, trial=7, **(defaults | study))
+    env = LockboxEnv(**asked)
+    first, _ = env.reset(seed=seed, options={"repetition": 2, "trial": 7})
+    assert first[:3].tolist() == [there.listing.index(there.labels[there.joints.index(there.target)]), 0, 0]
+    for number, step in enumerate(there.steps, 1):
+        action = there.listing.index(there.labels[there.joints.index(step.chosen or step.joint)])
+        told, reward, terminated, truncated, info = env.step(action)
+        outcome = 0 if step.told_moved is None or "tell=state" in str(asked) else 1 + step.told_moved
+        assert told[2] == outcome
+        if step.told_state is not None and len(told) > 4:
+            at = dict(zip(there.listing, told[3:].tolist(), strict=False))
+            assert "".join(str(at[label]) for label in there.labels) == step.told_state
+        if asked.get("steps_left"):
+            assert told[-1] == there.budget - number
+        assert reward == terminated - asked.get("step_cost", 0)
+        assert list(info) == ["truth"] * ("info" in asked)
+        assert info.get("truth", {}).get("moved", step.moved) == step.moved
+    assert (terminated, truncated) == (there.ending == "solved", there.ending == "budget")
+    assert settled(env.trial) == settled(there)
+    assert trial_from_json(trial_to_json(env.trial)) == env.trial
+
+
+def episode(env, actions, **asked):
+    """Observations of one episode under these actions, until it ends."""
+    told = [env.reset(**asked)[0].tolist()]
+    for action in actions:
+        seen, _, terminated, truncated, _ = env.step(action)
+        told.append(seen.tolist())
+        if terminated or truncated:
+            break
+    return told
+
+
+def test_a_seed_fixes_everything_after_it_and_a_reset_goes_on():
+    actions = np.random.default_rng(0).integers(4, size=20).tolist()
+    env, other, unseeded = (LockboxEnv(p=0.5, shuffle="trial") for _ in range(3))
+    first = [episode(env, actions, **asked) for asked in ({"seed": 7}, {}, {})]
+    assert [episode(other, actions, **asked) for asked in ({"seed": 7}, {}, {})] == first
+    assert episode(other, actions[:3], seed=7, options={"trial": 2}) == first[1][:4]  # not played to its end
+    assert episode(other, actions) == first[2]
+    assert len({str(one) for one in (*first, *(episode(unseeded, actions) for _ in range(2)))}) == 5
+
+
+def test_conditions_share_their_luck():
+    def false_reports(p):
+        env = LockboxEnv(p=p, info="truth")
+        env.reset(seed=3)
+        steps = [env.step(joint) for joint in (1, 2, 3, 1, 3, 2) * 3]
+        return {i for i, (told, *_, info) in enumerate(steps) if (told[2] == 2) != info["truth"]["moved"]}
+
+    assert false_reports(0.0) == set()
+    assert false_reports(0.2) < false_reports(0.5) < false_reports(1.0) == set(range(18))
+
+
+@pytest.mark.parametrize("condition", ["flip?p=0.5&others=kept", "flip?p=0.5 + drop?p=0.3"])
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_goes_on_as_the_original_does(copied, condition):
+    env = gymnasium.make(ENVIRONMENT, condition=condition, shuffle="trial", info="truth", max_steps=9)
+    env.reset(seed=2)
+    for action in (0, 1, 2):
+        env.step(action)
+    twin = copied(env)
+    rest = [0, 3, 1, 2, 3, 0]
+    assert repr([twin.step(action) for action in rest]) == repr([env.step(action) for action in rest])
+    assert twin.unwrapped.trial == env.unwrapped.trial
+
+
+def test_the_box_in_words_says_what_is_told():
+    env = LockboxEnv(render_mode="ansi", p=1.0)
+    assert env.render() is None
+    env.reset(seed=1)
+    env.step(3)
+    assert env.render() == "Joints: 0 A, 1 B, 2 C, 3 D. Target: A. Steps left: 19.\nD did not move. At 1: none."
+
+
+def made(mode=None, count=COUNT, **asked):
+    return gymnasium.make_vec(ENVIRONMENT, num_envs=count, vectorization_mode=mode, **asked)
+
+
+def equal(one, other):
+    """Equal in every number, kind of number and key."""
+    return all(data_equivalence(here, there, exact=True) for here, there in zip(one, other, strict=True))
+
+
+@pytest.mark.parametrize("asked", PLAIN)
+@given(
+    seed=st.integers(0, 10_000),
+    seeds=st.lists(st.none() | st.integers(0, 99), min_size=COUNT, max_size=COUNT),
+    shuffle=st.sampled_from(get_args(Shuffle)),
+    layout=st.sampled_from(get_args(LayoutKind)),
+)
+@settings(max_examples=4, deadline=None)
+def test_many_boxes_play_as_so_many_single_environments(asked, seed, seeds, shuffle, layout):
+    asked = {"shuffle": shuffle, "layout": layout, "max_steps": 7} | asked
+    ours, sync = made(**asked), made("sync", **asked)
+    assert (type(ours.unwrapped), type(sync.unwrapped)) == (LockboxVectorEnv, SyncVectorEnv)
+    assert (ours.observation_space, ours.action_space) == (sync.observation_space, sync.action_space)
+    rng, kept = np.random.default_rng(seed), []
+    for given_ in ({"seed": seed}, {}, {"seed": seeds, "options": {"repetition": 2, "trial": 5}}):
+        here = ours.reset(**copy.deepcopy(given_))
+        assert equal(here, sync.reset(**copy.deepcopy(given_)))
+        for _ in range(18):
+            joints = rng.integers(ours.single_action_space.n, size=COUNT)
+            kept.append((here[0], here[0].copy()))
+            here = ours.step(joints.astype(np.uint8))
+            assert equal(here, sync.step(joints))
+            assert here[0] in ours.observation_space
+    assert all((now == then).all() for now, then in kept)  # what was returned is not written to again
+
+
+def test_several_processes_play_the_same():
+    asked = {"condition": "flip?p=0.4", "shuffle": "trial", "max_steps": 3}
+    ours, apart = made(count=2, **asked), made("async", count=2, vector_kwargs={"context": "spawn"}, **asked)
+    try:
+        assert isinstance(apart.unwrapped, AsyncVectorEnv)
+        assert equal(ours.reset(seed=2), apart.reset(seed=2))
+        for joint in range(6):
+            joints = np.array([joint % 4, 3 - joint % 4])
+            assert equal(ours.step(joints), apart.step(joints))
+    finally:
+        apart.close()
+
+
+@dataclass(frozen=True)
+class Blindfold:
+    after_words = always_tells = True
+
+    def perceive(self, percept, past, task, rng):
+        if percept.joint is not None:
+            raise ValueError("no light")
+        return replace(percept, pictures=())
+
+
+VECTOR = 'vectorization_mode="sync" plays all else'
+SEEN = {"observation": "rgb", "plant": "fast-twin"}
+
+
+@pytest.mark.parametrize(
+    ("make", "asked", "message"),
+    [
+        (LockboxEnv, {"max_step": 3}, "no setting of the environment is called 'max_step' (did you mean 'max_steps'?"),
+        (LockboxEnv, {"seed": 3}, "no setting of the environment is called 'seed'"),
+        (LockboxEnv, {"observation": "depth"}, "observation: got 'depth', expected one of symbolic, rgb, rgbd"),
+        (LockboxEnv, {"observation": "rgb"}, "modality: got 'rgb', expected a plant with a camera, fast-twin or twin"),
+        (LockboxEnv, SEEN | {"modality": "rgb?blur=8"}, "observation= cannot be combined with modality="),
+        (LockboxEnv, SEEN | {"steps_left": True}, "steps_left=True cannot be combined with pictures"),
+        (LockboxEnv, SEEN | {"condition": "drop?p=0.3"}, "drop?p=0.3 + rgb cannot be combined with pictures"),
+        (LockboxEnv, {"condition": "nudge"}, "condition: got 'nudge', expected interventions on reports or actions"),
+        (LockboxEnv, {"condition": "flip?p=0.2", "p": 0.2}, "p: got 0.2, expected 0 with a condition that flips"),
+        (LockboxEnv, {"plant": "twins"}, "no plant is called 'twins' (did you mean 'twin'?)"),
+        (LockboxEnv, {"box": "chain-99"}, "no box is called 'chain-99'"),
+        (LockboxEnv, {"max_steps": 0}, "max_steps: got 0, expected a whole number from 1 to 10000"),
+        (LockboxEnv, {"step_cost": float("nan")}, "step_cost: got nan, expected a number of at least 0"),
+        (LockboxEnv, {"steps_left": 1}, "steps_left: got 1, expected True or False"),
+        (LockboxEnv, {"info": "all"}, "info: got 'all', expected None or 'truth'"),
+        (made, {"condition": [Never()]}, VECTOR),
+        (made, {"condition": "flip?p=0.2&at=3"}, VECTOR),
+        (made, {"render_mode": "ansi"}, VECTOR),
+        (made, {"plant": "fast-twin"}, VECTOR),
+        (made, {"count": 0}, "num_envs: got 0, expected a whole number from 1"),
+    ],
+)
+def test_what_cannot_be_played_is_refused_in_one_line(make, asked, message):
+    with pytest.raises(UserMistake) as mistake:
+        make(**asked)
+    assert message in str(mistake.value)
+    assert "\n" not in str(mistake.value)
+
+
+def test_a_wrong_call_is_refused_in_one_line():
+    env, many = LockboxEnv(render_mode="rgb_array"), made()
+    for made_, action in ((env, 0), (many, np.zeros(COUNT, dtype=int))):
+        with pytest.raises(ResetNeeded):
+            made_.step(action)
+        for options, message in (
+            ({"trail": 1}, "no option of reset is called 'trail' .did you mean 'trial'"),
+            ({"trial": 0}, "trial: got 0, expected a whole number from 1"),
+        ):
+            with pytest.raises(UserMistake, match=message):
+                made_.reset(options=options)
+        made_.reset(seed=1)
+    for action in (4, -1, 1.0, "A"):
+        with pytest.raises(UserMistake, match="action: got .*, expected a whole number from 0 to 3"):
+            env.step(action)
+    for actions in (np.full(COUNT, 4), np.full(COUNT, -1), np.zeros(2, dtype=int), np.zeros(COUNT), 0):
+        with pytest.raises(UserMistake, match=f"actions: got .*, expected {COUNT} whole numbers from 0 to 3"):
+            many.step(actions)
+    with pytest.raises(UserMistake, match="seed: got .*, expected a whole number, or 4 of them"):
+        many.reset(seed=[1, 2])
+    with pytest.raises(UserMistake, match="^render_mode: got 'rgb_array', expected ansi; pictures need plant="):
+        env.render()  # tools ask every environment for pictures, so only this call is refused
+    for joint in (3, 2, 1, 0):
+        env.step(joint)
+    with pytest.raises(ResetNeeded):
+        env.step(0)
+
+
+def test_a_channel_that_breaks_is_no_failure_to_solve():
+    env = LockboxEnv(condition=[Blindfold()])
+    env.reset(seed=1)
+    with pytest.raises(ChannelFault, match="ValueError: no light"):
+        env.step(0)
+    assert env.trial is None
+    with pytest.raises(ResetNeeded):
+        env.step(0)
+
+
+@pytest.fixture
+def plants(monkeypatch):
+    return painted_twins(monkeypatch)
+
+
+SHOWN = [
+    {"observation": "rgbd"},
+    {"modality": "rgb?p=0.4"},
+    {"modality": "rgbd?depth=height", "p": 0.5, "flip": "sticky"},
+    {"modality": "rgb?blur=2&noise=0.1&occlude=0.2&exposure=-1"},
+    {"condition": "tremble?p=0.3 + rgbd", "layout": "shuffled"},
+]
+
+
+@pytest.mark.usefixtures("plants")
+@pytest.mark.parametrize("asked", SHOWN)
+def test_true_false_and_damaged_pictures_and_the_record_are_those_of_the_trial(asked, tmp_path):
+    words = {"modality" if name == "observation" else name: value for name, value in asked.items()}
+    where = {"repetition": 2, "trial": 3}
+    there = run_trial(
+        agent=ScriptedAgent(joints=(1, 3, 0, 2, 1)),
+        plant=SMALL,
+        seed=4,
+        max_steps=8,
+        pictures=tmp_path,
+        **where,
+        **words,
+    )
+    env = LockboxEnv(plant=SMALL, shuffle="trial", max_steps=8, **asked)
+    check_env(env, skip_render_check=True)
+    actions = [there.listing.index(step.decision.joint) for step in there.steps]
+    shown = [env.reset(seed=4, options=where)[0], *(env.step(action)[0] for action in actions)]
+    for picture, names in zip(shown, (there.opening_pictures, *(step.pictures for step in there.steps)), strict=True):
+        seen = picture if isinstance(picture, dict) else {"rgb": picture}
+        assert (seen["rgb"] == from_png((tmp_path / names["rgb"]).read_bytes())).all()
+        if "depth" in seen:
+            metres = from_png((tmp_path / names["depth16"]).read_bytes()) / np.float32(1000)
+            assert (seen["depth"][..., 0] == np.where(metres <= 4, metres, 0)).all()
+    assert settled(env.trial) == settled(there)
+
+
+def test_what_is_seen_holds_no_truth_and_is_looked_at_once_a_step(plants):
+    env = LockboxEnv(observation="rgb", plant=SMALL, shuffle="trial", render_mode="rgb_array")
+    assert env.metadata["render_modes"] == ["ansi", "rgb_array"]
+    for seed in (2, 3):
+        picture, info = env.reset(seed=seed)
+        assert sorted(info) == ["labels", "target"]
+        assert picture in env.observation_space
+        env.step(0)
+        assert (env.render() == env.render()).all()
+    env.close()
+    env.close()
+    blind = LockboxEnv(plant=SMALL)
+    blind.reset(seed=1)
+    blind.step(0)
+    assert [(plant.looks, plant.closed) for plant in plants] == [(2, 1), (2, 1), (0, 0)]
+
+
+@pytest.mark.usefixtures("plants")
+def test_pictures_that_a_channel_takes_and_plants_that_break_are_faults(monkeypatch):
+    with pytest.raises(ChannelFault, match="no picture of the kind rgb reached the agent"):
+        LockboxEnv(observation="rgb", plant=SMALL, condition=[Blindfold()]).reset(seed=1)
+
+    def broken(*given):
+        raise RuntimeError("no power")
+
+    painted_twins(monkeypatch, broken)
+    with pytest.raises(PlantFault, match="RuntimeError: no power"):
+        LockboxEnv(observation="rgb", plant=SMALL).reset(seed=1)
+
+
+def test_an_episode_with_the_physical_box_shows_the_pictures_of_the_study(tmp_path):
+    twin = "fast-twin?width=64&height=64&looks=varied&depth_noise=0.001"
+    agent, shown = ScriptedAgent(joints=(3, 2, 1, 0)), {"seed": 5, "trial": 3, "shuffle": "never"}
+    trial = run_trial(agent=agent, plant=twin, modality="rgbd", pictures=tmp_path, **shown)
+    env = LockboxEnv(observation="rgbd", plant=twin)
+    here = [env.reset(seed=5, options={"trial": 3})[0], *(env.step(joint)[0] for joint in (3, 2, 1, 0))]
+    for seen, names in zip(here, (trial.opening_pictures, *(step.pictures for step in trial.steps)), strict=True):
+        assert (seen["rgb"] == from_png((tmp_path / names["rgb"]).read_bytes())).all()
+        millimetres = np.rint(seen["depth"][..., 0] * 1000).astype(int)
+        assert (millimetres == from_png((tmp_path / names["depth16"]).read_bytes())).all()
+    assert env.trial.plant == trial.plant
+    env.close()
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "import sys, lockprobe; assert 'gymnasium' not in sys.modules",
+        "import gymnasium; gymnasium.make('lockprobe.interfaces.gymnasium:lockprobe/Lockbox-v0').reset(seed=1)",
+        "import gymnasium; gymnasium.make('lockprobe:lockprobe/Lockbox-v0').close()",
+    ],
+)
+def test_it_is_there_once_the_package_is_imported(program):
+    """Every warning is an error, and importing Lockprobe alone loads no Gymnasium."""
+    done = subprocess.run([sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_the_programs_on_its_page_run():
+    page = Path(__file__).parents[2] / "docs" / "gymnasium.md"
+    names = {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for program in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
+            if "stable_baselines3" not in program:
+                exec(compile(program, str(page), "exec"), names)
+    assert names["there"].steps
+    assert names["observations"].shape == (1000, 7)
