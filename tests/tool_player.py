@@ -5,11 +5,12 @@ import re
 
 from stored import records
 
-from lockprobe.interfaces.mcp.session import CallRefused, Connection
+from lockprobe.interfaces.mcp.session import CallRefused
 from lockprobe.trial.record import Decision
 
 SPEC = "python:tool_player:Scripted"
 AGENT = "mcp:scripted"
+FACTS = {"client": "test", "client_version": "1", "protocol": "MCP tools"}
 
 
 def at_one(text):
@@ -94,9 +95,7 @@ def calls(session):
 
     async def call(tool, given):
         try:
-            if tool == "observe":
-                return (await session.observe(Connection(client="test", version="1"))).text
-            return (await session.attempt(**given)).text
+            return (await session.call(tool, given, FACTS)).text
         except CallRefused:
             return None
 

@@ -73,7 +73,7 @@ def records_directory(planned: Study) -> Path:
 
 
 async def _serve(planned: Study, agent: str, directory: Path, trials_each: int | None) -> None:
-    from lockprobe.interfaces.mcp.stdio import serve_stdio
+    from lockprobe.interfaces.mcp.server import serve_stdio
 
     async with ToolSession.open(directory, planned, agent, trials_each=trials_each) as session:
         most = f"at most {planned.size}" if planned.until else f"{planned.size}"
