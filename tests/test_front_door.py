@@ -25,7 +25,7 @@ def test_every_name_is_there_and_only_once_thought_of():
 def test_names_are_those_of_their_modules():
     assert lockprobe.box is import_module("lockprobe.boxes.families").find_box
     assert lockprobe.Plant is import_module("lockprobe.trial.protocols").Plant
-    assert lockprobe.tidy is import_module("lockprobe.interfaces.export.tidy").tidy
+    assert lockprobe.tidy is import_module("lockprobe.interfaces.export").tidy
 
 
 def test_the_door_is_quick():

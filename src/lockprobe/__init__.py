@@ -72,7 +72,7 @@ _NAMES = {
     "agents.policy": "Policy",
     "boxes.box": "Joint Lockbox",
     "foundation.errors": "BadValue LockprobeError TrialFault UserMistake",
-    "interfaces.export": "tidy tidy_rows trial_rows",
+    "interfaces.export": "tidy trial_rows",
     "report.results": "results",
     "simulation.exact": "propagate",
     "simulation.population": "population",

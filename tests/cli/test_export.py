@@ -1,4 +1,4 @@
-"""``lockprobe export``, ``box``, ``replay`` with ``--out``: whole table_files, or none; never in place of a device."""
+"""``lockprobe export``, ``box``, ``replay`` with ``--out``: whole files, or none; never in place of a device."""
 
 import hashlib
 import json
@@ -9,7 +9,7 @@ import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 from stored import sql
 
-from lockprobe.interfaces.export import table_files
+from lockprobe.interfaces.export.table import Table
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.results_hash import hash_of_digest
@@ -54,10 +54,10 @@ def test_an_export_that_fails_leaves_the_file_that_was_there(lockprobe, tmp_path
     out = tmp_path / "out" / f"steps.{format_}"
     out.parent.mkdir()
     assert lockprobe("export", played, "--format", format_, "--out", out)[0] == 0
-    before, rows = out.read_bytes(), table_files.tidy_rows
+    before, rows = out.read_bytes(), Table.rows
 
-    def breaks(trials, *more):
-        yield next(rows(trials, *more))
+    def breaks(table):
+        yield next(rows(table))
         raise OSError(28, "No space left on device")
 
     def full(descriptor):
@@ -68,7 +68,7 @@ def test_an_export_that_fails_leaves_the_file_that_was_there(lockprobe, tmp_path
         named = out.with_name("steps.parquet-metadata.json")  # is forced to the disk first
         monkeypatch.setattr("os.fsync", full)
     else:
-        monkeypatch.setattr(table_files, "tidy_rows", breaks)
+        monkeypatch.setattr(Table, "rows", breaks)
     status, _, said = lockprobe("export", played, "--format", format_, "--out", out)
     assert (status, said) == (2, f"lockprobe: {named}: cannot be written (No space left on device)\n")
     assert out.read_bytes() == before

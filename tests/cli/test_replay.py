@@ -13,7 +13,7 @@ from saboteur import Evidence
 from typed import in_process
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, UnknownName, UserMistake
-from lockprobe.interfaces.export import tidy_rows
+from lockprobe.interfaces.export import tidy
 
 KEY = "flips/human-inspired/truth/rep=1/trial=1"
 
@@ -54,7 +54,7 @@ def test_a_claim_stands_in_the_row_in_which_the_export_has_it(shown):
     head, *lines = shown(trial)[1:]
     assert head.endswith("told                   then said of it")
     assert [line[head.index("then said") :].strip() for line in lines] == ["moved", "did not move", "moved", ""]
-    assert [row["claimed"] for row in tidy_rows([trial])] == [1, 0, 1, ""]
+    assert [row["claimed"] for row in tidy(trial)] == [1, 0, 1, ""]
 
 
 def test_what_arm_and_camera_took_for_another_outcome_stands_in_the_row_with_the_reason_of_a_false_report(shown):

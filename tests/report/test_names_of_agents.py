@@ -7,7 +7,7 @@ import pytest
 from builders import play_study, write_study
 
 from lockprobe.foundation.errors import ModelFault
-from lockprobe.interfaces.export.tidy import tidy
+from lockprobe.interfaces.export import tidy
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.loop import broken

@@ -151,7 +151,7 @@ def test_a_study_can_be_had_and_played_from_python(tmp_path):
     (tmp_path / "mine.toml").write_text('agent = ["random"]\np = [0]\ntrials = 2\nrepetitions = 1\n')
     trials = lockprobe.run_study(lockprobe.study(str(tmp_path / "mine.toml")), tmp_path / "d")
     assert trials == lockprobe.load(tmp_path / "d")
-    rows = list(lockprobe.tidy_rows(trials))
+    rows = lockprobe.tidy(trials)
     assert len(rows) == sum(len(trial.steps) for trial in trials)
     assert set(lockprobe.__all__) <= set(dir(lockprobe)) | set(lockprobe._HOMES)
     with pytest.raises(AttributeError, match="module 'lockprobe' has no attribute 'bxo'"):

@@ -14,8 +14,7 @@ from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.storage.atomic_file import atomic_files
-from lockprobe.interfaces.export.table_files import write_rows, write_table
-from lockprobe.interfaces.export.tables import TableName, table_of
+from lockprobe.interfaces.export.study_tables import TableName, table_of
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.store import read
@@ -59,10 +58,10 @@ def export(
     if out is None or str(out) == "-":
         if format == "parquet":
             raise BadValue("--out", None, "a file to write, because parquet is not text")
-        write_rows(table_of(directory, table, platform_ids=platform_ids), sys.stdout, format)
+        table_of(directory, table, platform_ids=platform_ids).write_text(sys.stdout, format)
         return
     refuse_study_file(out)
-    for path in write_table(table_of(directory, table, platform_ids=platform_ids), out, format):
+    for path in table_of(directory, table, platform_ids=platform_ids).write(out, format):
         print(path)
 
 
