@@ -8,6 +8,7 @@ whoever asks and in whatever order. A fault is drawn anew every time that the sa
 """
 
 import asyncio
+import base64
 import contextlib
 import hashlib
 import json
@@ -239,6 +240,18 @@ def account(url):
     """What the server at a base URL has counted."""
     with urllib.request.urlopen(url.removesuffix("/v1") + "/account", timeout=60) as answer:
         return json.loads(answer.read())
+
+
+def pictures(message):
+    """The pictures of a message: file, media type and detail of each."""
+    if isinstance(message["content"], str):
+        return []
+    found = []
+    for part in message["content"]:
+        if part["type"] == "image_url":
+            media, _, data = part["image_url"]["url"].partition(";base64,")
+            found.append((base64.b64decode(data, validate=True), media, part["image_url"]["detail"]))
+    return found
 
 
 def text_of(content):

@@ -1,4 +1,4 @@
-"""The studies as tasks of Inspect AI: ``inspect eval lockprobe/flips --model openai/gpt-4o -T p=0,0.4 -T trials=5``.
+"""A study as a task of Inspect AI: ``inspect eval lockprobe/study --model openai/gpt-4o -T p=0,0.4 -T trials=5``.
 
 A sample is a trial, played by the usual loop with the model of the eval as its agent. Epochs are further repetitions.
 Inspect AI imports this module whenever a model is opened, so what plays a study is imported with the first task.
@@ -47,7 +47,7 @@ def _with_options(make: Callable[..., Task]) -> Callable[..., Task]:
     """Give a task the options of a study as parameters; what is none of them comes too, and is refused."""
     from lockprobe.studies.options.study_options import StudyOptions
 
-    names = [name for name in StudyOptions.model_fields if name not in {"study", "agent", "contrasts"}]
+    names = [name for name in StudyOptions.model_fields if name not in {"agent", "contrasts"}]
     parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None) for name in names]
     unknown = inspect.Parameter("unknown", inspect.Parameter.VAR_KEYWORD)
     make.__signature__ = inspect.Signature([*parameters, unknown])  # type: ignore[attr-defined]
@@ -56,28 +56,10 @@ def _with_options(make: Callable[..., Task]) -> Callable[..., Task]:
 
 @task
 @_with_options
-def flips(**options: Any) -> Task:
-    """The effect of false reports on an agent that solves a lockbox."""
-    return _task("flips", options)
-
-
-@task
-@_with_options
-def modalities(**options: Any) -> Task:
-    """The effect of pictures on an agent that solves a lockbox."""
-    return _task("modalities", options)
-
-
-@task
-@_with_options
-def why(**options: Any) -> Task:
-    """Whether it is what reports say, or their form, that an agent acts on."""
-    return _task("why", options)
-
-
-def _task(name: str, options: Mapping[str, Any]) -> Task:
-    given = {key: value for key, value in options.items() if value is not None}
-    planned = _planned(name, given)
+def study(**options: Any) -> Task:
+    """A study of an agent that solves a lockbox: flips, or that of ``-T study=NAME|FILE.toml``."""
+    asked = {key: value for key, value in options.items() if value is not None}
+    planned = _planned(asked)
     samples = [
         Sample(
             id=plan.name.place,
@@ -87,37 +69,37 @@ def _task(name: str, options: Mapping[str, Any]) -> Task:
         for plan in planned.plans(_AGENT)
     ]
     return Task(
-        dataset=MemoryDataset(samples, name=name),
-        solver=play_trial(name, given),
+        dataset=MemoryDataset(samples, name=planned.name),
+        solver=play_trial(asked),
         scorer=played(),
         continue_on_fail=True,  # one trial that a provider broke ends no other; eval-retry plays it again
     )
 
 
-def _planned(name: str, given: Mapping[str, Any]) -> Study:
+def _planned(asked: Mapping[str, Any]) -> Study:
     from lockprobe.studies.options.study_options import parse_p
-    from lockprobe.studies.options.studyfile import study
+    from lockprobe.studies.options.studyfile import study as study_of
 
-    asked = dict(given)
-    if (p := asked.get("p")) is not None and not isinstance(p, list):
-        asked["p"] = parse_p(p) if isinstance(p, str) else [p]
-    if isinstance(swept := asked.get("sweep"), list):
-        asked["sweep"] = ",".join(map(str, swept))  # Inspect takes what has commas for a list
-    planned = study(**{**asked, "study": name, "agent": [_AGENT]})
+    given = dict(asked)
+    if (p := given.get("p")) is not None and not isinstance(p, list):
+        given["p"] = parse_p(p) if isinstance(p, str) else [p]
+    if isinstance(swept := given.get("sweep"), list):
+        given["sweep"] = ",".join(map(str, swept))  # Inspect takes what has commas for a list
+    planned = study_of(str(given.pop("study", "flips")), **given, agent=[_AGENT])
     if planned.until is not None:
         raise BadValue("until", str(planned.until), "none with Inspect, which plays all samples; `lockprobe run` stops")
     return planned
 
 
 @solver
-def play_trial(name: str, options: dict[str, Any]) -> Solver:
-    """Play the trial that a sample's metadata names, of the study with this name and these options."""
+def play_trial(asked: dict[str, Any]) -> Solver:
+    """Play the trial that a sample's metadata names, of the study with these options."""
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         from lockprobe.studies.running.trial_setup import play_timed
         from lockprobe.trial.trial_json import trial_to_json
 
-        planned, place = _planned(name, options), state.metadata
+        planned, place = _planned(asked), state.metadata
         repetition = place["repetition"] + (state.epoch - 1) * planned.repetitions
         plan = planned.plan(_AGENT, planned.labelled(place["condition"]), repetition, place["trial"])
         player = _ModelOfTheEval(get_model(), state)

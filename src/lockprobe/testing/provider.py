@@ -12,7 +12,6 @@ It uses only the standard library.
 from __future__ import annotations
 
 import asyncio
-import base64
 import contextlib
 import json
 import os
@@ -218,18 +217,6 @@ def words(message: Mapping[str, Any]) -> str:
     return content if isinstance(content, str) else " ".join(part["text"] for part in content if part["type"] == "text")
 
 
-def pictures(message: Mapping[str, Any]) -> list[tuple[bytes, str, str]]:
-    """The pictures of a message: file, media type and detail of each."""
-    if isinstance(message["content"], str):
-        return []
-    found = []
-    for part in message["content"]:
-        if part["type"] == "image_url":
-            media, _, data = part["image_url"]["url"].partition(";base64,")
-            found.append((base64.b64decode(data, validate=True), media, part["image_url"]["detail"]))
-    return found
-
-
 def joints(request: Request) -> list[str]:
     """The joints in listed order, from the reply form or else from the text.
 
@@ -249,21 +236,12 @@ def _form(request: Request) -> dict[str, Any]:
     return form
 
 
-def turns(request: Request) -> tuple[int, str]:
-    """The number of steps played and the last report; replies that could not be used do not count."""
-    turn, told = 0, request["messages"][0]
-    for reply, after in zip(request["messages"], request["messages"][1:], strict=False):
-        if reply["role"] == "assistant" and "could not be used" not in words(after):
-            turn, told = turn + 1, after
-    return turn, words(told)
-
-
 def replying(request: Request, joint: str, hypothesis: str = "in turn") -> tuple[int, dict[str, Any]]:
     """A reply in the requested form that names a joint and repeats the last report.
 
     ``hypothesis`` is its statement about the box, if the form asks for one.
     """
-    turn, told = turns(request)
+    turn, told = _turns(request)
     last = "none" if turn == 0 else "did not move" if "did not move" in told else "moved"
     all_said = {"last_action": last, "hypothesis": hypothesis, "joint": joint}
     asked = ["last_action", "hypothesis", "joint"]
@@ -274,5 +252,14 @@ def replying(request: Request, joint: str, hypothesis: str = "in turn") -> tuple
 
 def in_turn(request: Request) -> tuple[int, dict[str, Any]]:
     """A well-formed reply that repeats the last report and names the joints in listed order."""
-    listing, (turn, _) = joints(request), turns(request)
+    listing, (turn, _) = joints(request), _turns(request)
     return replying(request, listing[turn % len(listing)])
+
+
+def _turns(request: Request) -> tuple[int, str]:
+    """The number of steps played and the last report; replies that could not be used do not count."""
+    turn, told = 0, request["messages"][0]
+    for reply, after in zip(request["messages"], request["messages"][1:], strict=False):
+        if reply["role"] == "assistant" and "could not be used" not in words(after):
+            turn, told = turn + 1, after
+    return turn, words(told)

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass, replace
 
 import pytest
-from provider_server import completion, truthful, words
+from provider_server import completion, pictures, truthful, words
 from stored import sql
 
 from lockprobe.agents.catalogue import resolve
@@ -26,7 +26,6 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run
-from lockprobe.testing.provider import pictures
 from lockprobe.trial.loop import play
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan

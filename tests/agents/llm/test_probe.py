@@ -5,11 +5,10 @@ import socket
 import time
 
 import pytest
-from provider_server import completion, failure
+from provider_server import completion, failure, pictures
 from typed import in_process
 
 from lockprobe.foundation.errors import BadValue, Missing
-from lockprobe.testing.provider import pictures
 
 MODEL = "llm:openai-api/fake/model"
 GOOD = {"joint": "A", "colour": "red"}

@@ -1,21 +1,45 @@
-"""The contracts of agents, boxes, interventions, measures and plants hold for ours and find who breaks them."""
+"""The contracts hold for ours and find who breaks them; the builders and the scripted provider do as they are told."""
 
+import asyncio
+import json
+import os
 import random
+import urllib.error
+import urllib.request
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import count
 from types import MappingProxyType
 
 import pytest
 
+import lockprobe
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.boxes.families import box, named_boxes
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.tremble import Tremble
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.statistics.measures import MEASURES
-from lockprobe.testing import ScriptedAgent, check_agent, check_box, check_intervention, check_measure, check_plant
-from lockprobe.testing.records import check_facts
+from lockprobe.studies.running.single import run_trial
+from lockprobe.testing import (
+    ScriptedAgent,
+    ScriptedProvider,
+    check_agent,
+    check_box,
+    check_intervention,
+    check_measure,
+    check_plant,
+    completion,
+    failure,
+    joints,
+    make_trial,
+    play_trials,
+    replying,
+    words,
+)
 from lockprobe.trial.record import Decision
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 
 @pytest.mark.parametrize("agent", ["random", "human-inspired", "cognitive:perseverant", ScriptedAgent(joints=(0, 2))])
@@ -76,20 +100,13 @@ class Breaks(Agent):
         (Forgets(), "keeps something between calls"),
         (Unlisted(), "'Z' is no joint"),
         (Odd(), "a fact of Odd is no text"),
-        (Breaks(), r"a trial of Breaks broke: in the agent \(test_contracts.py, line \d+\): KeyError: 'no such thing'"),
+        (Breaks(), r"a trial of Breaks broke: in the agent \(test_testing.py, line \d+\): KeyError: 'no such thing'"),
         (object(), "has no `facts` or no `decide`"),
     ],
 )
 def test_agents_that_break_it(agent, said):
     with pytest.raises(AssertionError, match=said):
         check_agent(agent, boxes=["chain-4"])
-
-
-@pytest.mark.parametrize("facts", [[], {"a": (1, 2)}, {"a": float("nan")}, {1: "x"}])
-def test_facts_that_do_not_survive(facts):
-    check_facts({"a": 1, "b": None, "c": True, "d": 0.5, "e": ""}, "one")
-    with pytest.raises(AssertionError, match="of one"):
-        check_facts(facts, "one")
 
 
 CHAIN = box("chain-4")
@@ -242,16 +259,9 @@ def test_measures_that_break_it(measure, error, said):
         check_measure(measure)
 
 
-def test_plants_that_keep_it_and_what_was_tried(capsys):
-    check_plant("fast-twin", boxes=["chain-4"], attempts=10)
-    capsys.readouterr()
-    (tried,) = check_plant(Plain, boxes=["chain-3"], attempts=25)
-    assert (tried.resets, tried.attempts) == (2, 25)
-    assert capsys.readouterr().out == (
-        f"Plain on chain-3: 25 attempts at 3 joints in {tried.configurations} configurations as the interlock says "
-        f"({tried.moved} moved, {25 - tried.moved} blocked), 2 resets\n"
-    )
-    assert [one.box for one in check_plant("symbolic")] == ["chain-4", "bichain-4", "gray-code"]
+@pytest.mark.parametrize("plant", ["symbolic", "fast-twin"])
+def test_plants_that_keep_it(plant):
+    check_plant(plant, boxes=["chain-4", "bichain-4"][: 1 + (plant == "symbolic")], attempts=10)
 
 
 class Plain(SymbolicPlant):
@@ -325,3 +335,121 @@ class Senses(Plain):
 def test_plants_that_break_it(plant, said):
     with pytest.raises(AssertionError, match=said):
         check_plant(plant, boxes=["chain-4"])
+
+
+def test_a_trial_attempts_what_it_is_told_as_the_box_reacts():
+    trial = make_trial([3, 3, 0, 3, 2, 1, 0], false_at=[3], claims=[None, "moved", "blocked"])
+    assert [step.moved for step in trial.steps] == [True, True, False, True, True, True, True]
+    assert [step.told_falsely for step in trial.steps] == [False, False, True, False, False, False, False]
+    assert [step.decision.claimed for step in trial.steps[:4]] == [None, "moved", "blocked", None]
+    assert (trial.solved, trial.budget, trial.labels) == (True, 7, tuple("ABCD"))
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def test_it_ends_with_its_list_or_breaks():
+    assert (make_trial([0, 1]).ending, make_trial([3, 2, 1, 0, 0]).actions[-1]) == ("budget", "revolute-left")
+    broken = make_trial([0, 1], broken=True)
+    assert (broken.ending, broken.error.boundary, len(broken.steps)) == ("error", "model", 2)
+    assert make_trial([], broken=True).steps == ()
+    slipping = make_trial([0] * 9, box="fork", condition=[Tremble(p=1)])
+    assert slipping.box == "fork"
+    assert all(step.chosen == "revolute-left" for step in slipping.steps)
+
+
+def test_trials_that_are_played_have_luck_of_their_own_and_a_script_begins_anew():
+    three = play_trials("random", 3, condition="drop?p=0.5")
+    assert three == [run_trial(agent="random", trial=n, condition="drop?p=0.5") for n in (1, 2, 3)]
+    assert len({trial.actions for trial in three}) == 3
+    scripted = run_trial(agent=ScriptedAgent(joints=(0, 1)), shuffle="never", max_steps=5)
+    assert scripted.actions[::2] == ("revolute-left",) * 3
+    with pytest.raises(BadValue, match="^joints: got \\(\\), expected at least one place"):
+        ScriptedAgent(joints=())
+
+
+BODY = {"messages": [{"role": "user", "content": "The panel's joints: A, B, C. The target joint: A."}]}
+
+
+def posted(provider, body=BODY):
+    """Status and body of the answer to a request."""
+    request = urllib.request.Request(f"{provider.url}/chat/completions", json.dumps(body).encode())
+    try:
+        with urllib.request.urlopen(request, timeout=10) as answer:
+            return answer.status, json.loads(answer.read())
+    except urllib.error.HTTPError as error:
+        return error.code, json.loads(error.read())
+
+
+def said(answer):
+    return answer[1]["choices"][0]["message"]["content"]
+
+
+def test_answers_come_in_the_order_of_the_list_and_a_request_after_the_last_fails_the_test():
+    with ExitStack() as stack:
+        provider = stack.enter_context(ScriptedProvider(["one", {"joint": "B"}, failure(503, "full")]))
+        assert said(posted(provider)) == "one"
+        assert json.loads(said(posted(provider))) == {"joint": "B"}
+        assert posted(provider)[0] == 503
+        assert provider.requests == [BODY] * 3
+        status, body = posted(provider)
+        assert (status, body["error"]["message"]) == (400, "LookupError: a request came after the last of 3 answers")
+        with pytest.raises(LookupError, match="after the last of 3 answers"):
+            stack.close()
+
+
+def test_a_function_answers_each_request_and_what_it_asserts_reaches_the_test():
+    def answer(request):
+        assert len(request["messages"]) == 1, "the conversation grew"
+        return replying(request, joints(request)[-1])
+
+    with ExitStack() as stack:
+        provider = stack.enter_context(ScriptedProvider(answer))
+        assert json.loads(said(posted(provider)))["joint"] == "C"
+        posted(provider, {"messages": [*BODY["messages"], *BODY["messages"]]})
+        with pytest.raises(AssertionError, match="the conversation grew"):
+            stack.close()
+
+
+def test_the_environment_says_where_it_is_as_long_as_it_runs(monkeypatch):
+    monkeypatch.setenv("MINE_BASE_URL", "before")
+    monkeypatch.delenv("MINE_API_KEY", raising=False)
+    with ScriptedProvider(lambda request: completion("x"), name="mine", keep=False) as provider:
+        assert provider.agent == "llm:openai-api/mine/model"
+        assert os.environ["MINE_BASE_URL"] == provider.url
+        assert os.environ["MINE_API_KEY"]
+        posted(provider)
+    assert os.environ["MINE_BASE_URL"] == "before"
+    assert "MINE_API_KEY" not in os.environ
+    assert provider.requests == []  # a long run need not be kept
+
+
+@dataclass(frozen=True, kw_only=True)
+class Polite:
+    """Says please, from the second step on."""
+
+    def brief(self, briefing, past, task, rng):
+        return briefing.remarking("Please go on.") if len(past) > 1 else briefing
+
+
+@pytest.mark.parametrize("condition", [[Polite()], "hypothesis?ask=off", "hypothesis?ask=after"])
+def test_a_prompt_of_ones_own_is_seen_on_the_wire_and_replies_are_of_the_form_that_is_asked_for(condition):
+    pytest.importorskip("inspect_ai")
+    with ScriptedProvider() as provider:
+        trial = lockprobe.run_trial(agent=provider.agent, condition=condition, max_steps=3)
+    assert trial.error is None
+    assert all(len(step.decision.replies) == 1 for step in trial.steps)
+    polite = ["Please" in words(request["messages"][-1]) for request in provider.requests]
+    assert polite == [False, *[not isinstance(condition, str)] * 2]
+
+
+def test_a_hosted_model_plays_in_a_notebook(tmp_path):
+    """A notebook's thread runs an event loop: neither the provider nor the study may need one there."""
+    planned = lockprobe.study(agent=["llm:openai-api/scripted/model"], p=[0, 0.4], trials=1, repetitions=1)
+
+    async def cell():
+        with ScriptedProvider() as provider:
+            trials = lockprobe.run_study(planned, tmp_path)
+        return trials, len(provider.requests)
+
+    trials, requests = asyncio.run(cell())
+    assert [trial.error for trial in trials] == [None, None]
+    assert requests == sum(len(trial.steps) for trial in trials)
