@@ -131,11 +131,9 @@ _Rows = tuple[list[dict[str, Any]], str]
 def _of_flips(success: Sequence[float], p: Sequence[float] | None, how: Simulation, seed: int) -> _Rows:
     worlds = (effects.stated_world(success, p=p or effects.P),) if success else effects.default_worlds()
     found = effects.flip_power(worlds, how, seed=seed)
-    rows = [
-        {"effect": f"{world.name}, {world.says}", "test": TESTS[question], "trials": one}
-        for world, question, one in found
-    ]
-    return rows, f"Trials per flip rate. {_NO_LUCK}"
+    rows = [{"effect": world.name, "test": TESTS[question], "trials": one} for world, question, one in found]
+    says = {f"{world.name}: {world.says}" for world, _, _ in found}
+    return rows, " ".join(["Trials per flip rate.", *sorted(says), _NO_LUCK])
 
 
 def _of_conditions(file: str | None, asked: Mapping[str, Any], success: Sequence[float], how: Simulation) -> _Rows:
