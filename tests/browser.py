@@ -129,14 +129,12 @@ class Tab:
         how: ``click``, ``key`` or ``touch``.
         language: Of the texts.
         answers: Question -> what is answered; the first option and ``words`` where there is nothing.
-        handles: Where handles are in the pictures, in pixels: the page is told so that clicks in them are understood.
     """
 
     page: object
     how: str = "click"
     language: str = "en"
     answers: dict = field(default_factory=dict)
-    handles: tuple = ()
     _last: str = ""
     _tapped: tuple = (-1000.0, -1000.0)
 
@@ -243,13 +241,13 @@ class Reader:
         self._reports = []
         self.decision = None
 
-    def situation(self, look, handles=()):
+    def situation(self, look):
         """The situation in which the page asks for a joint."""
         named = [self._named(joint) for joint in look.joints]
         labels = tuple(label for label, _, _ in named)
         (target,) = [label for label, is_target, _ in named if is_target]
         task = Task(joints=labels, target=target, budget=look.step[1], assessment=look.asks)
-        percept = self._percept(look, labels, [position for _, _, position in named], handles)
+        percept = self._percept(look, labels, [position for _, _, position in named])
         if self.decision is not None:
             self._past = (*self._past, Turn(percept=self._before, decision=self.decision))
         self._before = percept
@@ -262,14 +260,8 @@ class Reader:
         """What was told before stays in view as it was told."""
         self._reports += [look.report] if look.step[0] > 1 else []
         assert len(look.history) == len(self._reports)
-        if look.view != "pictures":
-            shown = [re.sub(r"\s+", " ", report) for report in self._reports]
-            told = [
-                (line, report)
-                for line, report in zip(look.history, shown, strict=True)
-                if report != self._words["no_report"]
-            ]
-            assert all(line.startswith(report) for line, report in told), told
+        shown = [re.sub(r"\s+", " ", report) for report in self._reports]
+        assert all(line.startswith(report) for line, report in zip(look.history, shown, strict=True)), shown
 
     def _named(self, name):
         """Label, whether it is the target, and position of a joint, by what is read aloud of it."""
@@ -278,13 +270,13 @@ class Reader:
         told = [at for at in (0, 1) if filled(self._words["position"], position=at) in said]
         return label, self._words["target"] in said, told[0] if told else None
 
-    def _percept(self, look, labels, positions, handles):
+    def _percept(self, look, labels, positions):
         if look.view == "pictures":
             kinds = ("rgb", "depth")
             shown = [base64.b64decode(url.partition(",")[2]) for url in look.pictures]
             pictures = tuple(Picture(kind=kind, png=png) for kind, png in zip(kinds, shown, strict=False))
             joint = None if self.decision is None else self.decision.joint
-            return Percept(joint=joint, pictures=pictures, handles=handles)
+            return Percept(joint=joint, pictures=pictures)
         outcomes = {"moved": self._found("moved", look.report), "blocked": self._found("blocked", look.report)}
         outcome, joint = next(((said, label) for said, label in outcomes.items() if label), (None, None))
         joint = joint or self._found("attempted", look.report)
@@ -323,7 +315,7 @@ async def attend(tab, look, directory, study, strategy, who, *, until=lambda loo
             continue
         if look.step[0] == 1:
             reader, luck = Reader(words), luck_of(directory, study, who, look.box)
-        decision = await agent.decide(reader.situation(look, tab.handles), luck.at(look.step[0]))
+        decision = await agent.decide(reader.situation(look), luck.at(look.step[0]))
         claimed = (decision.claimed or "blocked") if look.asks else None
         reader.decision = replace(decision, claimed=claimed)
         await tab.choose(decision.joint, claimed)

@@ -94,7 +94,7 @@ class Reception:
     @property
     def sessions(self):
         """Of everybody who takes part."""
-        return tuple(self.state._sessions.values())
+        return tuple(self.state._people)
 
 
 def _shown(reply: Reply) -> Shown:
@@ -116,8 +116,13 @@ def flow(reception: Reception) -> Flow:
 
 def free(reception: Reception) -> list[int]:
     """How many trials of each condition are left."""
-    study, taken = reception.opened.study, [condition for condition, *_ in reception.state._given().taken]
-    return [study.repetitions * study.trials - taken.count(one) for one in conditions_of(study)]
+    study = reception.opened.study
+    taken = {
+        (slot.condition, slot.repetition, slot.trial) for one in reception.sessions for slot in one.diary.slots_kept
+    }
+    trials = reception.opened.journal.trials.values()
+    taken |= {(one.condition, one.repetition, one.trial) for one in trials if one.player and not one.owed_again}
+    return [study.repetitions * study.trials - sum(of == one for of, *_ in taken) for one in conditions_of(study)]
 
 
 async def leaves(reception: Reception, token: str) -> Shown:
@@ -208,13 +213,8 @@ def percept_of(panel: Parts) -> Percept:
         for kind, url in zip(("rgb", "depth"), panel.pictures, strict=False)
     )
     positions = tuple(joint.position == 1 for joint in panel.joints if joint.position is not None)
-    handles = []
-    for joint in panel.joints if pictures else ():
-        width, height = (int.from_bytes(pictures[0].png[at : at + 4], "big") for at in (16, 20))
-        handles.append(tuple((x * width - 0.5, y * height - 0.5) for x, y in joint.handle))
     return Percept(
         joint=panel.last, outcome=panel.outcome, positions=positions or None, text=" ".join(panel.report), pictures=pictures,
-        handles=tuple(handles),
     )  # fmt: skip
 
 

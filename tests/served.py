@@ -41,9 +41,7 @@ async def served(directory, study=STUDY, people=EXPERIMENT, door=None):
         opened(directory, study, people, read_words("en"), door) as (where, state),
         httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=60) as http,
     ):
-        yield SimpleNamespace(
-            url=where.url, preview=where.url + state.preview, http=http, directory=directory, study=study
-        )
+        yield SimpleNamespace(url=where.url, preview=state.preview, http=http, directory=directory, study=study)
 
 
 @asynccontextmanager

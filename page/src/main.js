@@ -30,13 +30,9 @@ function frame() {
 
 /** How far a participant is in the whole study: a bar, and the boxes that are done. */
 function wayOf({ share, done, of }, words) {
-  const percent = Math.round(100 * share);
   const text = filled(words.progress, { done, of });
-  const bar = element("span", { class: "way-done" });
-  bar.style.width = `${percent}%`;
-  const facts = { role: "progressbar", "aria-valuenow": percent, "aria-valuemin": 0, "aria-valuemax": 100 };
   return [
-    element("span", { class: "whole-way", ...facts, "aria-label": text }, bar),
+    element("progress", { value: share, "aria-label": text }),
     element("span", { "aria-hidden": "true" }, text),
   ];
 }

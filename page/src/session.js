@@ -28,7 +28,6 @@ export class Session {
   shown = { scene: { kind: "none" }, turn: 0, lease: "" };
   words = { page: FIRST_WORDS };
   #line = Promise.resolve();
-  #begunAnew = false;
 
   /** The scene in which this participant is; other tabs cannot act any more. */
   open() {
@@ -69,10 +68,7 @@ export class Session {
       return;
     }
     const { page } = this.words;
-    const ofOldCookie = answer.error === "forged" && path === "api/open" && !this.#begunAnew;
-    if (ofOldCookie) this.#begunAnew = true; // of another study; the server has had it forgotten
-    else if (answer.error === "incomplete") await ask(page.incomplete, "");
-    else if (answer.error === "wrong-code") await ask(page.wrong_code, page.reload);
+    if (answer.error === "incomplete") await ask(page.incomplete, "");
     else if (answer.error === "elsewhere") await ask(page.elsewhere, page.here);
     else if (answer.error !== "stale") await ask(page.refused, page.reload);
     await this.#opened();

@@ -23,13 +23,10 @@ def study_of(conditions, repetitions=1, trials=4, seed=7):
 
 def joining(study, experiment, people=None, leave=lambda number, slots: slots, taken=()):
     """The trials of so many who join one after the other, or of all there is room for; and those that they keep."""
-    given, kept, counts = [], [], Given()
-    counts.take((one.condition, one.repetition, one.trial) for one in taken)
-    while (people is None or len(given) < people) and (slots := assigned(study, experiment, counts)):
-        given.append(slots)
-        kept.append(leave(len(given), slots))
-        counts.give(slots, kept[-1])
-    return given, kept
+    given, gone = [], {(one.condition, one.repetition, one.trial) for one in taken}
+    while (people is None or len(given) < people) and (slots := assigned(study, experiment, given, gone)):
+        given.append(Given(slots, leave(1 + len(given), slots)))
+    return [one.slots for one in given], [one.kept for one in given]
 
 
 def spread(counts, among):
@@ -44,12 +41,11 @@ def spread(counts, among):
     repetitions=st.integers(1, 3),
     trials=st.integers(1, 6),
     each=st.none() | st.integers(1, 12),
-    design=st.sampled_from(["within", "between"]),
 )
 def test_every_trial_is_given_out_once_nobody_meets_a_luck_twice_and_conditions_are_even(
-    conditions, repetitions, trials, each, design
+    conditions, repetitions, trials, each
 ):
-    study, experiment = study_of(conditions, repetitions, trials), short(trials_each=each, design=design)
+    study, experiment = study_of(conditions, repetitions, trials), short(trials_each=each)
     people, _ = joining(study, experiment)
     slots = [slot for theirs in people for slot in theirs]
     assert len(slots) == len(set(slots)) == conditions * repetitions * trials
@@ -58,12 +54,8 @@ def test_every_trial_is_given_out_once_nobody_meets_a_luck_twice_and_conditions_
         assert len({(slot.repetition, slot.trial) for slot in theirs}) == len(theirs)
         assert len(theirs) <= length
         played.update(slot.condition for slot in theirs)
-        if design == "within" and len(theirs) == length:  # after that not enough is left
+        if len(theirs) == length:  # after that not enough is left
             assert spread(played, conditions_of(study)) <= 1
-        if design == "between":
-            assert len({slot.condition for slot in theirs}) == 1
-    if design == "between" and each is None:
-        assert spread(played, conditions_of(study)) <= 1
 
 
 @settings(max_examples=40)
@@ -102,10 +94,8 @@ def test_what_is_taken_is_left_alone_and_the_same_is_given_for_the_same(taken, p
 def test_who_withdraws_leaves_a_hole_that_is_filled_first_and_another_seed_gives_other_orders():
     study = study_of(4, trials=4)
     people, _ = joining(study, short(), 3)
-    without, counts = [people[0], people[2]], Given()
-    for slots in without:
-        counts.give(slots)
-    assert [slot.condition for slot in assigned(study, short(), counts)] == [slot.condition for slot in people[1]]
+    without = [Given(slots, slots) for slots in (people[0], people[2])]
+    assert [slot.condition for slot in assigned(study, short(), without)] == [slot.condition for slot in people[1]]
     first = [joining(study_of(5, trials=9, seed=seed), short(), 1)[0][0] for seed in range(12)]
     assert len({tuple(slot.condition for slot in slots) for slots in first}) > 6
 
@@ -136,13 +126,6 @@ def test_what_people_leave_is_made_up_for_where_each_plays_only_some(conditions,
     assert spread(Counter(slot.condition for slots in kept for slot in slots), conditions_of(study)) <= each + 1
     stood = Counter((place, slot.condition) for slots in joining(study, short(trials_each=each), conditions)[0] for place, slot in enumerate(slots))  # fmt: skip
     assert max(stood.values()) <= 2
-
-
-def test_between_people_what_is_left_is_made_up_for():
-    study, experiment = study_of(2, trials=60), short(design="between", trials_each=3)
-    _, kept = joining(study, experiment, 12, leaves_early)
-    assert spread(Counter(slot.condition for slots in kept for slot in slots), conditions_of(study)) <= 3
-    assert len({slots[0].condition for slots in kept if len(slots) == 3}) == 2
 
 
 @pytest.mark.parametrize(("conditions", "each"), [(4, 2), (5, 2), (6, 2), (4, 3), (6, 3)])

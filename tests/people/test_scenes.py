@@ -1,16 +1,11 @@
 """What is read is filled in, and says what the experimenter wants said and no more; an answer is one to its question."""
 
-import asyncio
-from dataclasses import replace
-
 import pytest
 from seated import WORDS, parts, people_study, under
 
-from lockprobe.boxes.families import box
 from lockprobe.people.diary import Answers, Attempt, Diary, Did, Joined, Next, Slot
 from lockprobe.people.experiment import Experiment, Question
-from lockprobe.people.journey import Journey, stations
-from lockprobe.people.practice import examples_of
+from lockprobe.people.journey import Station, stations
 from lockprobe.people.scenes import Scenes, fits
 from lockprobe.people.texts import read_words
 
@@ -24,44 +19,46 @@ QUESTIONS = {
 }
 
 
-def done(scene, number, act=None, **more):
-    return Did(at=12.0, turn=number, scene=scene, act=act or Next(), **more)
+def done(scene, act=None, **more):
+    return Did(at=12.0, turn=2, scene=scene, act=act or Next(), **more)
 
 
-def ended(how, box):
-    return done("box", 2, Attempt(joint="A", rt=1.0), box=box, step=1, ended=how)
-
-
-READ = [done("page", 1 + n, item=str(n)) for n in (1, 2)]
-OVER = [done("over", 3 + box, box=box) for box in (0, 1, 2)]
-
-
-def scene(*lines, study=None, words=WORDS, examples=None, joined=JOINED, **settings):
-    """The scene after these lines."""
-    study, experiment = study or people_study(), Experiment(**settings)
-    journey = Journey.of(Diary(joined, lines), stations(experiment, words, len(joined.slots)))
-    return parts(Scenes(words, study, experiment, examples).at(journey))
+def scene(kind, item="", box=0, lines=(), study=None, words=WORDS, **settings):
+    """The scene of a station, after these lines."""
+    scenes = Scenes(words, study or people_study(), Experiment(**settings))
+    return parts(scenes.at(Station(kind, item, box), Diary(JOINED, list(lines))))
 
 
 def closed(why, study=None, words=WORDS, **settings):
     return parts(Scenes(words, study or people_study(), Experiment(**settings)).closed(why))
 
 
+def test_everybody_comes_through_all_scenes_in_their_order():
+    way = stations(Experiment(**QUESTIONS), WORDS, 2)
+    assert [(one.kind, one.item, one.box) for one in way] == [
+        ("page", "1", 0), ("page", "2", 0), ("comprehension", "", 0), ("box", "", 0), ("over", "", 0), ("box", "", 1),
+        ("over", "", 1), ("box", "", 2), ("over", "", 2), ("check", "1", 0), ("ask", "how", 0), ("debrief", "", 0),
+    ]  # fmt: skip
+
+
 def test_facts_are_filled_in():
-    consent = parts(Scenes(WORDS, people_study(), Experiment()).consent(6))
-    page = scene(READ[0])
+    consent, page = parts(Scenes(WORDS, people_study(), Experiment()).consent(6)), scene("page", "2")
     assert (page.number, page.of, page.title) == (2, 2, WORDS.instructions[1].title)
     assert "6" in " ".join(consent.paragraphs)
     assert "12" in " ".join(page.paragraphs)
     assert not [text for one in (consent, page) for text in one.paragraphs if "{" in text]
     words = WORDS.model_copy(update={"debrief": WORDS.debrief.model_copy(update={"title": "{boxes} {joints} {other}"})})
-    assert scene(*OVER, words=words).title == "2 4 {other}"
+    assert scene("debrief", words=words).title == "2 4 {other}"
 
 
 @pytest.mark.parametrize("feedback", [True, False])
 @pytest.mark.parametrize(("how", "opened"), [("solved", True), ("budget", False), ("error", None)])
 def test_practice_says_how_it_ended_and_a_box_where_the_study_does(how, opened, feedback):
-    practice, real = (scene(ended(how, number), feedback=feedback) for number in (0, 1))
+    act = Attempt(joint="A", rt=1.0)
+    practice, real = (
+        scene("over", box=box, lines=[done("box", act, box=box, step=1, ended=how)], feedback=feedback)
+        for box in (0, 1)
+    )
     assert (practice.practice, practice.number, practice.of, practice.title) == (True, 0, 2, WORDS.practice_over.title)
     assert (practice.solved, real.solved) == (opened, opened if feedback else None)
     assert (real.practice, real.number) == (False, 1)
@@ -70,45 +67,43 @@ def test_practice_says_how_it_ended_and_a_box_where_the_study_does(how, opened, 
         assert {text for text in said.values() if text in one.paragraphs} == {said[one.solved]} - {None}
 
 
-def test_the_questions_on_the_instructions_do_not_say_what_is_right():
-    asked, known = scene(*READ), WORDS.comprehension.questions
-    assert asked.kind == "comprehension"
+def test_no_scene_says_what_is_right_and_a_question_is_as_it_stands():
+    asked, known = scene("comprehension"), WORDS.comprehension.questions
     assert [one.question for one in asked.questions] == [one.question for one in known if one.only != "false_reports"]
     assert set(asked.questions[0]) == {"question", "options"}
     own = {"question": "Blue?", "options": ["blue", "red"], "right": "blue"}
-    assert [one.question for one in scene(*READ, comprehension={"questions": [own]}).questions] == ["Blue?"]
+    (mine,) = scene("comprehension", comprehension={"questions": [own]}).questions
+    check, ask = scene("check", "1", **QUESTIONS), scene("ask", "how", **QUESTIONS)
+    assert mine == {"question": "Blue?", "options": ("blue", "red")}
+    assert check == {"kind": "check", **mine}
+    assert (ask.name, ask.question, ask.required, ask.options) == ("how", "<b>How?</b>", True, ())
 
 
 @pytest.mark.parametrize(("ask", "begins"), [(True, [False, False]), (False, [False, True])])
 def test_a_page_says_whether_a_box_comes_next(ask, begins):
-    assert [scene(*READ[:number], comprehension={"ask": ask}).begins for number in (0, 1)] == begins
+    assert [scene("page", number, comprehension={"ask": ask}).begins for number in "12"] == begins
 
 
-@pytest.mark.parametrize("say_false", [False, True])
-def test_that_reports_can_be_wrong_is_said_and_asked_only_where_the_study_says_so(say_false):
-    page, asked = scene(READ[0], say_false=say_false), scene(*READ, say_false=say_false)
-    assert (WORDS.instructions[1].if_false[0] in page.paragraphs) is say_false
-    assert (WORDS.comprehension.questions[-1].question in [one.question for one in asked.questions]) is say_false
+@pytest.mark.parametrize("say", [False, True])
+def test_what_only_some_studies_say_is_said_there_and_no_where_else(say):
+    page, asked = (
+        scene("page", "2", say_false=say, study=people_study(assessment=say)),
+        scene("comprehension", say_false=say),
+    )
+    assert (WORDS.instructions[1].if_false[0] in page.paragraphs) is say
+    assert (WORDS.instructions[1].if_asked[0] in page.paragraphs) is say
+    assert (WORDS.comprehension.questions[-1].question in [one.question for one in asked.questions]) is say
 
 
 def test_who_answered_wrong_reads_which_question_it_was():
     first, second, third, _ = WORDS.comprehension.questions
     act = Answers(answers=(first.right, second.options[0], third.options[1]), rt=1.0)
-    back = scene(*READ, wrong := done("comprehension", 4, act, item="1", right=False))
-    assert (back.kind, back.number) == ("page", 1)
+    wrong = done("comprehension", act, item="1", right=False)
+    back = scene("page", "1", lines=[wrong])
     assert second.question in back.notice[0]
     assert first.question not in back.notice[0]
-    alone = scene(wrong, words=WORDS.model_copy(update={"instructions": ()}))  # there is nothing to go back to
-    assert (alone.kind, alone.notice) == ("comprehension", back.notice)
-
-
-def test_a_check_does_not_say_what_is_right_and_a_question_is_as_it_stands():
-    check = scene(*OVER, **QUESTIONS)
-    assert check == {"kind": "check", "question": "Blue?", "options": ("blue", "red")}
-    ask = scene(*OVER, answered := done("check", 6, item="1", right=True), **QUESTIONS)
-    assert (ask.name, ask.question, ask.required, ask.options) == ("how", "<b>How?</b>", True, ())
-    end = scene(*OVER, answered, done("ask", 7, item="how"), **QUESTIONS)
-    assert (end.kind, end.completion_url, end.completion_code) == ("debrief", "https://example.org/x", "C1")
+    alone = scene("comprehension", lines=[wrong], words=WORDS.model_copy(update={"instructions": ()}))
+    assert alone.notice == back.notice  # where there is nothing to go back to
 
 
 def test_every_way_of_being_closed_has_its_text_and_way_back():
@@ -116,64 +111,8 @@ def test_every_way_of_being_closed_has_its_text_and_way_back():
     codes = {"declined": "LEFT", "full": "LEFT", "late": "LEFT", "screened": "LEFT", "withdrawn": "LEFT", "taken": "", "finished": "C1"}  # fmt: skip
     assert {why: closed(why, **ends).completion_code for why in codes} == codes
     assert len({closed(why).title for why in codes}) == len(codes)
-
-
-def of_page(number, study, examples, words=WORDS):
-    slots = tuple(Slot(condition=one.label, repetition=1, trial=1) for one in study.conditions)
-    joined = JOINED.model_copy(update={"slots": slots})
-    return scene(*READ[: number - 1], study=study, words=words, examples=examples, joined=joined)
-
-
-@pytest.mark.parametrize("asks", [True, False])
-def test_the_instructions_show_the_box_and_a_step_where_the_texts_say_and_announce_the_question(asks):
-    study = people_study(assessment=asks, modalities=("symbolic",))
-    examples = asyncio.run(examples_of(study, WORDS.page))
-    first, second = (of_page(number, study, examples) for number in (1, 2))
-    assert (WORDS.instructions[1].if_asked[0] in second.paragraphs) is asks
-    assert [(one.panel.last, one.ask) for one in first.examples] == [(None, False)]
-    assert [(one.panel.outcome, one.ask) for one in second.examples] == [("moved", asks)]
-    assert of_page(1, study, {}).examples == ()
-    one, two = WORDS.instructions
-
-    def shown(*pages):
-        words = WORDS.model_copy(update={"instructions": pages})
-        return [
-            [example.panel.last for example in of_page(n, study, examples, words).examples]
-            for n in (1, 2)[: len(pages)]
-        ]
-
-    other = [one.model_copy(update={"example": "none"}), two.model_copy(update={"example": "box"})]
-    assert shown(*other) == [[], [None]]
-    assert shown(one) == [[second.examples[0].panel.last]]
-
-
-def test_examples_are_in_each_modality_that_the_participant_will_see_undegraded():
-    drawn = asyncio.run(examples_of(people_study(), WORDS.page))
-    (state, shown), *_ = drawn.items()
-    examples = {state: shown, "rgb": shown}
-    assert len(of_page(1, people_study(), examples).examples) == 1
-    assert len(of_page(1, people_study(modalities=(state, "rgb"), plant="fast-twin"), examples).examples) == 2
-    assert len(of_page(1, under("rgb", "rgb?blur=8", plant="fast-twin"), examples).examples) == 1
-
-
-@pytest.mark.parametrize(
-    ("settings", "pictures", "said"),
-    [
-        ({}, (), "if_at_zero"),
-        ({"modalities": ("symbolic?tell=outcome",)}, (), None),
-        ({"modalities": ("symbolic?tell=outcome",)}, ("data:x",), "if_start_seen"),
-        ({"box": replace(box("chain-4"), initial=(True, False, False, False))}, (), "if_start_seen"),
-    ],
-)
-@pytest.mark.parametrize("language", ["en", "de"])
-def test_the_instructions_say_where_joints_are_at_the_start_where_reports_or_pictures_do(
-    settings, pictures, said, language
-):
-    words, study = read_words(language), people_study(**settings)
-    ((modality, (before, after)),) = asyncio.run(examples_of(study, WORDS.page)).items()
-    page = of_page(1, study, {modality: (before | {"pictures": pictures}, after)}, words)
-    known = {name: getattr(words.instructions[0], name)[0] for name in ("if_at_zero", "if_start_seen")}
-    assert [name for name, sentence in known.items() if sentence in page.paragraphs] == ([said] if said else [])
+    end = scene("debrief", **QUESTIONS)
+    assert (end.completion_url, end.completion_code) == ("https://example.org/x", "C1")
 
 
 @pytest.mark.parametrize("language", ["en", "de"])
@@ -188,7 +127,7 @@ def test_the_end_names_what_the_conditions_did_and_nothing_else_and_nothing_is_s
     words, study = read_words(language), under("truth", spec)
     changes = " ".join(words.changes[kind] for kind in kinds)
     for text, end in [
-        (words.debrief.false_reports[0], scene(*OVER, study=study, words=words)),
+        (words.debrief.false_reports[0], scene("debrief", study=study, words=words)),
         *((words.closed.false_reports[0], closed(why, study, words)) for why in ("late", "withdrawn")),
     ]:
         assert (text.replace("{changes}", changes) in end.paragraphs) is bool(kinds)
@@ -196,7 +135,7 @@ def test_the_end_names_what_the_conditions_did_and_nothing_else_and_nothing_is_s
         assert {kind for kind, sentence in words.changes.items() if sentence in said} == set(kinds)
     assert len(closed("full", study, words).paragraphs) == len(words.closed.full.paragraphs)
     first, true = (
-        [Scenes(words, one, Experiment()).consent(2), *(of_page(number, one, {}, words) for number in (1, 2))]
+        [Scenes(words, one, Experiment()).consent(2), *(scene("page", n, study=one, words=words) for n in "12")]
         for one in (study, under("truth"))
     )
     assert first == true

@@ -27,15 +27,14 @@ ENGLISH = words_file("en").read_text("utf-8")
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('desing = "within"', "desing: no key is called 'desing' (did you mean 'design'?); there are: history, history_open,"),
-        ('design = "film"', "design: got 'film', expected 'within' or 'between'"),
+        ('practise = ""', "practise: no key is called 'practise' (did you mean 'practice'?); there are: history, device,"),
         ("trials_each = 0", "trials_each: got 0, expected at least 1"),
         ('away_minutes = "x"', "away_minutes: got 'x', expected a number"),
         ('completion_url = "http://x"', "completion_url: got 'http://x', expected pattern '^(https:"),
         (CHECK + 'options = ["a"]\nright = "a"', "checks.0.options: got ['a'], expected at least 2 items"),
         (CHECK + 'options = ["a", "b"]', "checks.0.right: is missing"),
         (CHECK + 'options = ["a", "b"]\nright = "c"', "checks.0: options must be distinct, and right must be one of them"),
-        (CHECK + 'options = ["a", "b"]\nright = "a"\nwhen = 1', "there are: question, options, right, after"),
+        (CHECK + 'options = ["a", "b"]\nright = "a"\nwhen = 1', "checks.0.when: no such key"),
         (QUESTION + "low = 3", "questions.0: low and high need type"),
         (QUESTION + 'type = "integer"\noptions = ["a", "b"]', "questions.0: a number, or options"),
         (QUESTION + 'type = "number"\nlow = 3\nhigh = 2', "questions.0: low is above high"),
@@ -61,17 +60,20 @@ def test_it_is_said_where_what_came_and_what_is_allowed(tmp_path, text, said):
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
-        ('withdraw_yes = "Yes, delete everything"\n', "", "page: withdraw_yes is missing"),
-        ('next = "Go on"\n', 'next = "Go on"\nremove = "x"\n', "page: no key is called 'remove'"),
+        ('withdraw_yes = "Yes, delete everything"\n', "", "all: page: withdraw_yes is missing"),
+        ('next = "Go on"\n', 'next = "Go on"\nremove = "x"\n', "all: no key in page is called 'remove'"),
         ('agree = "I agree to take part"\n', "", "consent.agree: is missing"),
-        ('right = "As soon', 'only = "positions"\nright = "As soon', None),
+        ("[[comprehension.questions]]", '[[comprehension.questions]]\nonly = "false_reports"', None),
     ],
 )
 def test_a_text_that_is_missing_or_none_is_named(tmp_path, before, after, said):
     file = tmp_path / "mine.toml"
     file.write_text(ENGLISH.replace(before, after, 1), "utf-8")
     if said is None:  # one question is always asked
-        file.write_text(re.sub('(?m)^right = "It is', 'only = "positions"\nright = "It is', file.read_text()), "utf-8")
+        always = re.sub(
+            r"(?m)^(\[\[comprehension.questions\]\])\nquestion", '\\1\nonly = "false_reports"\nquestion', ENGLISH
+        )
+        file.write_text(always, "utf-8")
         said = "comprehension: expected a question without only"
     with pytest.raises(BadFile, match=re.escape(f"{file}: {said}")):
         read_words(str(file))
@@ -91,7 +93,7 @@ def test_what_is_kept_reads_back_and_what_is_no_settings_is_refused(tmp_path):
     kept, settings = tmp_path / "people" / EXPERIMENT, Experiment(feedback=True, trials_each=3)
     kept.write_text(settings.model_dump_json())
     assert kept_experiment(tmp_path) == settings == experiment_from(settings.model_dump())
-    for text in ("{", "[]", '{"design": "film"}', "[" * 100_000):
+    for text in ("{", "[]", '{"feedback": "film"}', "[" * 100_000):
         kept.write_text(text)
         with pytest.raises(BadFile):
             kept_experiment(tmp_path)

@@ -43,7 +43,7 @@ export function boxOf(scene, { page: words }, answer) {
   };
 
   const claim = scene.ask ? claimOf(words, say) : null;
-  const shown = VIEWS[panel.view](scene, words, choose);
+  const shown = VIEWS[panel.view](scene, words);
   shown.setAttribute("role", "group");
   shown.setAttribute("aria-labelledby", "choose");
   for (const button of shown.querySelectorAll("button")) {
@@ -96,12 +96,12 @@ export function boxOf(scene, { page: words }, answer) {
 }
 
 /** What came of the last attempt. */
-export function reportOf({ report, outcome }) {
+function reportOf({ report, outcome }) {
   return element("div", { class: "report", "data-outcome": outcome }, ...paragraphs(report));
 }
 
 /** What the last action did, as the participant sees it: asked before a joint can be chosen, and answered once. */
-export function claimOf(words, said) {
+function claimOf(words, said) {
   const button = (claimed, text, key) => {
     const onclick = (event) => said(claimed, event);
     const own = { type: "button", "data-claim": claimed, "aria-keyshortcuts": key, "aria-pressed": "false", onclick };

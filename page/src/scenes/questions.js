@@ -1,7 +1,5 @@
 import { actButton, acts, element, filled, heading, noticeOf, paragraphs } from "../element.js";
 
-const NUMBERS = { number: /^[+-]?[0-9]{1,15}([.,][0-9]{1,15})?$/, integer: /^[+-]?[0-9]{1,15}$/ };
-
 /** A question: one of some options, or words. */
 export function questionOf(scene, words, answer) {
   const title = heading(scene.question);
@@ -11,10 +9,11 @@ export function questionOf(scene, words, answer) {
   const send = (event) =>
     answer(event, (rt) => {
       const answered = given(field);
-      if ((!required && !answered) || (answered && fits(scene, answered))) return { kind: "answer", answer: answered, rt };
+      const input = field.querySelector("input, textarea");
+      if (input.validity.valid && (answered || !required)) return { kind: "answer", answer: answered, rt };
       const wanted = scene.type === "integer" ? words.page.integer : words.page.number;
-      say(answered ? filled(wanted, { limits: limits(scene) }) : words.page.required);
-      field.querySelector("input, textarea").focus();
+      say(input.validity.valid ? words.page.required : filled(wanted, { limits: limits(scene) }));
+      input.focus();
       return null;
     });
   const skip = (event) => answer(event, (rt) => ({ kind: "answer", answer: "", rt }));
@@ -80,32 +79,24 @@ function choices(texts, name, labelled) {
   return element("div", { class: "options", ...group }, ...rows);
 }
 
-/** Whether a written answer is of the kind that is asked for; the server looks again. */
-function fits({ type, low, high }, answer) {
-  if (!(type in NUMBERS)) return true;
-  const number = Number(answer.replace(",", "."));
-  return NUMBERS[type].test(answer) && !(low !== null && number < low) && !(high !== null && number > high);
-}
-
 /** Between what a number has to be, in signs that every language has. */
 function limits({ low, high }) {
-  if (low !== null && high !== null) return ` (${low} – ${high})`;
-  if (low !== null) return ` (≥ ${low})`;
-  return high !== null ? ` (≤ ${high})` : "";
+  return low === null && high === null ? "" : ` (${low ?? "…"} – ${high ?? "…"})`;
 }
 
-/** Room for a number or for words. */
-function room({ type, longest }) {
+/** Room for a number or for words; the browser knows what a number is, and the server looks again. */
+function room({ type, longest, low, high }) {
   const own = { "aria-labelledby": "question", "data-field": "answer" };
-  const inputmode = type === "integer" ? "numeric" : "decimal";
-  const field = !(type in NUMBERS)
-    ? element("textarea", { rows: 5, maxlength: longest, ...own })
-    : element("input", { type: "text", inputmode, maxlength: 32, autocomplete: "off", ...own });
+  const number = { type: "number", step: type === "integer" ? 1 : "any", min: low, max: high, autocomplete: "off" };
+  const field =
+    type === "text"
+      ? element("textarea", { rows: 5, maxlength: longest, ...own })
+      : element("input", { ...number, ...own });
   return element("div", {}, field);
 }
 
 /** An option exactly as it came, or words without space around them. */
 function given(field) {
-  const chosen = field.querySelector("input:checked, input[type=text], textarea");
+  const chosen = field.querySelector("input:checked, input[type=number], textarea");
   return chosen?.type === "radio" ? chosen.value : (chosen?.value.trim() ?? "");
 }

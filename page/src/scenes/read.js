@@ -1,20 +1,13 @@
-import { examplesOf } from "../box/example.js";
 import { actButton, acts, element, filled, heading, noticeOf, paragraphs } from "../element.js";
 
 /** Whether somebody takes part. Nothing is chosen beforehand. */
 export function consentOf(scene, words, answer) {
-  const field = scene.ask_code ? element("input", { type: "text", autocomplete: "off", maxlength: 64 }) : null;
-  const code = field ? element("p", {}, element("label", { class: "field" }, words.page.code, " ", field)) : null;
-  const choice = (agreed) => (event) => {
-    const given = field ? field.value.trim() : "";
-    if (agreed && field && !given) field.focus();
-    else answer(event, () => ({ kind: "agree", agreed, ...(given ? { code: given } : {}) }));
-  };
+  const choice = (agreed) => (event) => answer(event, () => ({ kind: "agree", agreed }));
   const choices = acts(
     actButton("agree", words.consent.agree, choice(true), "first"),
     actButton("decline", words.consent.decline, choice(false)),
   );
-  return { part: article(scene, heading(scene.title), ...paragraphs(scene.paragraphs), code, choices) };
+  return { part: article(scene, heading(scene.title), ...paragraphs(scene.paragraphs), choices) };
 }
 
 /** Something to read: a page, what is said after a box, and the ends: a debriefing and a closed door. */
@@ -28,7 +21,6 @@ export function textOf(scene, words, answer) {
     heading(scene.title),
     ...noticeOf(scene),
     ...paragraphs(scene.paragraphs),
-    ...(isPage ? examplesOf(scene, words.page) : []),
     ...(ends
       ? wayBack(scene, words)
       : [acts(actButton("next", scene.begins ? words.page.begin : words.page.next, next, "first"))]),

@@ -19,9 +19,8 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.foundation.storage.database import Damaged
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.people.diary import read_diaries, sound_entries
+from lockprobe.people.diary import make_private, read_diaries, sound_entries, take_diaries
 from lockprobe.people.experiment import EXPERIMENT
-from lockprobe.people.import_diaries import coming_diaries, take_diaries
 from lockprobe.people.texts import TEXTS
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.merge import MergeSource, gather, source_of_directory
@@ -43,9 +42,14 @@ def take(
     """
     with ExitStack() as held:
         found = [_source(path, directory, held) for path in sources]
-        directories = [source.directory for source in found]
-        coming = coming_diaries(directory, directories)
-        gathered = gather(directory, found, beside=lambda journal: take_diaries(journal, coming, directories))
+        directories, coming = [source.directory for source in found], list[str]()
+        gathered = gather(
+            directory, found, beside=lambda journal: coming.extend(take_diaries(journal.store, directories))
+        )
+        if coming:
+            make_private(directory)
+            for source in directories:
+                _copy_settings_for_people(source, directory)
     if json:
         print(json_.dumps({**asdict(gathered), "participants": len(coming)}))
         return
@@ -82,9 +86,15 @@ def _source(path: Path, directory: Path, held: ExitStack) -> MergeSource:
     except Damaged as damaged:
         sound = Path(held.enter_context(TemporaryDirectory()))
         saved = save_sound_rows(path, sound, sound_entries)
-        for name in (EXPERIMENT, TEXTS):
-            if (said := path / PEOPLE_DIRECTORY / name).is_file():
-                write_private(sound / PEOPLE_DIRECTORY / name, read_input(said))
+        _copy_settings_for_people(path, sound)
         print(printable(damaged.found), file=sys.stderr)
         print(printable(f"Sound in {path}: {count(saved, 'trial')}."), file=sys.stderr)
         return source_of_directory(sound, path / ALBUM)
+
+
+def _copy_settings_for_people(source: Path, into: Path) -> None:
+    """Copy those that are not there."""
+    for name in (EXPERIMENT, TEXTS):
+        here = into / PEOPLE_DIRECTORY / name
+        if (there := source / PEOPLE_DIRECTORY / name).is_file() and not here.exists():
+            write_private(here, read_input(there))

@@ -24,7 +24,7 @@ from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.assignment import boxes_each, conditions_of, trials_for
 from lockprobe.people.experiment import Experiment, experiment_from, kept_experiment, read_experiment
-from lockprobe.people.server_state import CODE
+from lockprobe.people.server_state import CODE, PREVIEW
 from lockprobe.people.texts import LANGUAGES, Words, read_words, words_file
 from lockprobe.studies.options.study_options import STUDIES, StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
@@ -57,7 +57,7 @@ People = Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_P
 RequireId = Annotated[
     bool | None, typer.Option("--require-id", help="Admit only people with a platform ID in the URL.")
 ]
-JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="The code that participants need to join.")]
+JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="A code without which no address admits.")]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
 TrialsEach = Annotated[int | None, typer.Option(help=options.with_brackets(options.TRIALS_EACH, "each condition once"))]
 Host = Annotated[str, typer.Option(help=options.HOST)]
@@ -153,7 +153,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         words,
         Address(**door),  # type: ignore[arg-type] # named as its fields are
         announce=lambda where, state: _announce(
-            where.url, where.url + state.preview, directory, planned, experiment, words, json=json
+            where.url, f"{where.url}?{PREVIEW}={state.preview}", directory, planned, experiment, words, json=json
         ),
     )
     asyncio.run(opening)

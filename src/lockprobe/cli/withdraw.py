@@ -10,10 +10,8 @@ import typer
 from lockprobe.foundation.errors import BadValue
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
-from lockprobe.people.tokens import TOKENS, Tokens
 from lockprobe.people.withdrawal import delete_unnamed_pictures
 from lockprobe.people.withdrawal import withdraw as delete_all
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 
@@ -34,9 +32,8 @@ def withdraw(directory: Directory, participant: Participant) -> None:
     found = [one for one in joined if participant in (one.identity, *one.platform.values())]
     if len(found) != 1:
         raise BadValue("participant", participant, f"the ID of one participant ({len(found)} people have this one)")
-    names, secret = (kept_experiment(directory) or Experiment()).recruitment, directory / PEOPLE_DIRECTORY / TOKENS
-    person = found[0].platform.get(names[0], "") if names else ""
+    names = (kept_experiment(directory) or Experiment()).recruitment
     with Journal.open(directory, study) as journal:
-        delete_all(journal, found[0].identity, Tokens(secret).digest(person) if person and secret.exists() else "")
+        delete_all(journal, found[0].identity, found[0].platform.get(next(iter(names), ""), ""))
         delete_unnamed_pictures(journal)
     print(f"Withdrawn. Reports and exports of {directory} written before still count this person: write them again.")

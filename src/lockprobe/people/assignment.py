@@ -3,19 +3,19 @@
 While nobody drops out and trials remain, the numbers of participants per condition differ by at most one. Orders are
 rows of a Williams square: in each block of participants every condition takes each position once and follows every
 other condition equally often. Among rows used equally often, the least played boxes decide. Where people play only
-some conditions, the least played ones come first, which compensates for dropouts. Nobody plays the same repetition and
-trial twice, because labels, layout and flips would repeat, nor a box again before they have played all: every box takes
-each position and each condition about equally often. The assignment depends only on the study's seed and on the
-trials given out or taken.
+some conditions, or one (a design between people), the least played ones come first, which compensates for dropouts.
+Nobody plays the same repetition and trial twice, because labels, layout and flips would repeat, nor a box again before
+they have played all: every box takes each position and each condition about equally often. The assignment depends only
+on the study's seed and on the trials given out or taken.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Sequence
 from itertools import product
 from math import ceil
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,78 +37,44 @@ def conditions_of(study: Study) -> tuple[str, ...]:
 
 def boxes_each(study: Study, experiment: Experiment) -> int:
     """How many boxes a participant plays while enough are left: at most one per repetition and trial."""
-    asked = experiment.trials_each or (len(conditions_of(study)) if experiment.design == "within" else 1)
-    return min(asked, study.repetitions * study.trials)
+    return min(experiment.trials_each or len(conditions_of(study)), study.repetitions * study.trials)
 
 
 def trials_for(people: int, conditions: int, repetitions: int, experiment: Experiment) -> int:
     """Trials per condition and repetition that give this many people places.
 
-    >>> trials_for(40, 4, 1, Experiment()), trials_for(40, 4, 1, Experiment(design="between"))
+    >>> trials_for(40, 4, 1, Experiment()), trials_for(40, 4, 1, Experiment(trials_each=1))
     (40, 10)
     """
-    if experiment.design == "between":
-        luck = ceil(people / conditions) * (experiment.trials_each or 1)
-    else:
-        boxes = experiment.trials_each or conditions
-        luck = max(boxes, ceil(people * boxes / conditions))  # nobody meets the same luck twice
+    boxes = experiment.trials_each or conditions
+    luck = max(boxes, ceil(people * boxes / conditions))  # nobody meets the same luck twice
     return ceil(luck / repetitions)
 
 
-@dataclass(slots=True)
-class Given:
-    """Counts of the trials that were given out.
-
-    Attributes:
-        orders: Orders of conditions, and how many participants got each.
-        boxes: Boxes of each condition that are played or still planned.
-        taken: Trials that are finished or assigned: condition, repetition and trial.
-        places: How many participants play a trial (its number, which tells its box) at a position, from 0.
-    """
-
-    orders: Counter[tuple[str, ...]] = field(default_factory=Counter)
-    boxes: Counter[str] = field(default_factory=Counter)
-    taken: set[tuple[str, int, int]] = field(default_factory=set)
-    places: Counter[tuple[int, int]] = field(default_factory=Counter)
-
-    def give(self, slots: Sequence[Slot], kept: Collection[Slot] | None = None) -> None:
-        """Count a new participant's trials; ``kept`` are those finished or still planned, all if left out."""
-        self.orders[tuple(slot.condition for slot in slots)] += 1
-        self.places.update((position, slot.trial) for position, slot in enumerate(slots))
-        kept = slots if kept is None else kept
-        self.boxes.update(slot.condition for slot in kept)
-        self.take((slot.condition, slot.repetition, slot.trial) for slot in kept)
-
-    def take(self, trials: Iterable[tuple[str, int, int]]) -> None:
-        """Trials cannot be given any more."""
-        self.taken.update(trials)
+Trial = tuple[str, int, int]
+"""Condition, repetition and number of a trial."""
 
 
-def assigned(study: Study, experiment: Experiment, given: Given) -> tuple[Slot, ...]:
-    """The trials of a participant who joins now, in order.
+class Given(NamedTuple):
+    """The trials that a participant got, in order, and those of them that nobody else can play any more."""
+
+    slots: Sequence[Slot]
+    kept: Collection[Slot]
+
+
+def assigned(
+    study: Study, experiment: Experiment, given: Collection[Given], on_record: Collection[Trial] = ()
+) -> tuple[Slot, ...]:
+    """The trials of a participant who joins now, in order; ``on_record`` are more that cannot be given any more.
 
     Their number is :func:`boxes_each`; smaller where fewer are left.
     """
-    conditions, length = conditions_of(study), boxes_each(study, experiment)
-    taken = Counter(condition for condition, *_ in given.taken)
-    left = Counter({one: study.repetitions * study.trials - taken[one] for one in conditions})
-    if experiment.design == "between":
-        order = _one(conditions, length, given, left)
-    else:
-        order = _each(conditions, length, given, left, study.seed)
-    return _with_luck(order, study, given) if order else ()
+    taken = {*on_record, *((slot.condition, slot.repetition, slot.trial) for _, kept in given for slot in kept)}
+    order = _order(study, boxes_each(study, experiment), given, taken)
+    return _with_luck(order, study, given, taken) if order else ()
 
 
-def _one(conditions: Sequence[str], length: int, given: Given, left: Counter[str]) -> list[str]:
-    """The condition of which fewest boxes were played, of those of which most is left up to the length asked for."""
-    people: Counter[str] = Counter()
-    for order, number in given.orders.items():
-        people.update(dict.fromkeys(order[:1], number))
-    found = min(conditions, key=lambda one: (-min(left[one], length), given.boxes[one], people[one]))
-    return [found] * min(length, left[found])
-
-
-def _each(conditions: Sequence[str], length: int, given: Given, left: Counter[str], seed: int) -> list[str]:
+def _order(study: Study, length: int, given: Collection[Given], taken: set[Trial]) -> list[str]:
     """Every condition equally often, as far as the length goes; the rest from those that were played least.
 
     Of these, ties go to the condition that others got least often together with those already found, and each takes
@@ -116,36 +82,32 @@ def _each(conditions: Sequence[str], length: int, given: Given, left: Counter[st
     """
     from scipy.optimize import linear_sum_assignment
 
-    size = len(conditions)
-    shuffled = [conditions[i] for i in generator(seed, "people", "orders").permutation(size)]
+    conditions, gone = conditions_of(study), Counter(condition for condition, *_ in taken)
+    left, size = {one: study.repetitions * study.trials - gone[one] for one in conditions}, len(conditions)
+    orders = [tuple(slot.condition for slot in slots) for slots, _ in given]
+    played = Counter(slot.condition for _, kept in given for slot in kept)
+    shuffled = [conditions[i] for i in generator(study.seed, "people", "orders").permutation(size)]
     rows = [[shuffled[i] for i in row] for row in williams(size)]
-    used = [sum(n for order, n in given.orders.items() if list(order[:size]) == row) for row in rows]
-    start = min(range(len(rows)), key=lambda n: (used[n], [given.boxes[condition] for condition in rows[n]]))
+    used = [sum(list(order[:size]) == row for order in orders) for row in rows]
+    start = min(range(len(rows)), key=lambda n: (used[n], [played[condition] for condition in rows[n]]))
     order = [condition for block in range(length // size) for condition in rows[(start + block) % len(rows)]]
     order = [condition for n, condition in enumerate(order) if order[:n].count(condition) < left[condition]]
-    rests = Counter[tuple[str, ...]]()
-    for earlier, number in given.orders.items():
-        rests[earlier[len(order) :]] += number
+    rests = [earlier[len(order) :] for earlier in orders]
     have, rest = Counter(order), Counter[str]()
     while len(order) + rest.total() < length and (free := [one for one in shuffled if left[one] > have[one]]):
-        together = {
-            one: sum(n * theirs.count(one) * sum(o in theirs for o in rest) for theirs, n in rests.items())
-            for one in free
-        }
-        found = min(free, key=lambda one: (have[one], given.boxes[one], together[one]))
+        together = {one: sum(those.count(one) * sum(o in those for o in rest) for those in rests) for one in free}
+        found = min(free, key=lambda one: (have[one], played[one], together[one]))
         rest[found] += 1
         have[found] += 1
     if not rest:
         return order
-    stood = Counter[tuple[int, str]]()
-    for earlier, number in rests.items():
-        stood.update(dict.fromkeys(enumerate(earlier), number))
+    stood = Counter(placed for earlier in rests for placed in enumerate(earlier))
     more = list(rest.elements())
     price = np.array([[stood[place, condition] for condition in more] for place in range(len(more))], dtype=float)
     return [*order, *(more[i] for i in linear_sum_assignment(price)[1].tolist())]
 
 
-def _with_luck(order: Sequence[str], study: Study, given: Given) -> tuple[Slot, ...]:
+def _with_luck(order: Sequence[str], study: Study, given: Collection[Given], taken: set[Trial]) -> tuple[Slot, ...]:
     """A different repetition and trial for each position of an order, from what is free, on different boxes.
 
     Those that are free in most conditions are used first, so that the last ones still fit another participant.
@@ -153,20 +115,19 @@ def _with_luck(order: Sequence[str], study: Study, given: Given) -> tuple[Slot, 
     from scipy.optimize import linear_sum_assignment
 
     boxes, size = len(study.boxes), len(conditions_of(study))
-    gone = Counter((repetition, trial) for _, repetition, trial in given.taken)
+    gone = Counter((repetition, trial) for _, repetition, trial in taken)
     every = product(range(1, study.repetitions + 1), range(1, study.trials + 1))
     lucks = [luck for luck in every if gone[luck] < size]
     box_of = np.array([trial % boxes for _, trial in lucks], dtype=int)
-    taken = np.array([[(one, *luck) in given.taken for luck in lucks] for one in order]).reshape(len(order), len(lucks))
-    paired, placed = Counter((one, trial % boxes) for one, _, trial in given.taken), Counter[tuple[int, int]]()
-    for (position, trial), number in given.places.items():
-        placed[position, trial % boxes] += number
+    shut = np.array([[(one, *luck) in taken for luck in lucks] for one in order]).reshape(len(order), len(lucks))
+    paired = Counter((one, trial % boxes) for one, _, trial in taken)
+    placed = Counter((position, slot.trial % boxes) for slots, _ in given for position, slot in enumerate(slots))
     price = [
         [
             _AGAIN * again
             + _PAIRED * paired[one, of]
             + placed[position, of]
-            + _CLOSED * bool(taken[position, box_of == of].all())
+            + _CLOSED * bool(shut[position, box_of == of].all())
             for again in range(ceil(len(order) / boxes))
             for of in range(boxes)
         ]
@@ -174,12 +135,12 @@ def _with_luck(order: Sequence[str], study: Study, given: Given) -> tuple[Slot, 
     ]
     theirs = linear_sum_assignment(np.array(price))[1] % boxes
     ahead = np.argsort(np.argsort([gone[luck] for luck in lucks], kind="stable"), kind="stable").astype(float)
-    cost = np.where(taken, _CLOSED, ahead + _AGAIN * (box_of != theirs[:, None]))
+    cost = np.where(shut, _CLOSED, ahead + _AGAIN * (box_of != theirs[:, None]))
     found = zip(*(at.tolist() for at in linear_sum_assignment(cost)), strict=True)
     return tuple(
         Slot(condition=order[position], repetition=lucks[at][0], trial=lucks[at][1])
         for position, at in found
-        if not taken[position, at]
+        if not shut[position, at]
     )
 
 

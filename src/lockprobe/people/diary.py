@@ -22,6 +22,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import writing
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.records.store import STORE, check_row, read, write_acts
+from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Ending
@@ -49,7 +50,6 @@ class Agree(StrictModel):
 
     kind: Literal["agree"] = "agree"
     agreed: bool
-    code: Annotated[str, Field(max_length=100)] = ""
 
 
 class Next(StrictModel):
@@ -114,7 +114,7 @@ class Joined(StrictModel):
 
     Attributes:
         identity: A random ID, independent of the person.
-        token: SHA-256 of the browser's token; empty in an imported diary.
+        token: SHA-256 of the browser's token; empty in what is exported.
         at: When the participant agreed.
         platform: The parameters of the recruitment platform that the experimenter keeps.
         slots: The trials in the order in which they are played.
@@ -163,7 +163,7 @@ class Did(StrictModel):
 
 
 class Broken(StrictModel):
-    """A box cannot be continued: it broke before a choice, or an import brought its finished trial."""
+    """A box broke before a choice."""
 
     kind: Literal["broken"] = "broken"
     at: Seconds
@@ -188,12 +188,17 @@ Entry = Joined | Did | Broken | Released
 _adapter: TypeAdapter[Entry] = TypeAdapter(Annotated[Entry, Field(discriminator="kind")])
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Diary:
-    """The diary of one participant as read from disk: its first line, and the other lines, oldest first."""
+    """The diary of one participant, and how far they have come by its end.
+
+    Attributes:
+        joined: The first entry.
+        lines: The other entries, oldest first.
+    """
 
     joined: Joined
-    lines: tuple[Did | Broken | Released, ...]
+    lines: list[Did | Broken | Released]
 
     @property
     def identity(self) -> str:
@@ -206,9 +211,111 @@ class Diary:
         return participant_spec(self.identity)
 
     @property
-    def acts(self) -> tuple[Did, ...]:
+    def acts(self) -> list[Did]:
         """What the participant did, oldest first."""
-        return tuple(line for line in self.lines if isinstance(line, Did))
+        return [line for line in self.lines if isinstance(line, Did)]
+
+    @property
+    def _turns(self) -> list[Joined | Did | Broken]:
+        return [self.joined, *(line for line in self.lines if not isinstance(line, Released))]
+
+    @property
+    def turn(self) -> int:
+        """The number of the scene shown, from 2."""
+        return 1 + len(self._turns)
+
+    @property
+    def at(self) -> float:
+        """When the last act was written, seconds since 1970."""
+        return self._turns[-1].at
+
+    @property
+    def last(self) -> Act | None:
+        """The last act, which may be sent again if its reply was lost; None where a box broke after it."""
+        last = self._turns[-1]
+        return Agree(agreed=True) if isinstance(last, Joined) else last.act if isinstance(last, Did) else None
+
+    @property
+    def shut(self) -> Literal["", "late", "screened"]:
+        """Why the participant cannot go on and others may play the unfinished trials; empty otherwise."""
+        return next((line.why for line in self.lines if isinstance(line, Released)), "")
+
+    @property
+    def steps(self) -> dict[int, list[Did]]:
+        """The steps of each box, by its number; 0 is practice."""
+        found: dict[int, list[Did]] = {}
+        for did in self.acts:
+            if did.scene == "box":
+                found.setdefault(did.box or 0, []).append(did)
+        return found
+
+    @property
+    def endings(self) -> dict[int, Ending]:
+        """How each finished box ended; 0 is practice."""
+        found: dict[int, Ending] = {}
+        for line in self.lines:
+            if isinstance(line, Broken):
+                found[line.box] = "error"
+            elif isinstance(line, Did) and line.ended is not None:
+                found[line.box or 0] = line.ended
+        return found
+
+    @property
+    def boxes_done(self) -> bool:
+        """Whether all boxes are over."""
+        return len(self.endings.keys() - {0}) == len(self.joined.slots)
+
+    @property
+    def closed_boxes(self) -> set[int]:
+        """The boxes in which nothing more can happen, from 1: finished ones, and all after a release."""
+        return set(range(1, len(self.joined.slots) + 1)) if self.shut else self.endings.keys() - {0}
+
+    @property
+    def slots_kept(self) -> list[Slot]:
+        """The trials that nobody else can play: finished or still planned here, without broken ones."""
+        endings, shut = self.endings, self.shut
+        return [
+            slot
+            for box, slot in enumerate(self.joined.slots, 1)
+            if (endings[box] != "error" if box in endings else not shut)
+        ]
+
+    @property
+    def rounds(self) -> list[Did]:
+        """The answers to the questions on the instructions, round by round."""
+        return [did for did in self.acts if isinstance(did.act, Answers)]
+
+    @property
+    def misread(self) -> Answers | None:
+        """The answers of the last round if one was wrong; None otherwise."""
+        last = self.rounds[-1:]
+        return last[0].act if last and not last[0].right and isinstance(last[0].act, Answers) else None
+
+    @property
+    def checks(self) -> list[bool]:
+        """For each answered attention check, whether the answer was right."""
+        return [bool(did.right) for did in self.acts if did.scene == "check"]
+
+    @property
+    def place(self) -> int:
+        """How many scenes lie behind the participant; wrong answers lead back to the first."""
+        place = 0
+        for line in self.lines:
+            if isinstance(line, Did) and isinstance(line.act, Answers) and not line.right:
+                place = 0
+            elif not isinstance(line, Released):
+                place += isinstance(line, Broken) or line.scene != "box" or line.ended is not None
+        return place
+
+    def attempts(self, box: int) -> list[RecordedAttempt]:
+        """The steps of a box, to be played again."""
+        acts = ((did.act, did.told) for did in self.steps.get(box, ()))
+        return [RecordedAttempt(act.joint, act.claimed, told) for act, told in acts if isinstance(act, Attempt)]
+
+    def seconds(self, box: int) -> float:
+        """How long a box took, from when it was shown to its last step; 0 without one."""
+        steps, turns = self.steps.get(box), self._turns
+        return steps[-1].at - turns[turns.index(steps[0]) - 1].at if steps else 0.0
 
     def key(self, study: Study, box: int | None) -> str:
         """The key of trial number ``box``, from 1; empty for the practice box."""
@@ -230,8 +337,8 @@ class Diary:
         """
         start, known = self.joined.at, self.joined.platform if platform else {}
         joined = self.joined.model_copy(update={"token": "", "at": 0.0, "platform": known})
-        lines = (line.model_copy(update={"at": round(max(0.0, line.at - start), 3)}) for line in self.lines)
-        return Diary(joined, tuple(lines))
+        lines = [line.model_copy(update={"at": round(max(0.0, line.at - start), 3)}) for line in self.lines]
+        return Diary(joined, lines)
 
 
 def bad_diary(store: Path, identity: str, why: str) -> BadFile:
@@ -276,7 +383,7 @@ def _diary(store: Path, identity: str, entries: Sequence[str]) -> Diary:
         why = f"entry {len(lines) + 1}: {error.errors()[0]['msg']}"
         raise Damaged(store, f"participant {identity}: {why}") from None
     joined, *rest = lines
-    then = tuple(line for line in rest if not isinstance(line, Joined))
+    then = [line for line in rest if not isinstance(line, Joined)]
     turns = [line.turn for line in then if not isinstance(line, Released)]
     if not isinstance(joined, Joined) or joined.identity != identity or len(then) < len(rest):
         raise Damaged(store, f"participant {identity}: the first entry has to say, alone, that this participant joined")
@@ -293,12 +400,27 @@ def write_entry(store: Database, identity: str, number: int, entry: Entry) -> No
         _write_entries(writing, identity, number, [entry])
 
 
-def write_diaries(store: Database, diaries: Iterable[Diary]) -> None:
-    """Write diaries in place of those that there are of the same participants, all or none."""
+def take_diaries(store: Database, sources: Iterable[Path]) -> list[str]:
+    """Copy the diaries of other directories that are new in a store, or longer than there; of whom they are.
+
+    Raises:
+        BadFile: If a diary is damaged, or two people have one ID.
+    """
+    known = {diary.identity: diary for diary in read_diaries(store.path.parent)}
+    coming = dict[str, Diary]()
+    for source in sources:
+        for diary in read_diaries(source):
+            here = known.get(diary.identity, Diary(diary.joined, []))
+            common = min(len(here.lines), len(diary.lines))
+            if (here.joined, here.lines[:common]) != (diary.joined, diary.lines[:common]):
+                raise bad_diary(source / STORE, diary.identity, "somebody else has this ID")
+            if diary.identity not in known or len(here.lines) < len(diary.lines):
+                known[diary.identity] = coming[diary.identity] = diary
     with store.transaction(sync=True) as writing:
-        for diary in diaries:
-            writing.execute("delete from act where participant = ?", (diary.identity,))
-            _write_entries(writing, diary.identity, 1, (diary.joined, *diary.lines))
+        for identity, diary in coming.items():
+            writing.execute("delete from act where participant = ?", (identity,))
+            _write_entries(writing, identity, 1, (diary.joined, *diary.lines))
+    return list(coming)
 
 
 def _write_entries(writing: Connection, identity: str, first: int, entries: Iterable[Entry]) -> None:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal, Self, get_args
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -17,8 +16,8 @@ from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 EXPERIMENT = "experiment.json"
 """The file of these settings, in the directory of people."""
 
-SECRET = ("completion_url", "completion_code", "left_url", "left_code", "join_code")
-"""Settings that are not shared with data."""
+ENDS = ("completion_url", "completion_code", "left_url", "left_code", "join_code")
+"""The settings of where participants come from and go to."""
 
 
 class SettingsPart(BaseModel):
@@ -57,13 +56,9 @@ class OneRight(SettingsPart):
 
 
 class ComprehensionQuestion(OneRight):
-    """A question on the instructions.
+    """A question on the instructions; with ``only`` it is asked where they say that reports can be wrong."""
 
-    ``only`` is where it is asked: ``positions`` where reports tell the positions of joints, ``false_reports`` where the
-    instructions say that reports can be wrong; None for everywhere.
-    """
-
-    only: Literal["positions", "false_reports"] | None = None
+    only: Literal["false_reports"] | None = None
 
 
 class Comprehension(SettingsPart):
@@ -118,15 +113,12 @@ class Question(SettingsPart):
 class Experiment(SettingsPart):
     """How people take part. The example that ``lockprobe serve --write-people FILE`` writes explains each setting.
 
-    None for ``trials_each`` is each condition once, or one box in a between design; for ``participants`` as many as
-    the study has trials for.
+    None for ``trials_each`` is each condition once, for ``participants`` as many as the study has trials for.
     """
 
     history: bool = True
-    history_open: bool = True
     device: bool = True
     feedback: bool = False
-    design: Literal["within", "between"] = "within"
     trials_each: Annotated[int, Field(ge=1, le=1000)] | None = None
     practice: Annotated[str, Field(max_length=40)] = "common-cause-3"
     participants: Annotated[int, Field(ge=1, le=100_000)] | None = None
@@ -190,20 +182,10 @@ def first_error(error: ValidationError, model: type[BaseModel]) -> str:
     first = error.errors()[0]
     where, came = ".".join(map(str, first["loc"])) or "all", first["input"]
     if first["type"] == "extra_forbidden":
-        *above, name = map(str, first["loc"])
-        for part in filter(model.model_fields.__contains__, above):
-            model = next(_models(model.model_fields[part].annotation), model)
-        return f"{where}: {UnknownName('key', name, model.model_fields)}"
+        return f"{where}: {UnknownName('key', where, model.model_fields) if len(first['loc']) == 1 else 'no such key'}"
     if first["type"] == "value_error":
         return f"{where}: {first['ctx']['error']}"
     if first["type"] == "missing":
         return f"{where}: is missing"
     expected = re.sub(r"^\w+ should (be|have|match) |^expected ", "", plain(first["msg"]))
     return str(BadValue(where, came, expected))
-
-
-def _models(annotation: object) -> Iterator[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for inner in get_args(annotation):
-        yield from _models(inner)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import re
-from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.inputs import read_toml
@@ -27,26 +26,6 @@ Text = Annotated[str, Field(min_length=1, max_length=4000)]
 Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
 
 
-@cache
-def _english() -> dict[str, Any]:
-    return read_toml(_TEXTS / "en.toml")
-
-
-def _all_of(part: str) -> AfterValidator:
-    """Texts by name: those that the English file has in this part, and no other."""
-
-    def in_order(given: Mapping[str, str]) -> dict[str, str]:
-        known = _english()[part]
-        for name in given:
-            if name not in known:
-                raise ValueError(str(UnknownName("key", name, known)))
-        if missing := [name for name in known if name not in given]:
-            raise ValueError(f"{missing[0]} is missing")
-        return {name: given[name] for name in known}
-
-    return AfterValidator(in_order)
-
-
 class Longer(SettingsPart):
     """A title and what stands under it."""
 
@@ -60,17 +39,10 @@ class _Instruction(Longer):
     Attributes:
         if_false: More paragraphs, where the study says beforehand that reports can be wrong.
         if_asked: More paragraphs, where the page asks after every step what the last action did.
-        if_at_zero: More paragraphs, where every box starts with all joints at 0 and reports tell positions.
-        if_start_seen: More paragraphs, where it starts otherwise, or where pictures show positions.
-        example: The example box: ``box`` before the first step, ``step`` after one with its report and the question, or
-            ``none``. If left out, the first page shows the box and the second a step; a single page shows a step.
     """
 
     if_false: Paragraphs = ()
-    if_asked: Paragraphs | None = None
-    if_at_zero: Paragraphs = ()
-    if_start_seen: Paragraphs = ()
-    example: Literal["box", "step", "none"] | None = None
+    if_asked: Paragraphs = ()
 
 
 class _Comprehension(Longer):
@@ -134,14 +106,24 @@ class Words(SettingsPart):
     practice_over: Longer
     over: _Over
     debrief: _Debrief
-    changes: Annotated[dict[str, Text], _all_of("changes")]
+    changes: dict[str, Text]
     closed: _Closed
-    page: Annotated[dict[str, Text], _all_of("page")]
+    page: dict[str, Text]
+
+    @model_validator(mode="after")
+    def _as_in_english(self) -> Self:
+        english: dict[str, Any] = read_toml(_TEXTS / "en.toml")
+        for part, given in (("page", self.page), ("changes", self.changes)):
+            if missing := english[part].keys() - given.keys():
+                raise ValueError(f"{part}: {min(missing)} is missing")
+            if other := given.keys() - english[part].keys():
+                raise ValueError(str(UnknownName(f"key in {part}", min(other), english[part])))
+        return self
 
     @property
     def fingerprint(self) -> str:
         """Language and fingerprint, for example ``en 3f9a01bc22d1``."""
-        known = self.model_dump_json(exclude_none=True)
+        known = json.dumps(self.model_dump(mode="json"), sort_keys=True)
         return f"{self.language} {hashlib.sha256(known.encode()).hexdigest()[:12]}"
 
 

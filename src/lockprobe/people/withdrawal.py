@@ -1,21 +1,51 @@
 """Withdrawal: all data of a participant are deleted.
 
 What stays is the number of withdrawals and, of a person whom a recruitment platform sent, a keyed digest of their ID
-(:meth:`lockprobe.people.tokens.Tokens.digest`): they know what was changed on purpose, and cannot begin again.
+(:func:`keyed_digest`): they know what was changed on purpose, and cannot begin again.
 """
 
 from __future__ import annotations
 
+import hmac
 import re
+import secrets
 from pathlib import Path
 
 from lockprobe.agents.outside import participant_spec
-from lockprobe.foundation.inputs import is_there
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.inputs import check_regular, is_there
+from lockprobe.foundation.storage.atomic_file import write_private
+from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.store import STORE, read
 from lockprobe.studies.records.trial_rows import unpacked
 from lockprobe.trial.pictures.picture import PICTURE_NAME
+
+SECRET = "secret"  # noqa: S105 - the name of a file
+"""The file of the secret of a study, in the directory of people; only its owner can read it."""
+
+_BYTES = 32
+
+
+def keyed_digest(directory: Path, text: str) -> str:
+    """A digest of a text under the secret of the study in a directory, which is made if it is missing.
+
+    Raises:
+        BadFile: If the secret cannot be read or made, or is none.
+    """
+    path = directory / PEOPLE_DIRECTORY / SECRET
+    check_regular(path)
+    try:
+        if not path.exists():
+            write_private(path, secrets.token_bytes(_BYTES), mode=0o600)
+        path.chmod(0o600)
+        secret = path.read_bytes()
+    except OSError as error:
+        raise BadFile(path, f"cannot be used ({error.strerror})") from error
+    if len(secret) != _BYTES:
+        raise BadFile(path, f"not a secret of {_BYTES} bytes")
+    return hmac.digest(secret, text.encode(), "sha256").hex()
 
 
 def withdrawn(directory: Path | str) -> int:
@@ -26,24 +56,30 @@ def withdrawn(directory: Path | str) -> int:
         return int(store.one("select total(value) from note where name = 'withdrawn'")[0])
 
 
-def withdraw(journal: Journal, identity: str, digest: str = "") -> None:
+def withdraw(journal: Journal, identity: str, person: str = "") -> None:
     """Delete all data of a participant but pictures (:func:`delete_unnamed_pictures`). Can be repeated.
 
-    ``digest`` is that of their ID on the recruitment platform; empty without one.
+    ``person`` is their ID on the recruitment platform; empty without one.
 
     Raises:
         BadFile: If it cannot be written; :meth:`Journal.delete_participant` says what is deleted then.
     """
-    if digest:
+    if person:
+        name = _note(journal, person)
         with journal.store.transaction(sync=True) as writing:
-            writing.execute("insert or ignore into note values (?, 1)", (f"withdrew {digest}",))
+            writing.execute("insert or ignore into note values (?, 1)", (name,))
     journal.delete_participant(participant_spec(identity))
     journal.erase()
 
 
-def has_withdrawn(journal: Journal, digest: str) -> bool:
-    """Whether the person with this digest has withdrawn."""
-    return bool(journal.store.one("select count(*) from note where name = ?", f"withdrew {digest}")[0])
+def has_withdrawn(journal: Journal, person: str) -> bool:
+    """Whether the person with this ID on the recruitment platform has withdrawn."""
+    return bool(journal.store.one("select count(*) from note where name = ?", _note(journal, person))[0])
+
+
+def _note(journal: Journal, person: str) -> str:
+    """What stays of a person: a keyed digest of their ID, which tells nobody the ID."""
+    return f"withdrew {keyed_digest(journal.directory, f'withdrew {person}')}"
 
 
 def delete_unnamed_pictures(journal: Journal) -> None:

@@ -169,7 +169,7 @@ def _models(found: Results) -> Iterator[str]:
 def _participants(found: Results) -> Iterator[str]:
     """What participants saw, and how many boxes each of them finished."""
     facts, shown = found.facts_about(PEOPLE), {"True": "shown", "False": "not shown"}
-    names = ("design", "view", "history", "feedback")
+    names = ("view", "history", "feedback")
     said = [f"{name} {tex_text(shown.get(facts[name], facts[name]))}" for name in names if name in facts]
     each = [found.get("boxes", agent=PEOPLE, condition="", of=f"{end} of a person") for end in ("fewest", "most")]
     if boxes := [int(row.value) for row in each if row and row.value is not None]:

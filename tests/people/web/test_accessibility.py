@@ -49,20 +49,6 @@ async def every_scene(tab, url, inspect):
             look = await tab.look(after=look.turn)
 
 
-EXAMPLES = (
-    """() => [...document.querySelectorAll(".example [role=img]")].map((part) => part.getAttribute("aria-label"))"""
-)
-
-
-async def check_example(page, words, asks):
-    """One example, which says in words what is seen in it, and in which nothing can be reached."""
-    (name,) = await page.evaluate(EXAMPLES)
-    assert words.page["target"] in name
-    assert (words.page["question"] in name) is asks
-    await page.evaluate("document.querySelector('.example button').focus()")
-    assert not await page.evaluate("document.activeElement.closest('.example')")
-
-
 LOOKS = {
     "German": (STUDY, {"locale": "de-DE"}),
     "eight joints": (LARGE, {}),
@@ -96,12 +82,7 @@ def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
                 kind = (look.scene, look.box > 0 if look.scene == "box" else look.heading)
                 seen_so_far[kind] += 1
                 if seen_so_far[kind] <= 2:
-                    await page.emulate_media(color_scheme="light")
                     assert await violations(page) == [], look.scene
-                    await page.emulate_media(color_scheme="dark")
-                    assert await violations(page, rules=["color-contrast"]) == [], f"{look.scene}, dark"
-                if look.scene == "page":
-                    await check_example(page, read_words(shown["language"]), look.turn == 3)
 
             seen = await every_scene(tab, url, inspect)
             assert set(seen) == {"consent", "page", "comprehension", "box", "over", "check", "ask", "debrief"}

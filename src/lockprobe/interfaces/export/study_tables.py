@@ -11,7 +11,7 @@ from lockprobe.interfaces.export.table import Column, Table, count, mark, number
 from lockprobe.interfaces.export.trials import PAGE, PARTICIPANT, SERVER, steps_table, trials_table
 from lockprobe.people.diary import Answer, Attempt, Broken, Diary, Did, Released, read_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
-from lockprobe.people.journey import Journey, acts_of_steps, seconds_of_trials
+from lockprobe.people.journey import acts_of_steps, seconds_of_trials
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
@@ -38,7 +38,6 @@ class _Person(NamedTuple):
     """A participant: the diary, and how far they came."""
 
     kept: Diary
-    journey: Journey
 
     @property
     def boxes(self) -> range:
@@ -48,11 +47,11 @@ class _Person(NamedTuple):
     @property
     def left_in(self) -> int | None:
         """The first unfinished box; None if all are finished."""
-        return next((box for box in self.boxes if box not in self.journey.endings), None)
+        return next((box for box in self.boxes if box not in self.kept.endings), None)
 
     def left_after(self, box: int) -> int:
         """Steps taken in a box."""
-        return len(self.journey.steps.get(box, ()))
+        return len(self.kept.steps.get(box, ()))
 
 
 def _left_in_box(one: _Person) -> int | None:
@@ -68,28 +67,28 @@ _PARTICIPANTS = (
          lambda one: one.kept.joined.words.partition(" ")[2]),
     count("boxes_assigned", "Boxes assigned to the participant.", lambda one: len(one.boxes), least=0),
     count("boxes_finished", "Number of them that were finished: opened, or all steps taken.",
-          lambda one: sum(one.journey.endings.get(box) in ("solved", "budget") for box in one.boxes), least=0),
+          lambda one: sum(one.kept.endings.get(box) in ("solved", "budget") for box in one.boxes), least=0),
     count("boxes_broken", "Number of them that broke through no fault of the participant.",
-          lambda one: sum(one.journey.endings.get(box) == "error" for box in one.boxes), least=0),
+          lambda one: sum(one.kept.endings.get(box) == "error" for box in one.boxes), least=0),
     count("left_in_box", "The first unfinished box, at which the participant left; 0 without a step in any box: at the "
           "instructions, in the practice, or screened out. Empty if all are finished.", _left_in_box, least=0),
     count("left_after_step", "Steps taken in that box. Empty if all are finished.",
           lambda one: None if one.left_in is None else one.left_after(one.left_in), least=0),
     mark("released", "whether the participant was away so long that the remaining boxes were given to others.",
-         lambda one: one.journey.shut == "late"),
+         lambda one: one.kept.shut == "late"),
     count("comprehension_rounds", "Rounds in which the questions on the instructions were answered; 1 is right at "
-          "first. Empty if none was.", lambda one: one.journey.rounds or None),
+          "first. Empty if none was.", lambda one: len(one.kept.rounds) or None),
     mark("screened", "whether the limit of rounds ended the session, without a box.",
-         lambda one: one.journey.shut == "screened"),
-    count("checks_right", "Attention checks answered correctly.", lambda one: sum(one.journey.checks), least=0),
+         lambda one: one.kept.shut == "screened"),
+    count("checks_right", "Attention checks answered correctly.", lambda one: sum(one.kept.checks), least=0),
     count("checks_wrong", "Attention checks answered incorrectly.",
-          lambda one: len(one.journey.checks) - sum(one.journey.checks), least=0),
+          lambda one: len(one.kept.checks) - sum(one.kept.checks), least=0),
     number("seconds", f"Time from consent to the participant's last act, {SERVER}.", lambda one: _seconds(one.kept),
            "s"),
     text("conditions", "The conditions of the participant's boxes in order (truth; flip?p=0.4), separated by "
          "semicolons.", lambda one: "; ".join(slot.condition for slot in one.kept.joined.slots)),
     mark("finished", "whether all boxes of the participant are over, whether or not the questions after them are.",
-         lambda one: one.journey.boxes_done and not one.journey.shut),
+         lambda one: one.kept.boxes_done and not one.kept.shut),
 )  # fmt: skip
 
 
@@ -191,7 +190,7 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
     if not diaries:
         raise BadFile(directory, f"nobody took part in this study, so it has no table of {name}")
     if name == "participants":
-        people = [_Person(kept, Journey.of(kept)) for kept in diaries]
+        people = [_Person(kept) for kept in diaries]
         platform = map(_of_platform, sorted({name for kept in diaries for name in kept.joined.platform}))
         about = "a participant: conditions, how far they came, checks"
         return Table(about, (*_PARTICIPANTS, *platform), lambda: people)

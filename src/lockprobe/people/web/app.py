@@ -32,15 +32,13 @@ from lockprobe.people.scenes import ActRefused
 from lockprobe.people.server_state import Reply, ServerState
 from lockprobe.people.texts import Words
 from lockprobe.people.web.address import Address
-from lockprobe.people.web.log import LOGGED, ServerLog
+from lockprobe.people.web.log import LOGGED, log_refused
 
 STATIC = Path(__file__).with_name("static")
 
 STATUS: Mapping[str, int] = {
-    "malformed": 400,  # the lease of a page has a wrong form, or the body is no such JSON object
-    "incomplete": 400,  # the recruitment platform did not fill in a parameter of the URL
-    "forged": 401,  # the token was not given out here
-    "wrong-code": 403,  # the code to join is missing or wrong
+    "malformed": 400,  # the body is no such JSON object, or there is no cookie
+    "incomplete": 400,  # a parameter of the URL is missing, wrong, or not filled in by the recruitment platform
     "cross-site": 403,  # sent by a page of another site
     "stale": 409,  # the act is for another scene than the one shown; the page has to ask for that one
     "elsewhere": 409,  # the study is open in a newer tab
@@ -81,7 +79,7 @@ class _Open(StrictModel):
 
 
 class _Withdraw(StrictModel):
-    lease: Word
+    lease: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
 
 
 class _Done(_Withdraw):
@@ -135,8 +133,8 @@ class Guard:
     them.
     """
 
-    def __init__(self, app: ASGIApp, address: Address, log: ServerLog) -> None:
-        self._app, self._log = app, log
+    def __init__(self, app: ASGIApp, address: Address) -> None:
+        self._app = app
         self._hosts, self._origins = address.hosts, address.origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -154,7 +152,7 @@ class Guard:
         try:
             self._check(scope, Headers(scope=scope))
         except ActRefused as error:
-            await _refused(error, self._log, scope)(scope, receive, sent)
+            await _refused(error, scope)(scope, receive, sent)
         else:
             await self._app(scope, receive, sent)
 
@@ -175,19 +173,14 @@ class Guard:
                 raise ActRefused("malformed", "a body of two lengths")  # where a proxy could read another one
 
 
-def _refused(error: ActRefused, log: ServerLog, scope: Scope, **more: object) -> Response:
+def _refused(error: ActRefused, scope: Scope, **more: object) -> Response:
     """The answer to a request that is refused. Which parameter was wrong is logged, and not what it held."""
     status = STATUS[error.code]
-    log.refused(scope, status, error.code, str(error) if error.code == "incomplete" else "")
+    log_refused(scope, status, error.code, str(error) if error.code == "incomplete" else "")
     return JSONResponse({"error": error.code, "message": str(error), **more}, status)
 
 
-def _forget(answer: Response) -> Response:
-    answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
-    return answer
-
-
-def application(state: ServerState, words: Words, address: Address, log: ServerLog) -> ASGIApp:
+def application(state: ServerState, words: Words, address: Address) -> ASGIApp:
     """The application of the page, with its guard."""
     texts = {
         **words.model_dump(include={"language", "direction", "title", "page"}),
@@ -199,7 +192,8 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
     def shown(reply: Reply, **more: object) -> Response:
         answer, scene = JSONResponse({**reply.body, **more}), reply.body["scene"]
         if scene["kind"] == "closed" and scene["why"] in ("declined", "withdrawn"):
-            return _forget(answer)  # nothing is kept of them, here or there
+            answer.delete_cookie(COOKIE, httponly=True, samesite="strict")  # nothing is kept of them, here or there
+            return answer
         answer.set_cookie(
             COOKIE, reply.token, SECONDS_REMEMBERED, secure=address.secure, httponly=True, samesite="strict"
         )
@@ -223,12 +217,11 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
     async def refused(request: Request, error: Exception) -> Response:
         assert isinstance(error, ActRefused)
         more = {"words": texts} if request.url.path == "/api/open" else {}  # the page has none yet
-        answer = _refused(error, log, request.scope, **more)
-        return _forget(answer) if error.code == "forged" else answer  # a cookie of another study; the page starts again
+        return _refused(error, request.scope, **more)
 
     async def no_route(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
-        log.refused(request.scope, error.status_code, "unknown")
+        log_refused(request.scope, error.status_code, "unknown")
         phrase = {"error": "unknown", "message": HTTPStatus(error.status_code).phrase}
         return JSONResponse(phrase, error.status_code, dict(error.headers or {}))
 
@@ -236,7 +229,7 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
         """The act is on disk or has not been done; the page asks again."""
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{type(error).__name__} at {'/'.join(last.filename.split('/')[-2:])}:{last.lineno}"
-        log.refused(request.scope, HTTPStatus.INTERNAL_SERVER_ERROR, "broken", where)
+        log_refused(request.scope, HTTPStatus.INTERNAL_SERVER_ERROR, "broken", where)
         error.add_note(LOGGED)
         return JSONResponse({"error": "broken", "message": "something went wrong here; please try again"}, 500)
 
@@ -254,4 +247,4 @@ def application(state: ServerState, words: Words, address: Address, log: ServerL
         exception_handlers=handlers,
     )
     inner.router.redirect_slashes = False
-    return Guard(GZipMiddleware(inner, minimum_size=1000, compresslevel=6), address, log)
+    return Guard(GZipMiddleware(inner, minimum_size=1000, compresslevel=6), address)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-import os
 import sys
 import time
-from collections.abc import Callable, Iterator, MutableMapping
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, MutableMapping
+from contextlib import contextmanager
+from logging.handlers import RotatingFileHandler
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.storage.atomic_file import writing
@@ -20,67 +20,66 @@ LOG = "server.log"
 """The log, in the directory of people."""
 
 LARGEST = 10_000_000
-"""Bytes after which only standard error has new lines: whoever floods the server cannot fill the disk."""
+"""Bytes after which the log begins anew, beside the one before: whoever floods the server cannot fill the disk."""
 
 LOGGED = "written to the server's log"
 """The note on an exception that is in the log already; uvicorn reports it once more."""
 
 _LONGEST_PATH = 100
 
+_log = logging.getLogger(__name__)
 
-class ServerLog(logging.Handler):
-    """Writes the log to a file and to standard error. Use :meth:`open`."""
 
-    def __init__(self, file: IO[bytes], clock: Callable[[], float] = time.time) -> None:
-        super().__init__(logging.ERROR)
-        self._file, self._clock = file, clock
+class _Line(logging.Formatter):
+    """One line with the time; of a library's error the first line without arguments, which could say who asked."""
 
-    @classmethod
-    @contextmanager
-    def open(cls, directory: Path) -> Iterator[ServerLog]:
-        """Open the log in a directory, and take the errors of uvicorn and asyncio as well.
+    converter = staticmethod(time.gmtime)
 
-        It is created if missing, and only its owner can read it.
+    def format(self, record: logging.LogRecord) -> str:
+        said, raised = str(record.msg), record.exc_info[1] if record.exc_info else None
+        if record.name != _log.name:
+            first = said.strip().partition("\n")[0][:_LONGEST_PATH]
+            said = f"error {record.name} {first} {type(raised).__name__ if raised else ''}".rstrip()
+        return f"{self.formatTime(record, '%Y-%m-%dT%H:%M:%SZ')} {printable(said)}"
 
-        Raises:
-            BadFile: If it cannot be written.
-        """
-        path = directory / LOG
-        refuse_links(path)
-        check_regular(path)
-        with writing(path):
-            descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o600)
-        loggers = [logging.getLogger(name) for name in ("uvicorn.error", "asyncio")]
-        before = [(logger.handlers, logger.propagate) for logger in loggers]
-        with os.fdopen(descriptor, "ab", buffering=0) as file:
-            log = cls(file)
-            for logger in loggers:
-                logger.handlers, logger.propagate = [log], False
-            try:
-                yield log
-            finally:
-                for logger, (handlers, propagate) in zip(loggers, before, strict=True):
-                    logger.handlers, logger.propagate = handlers, propagate
 
-    def refused(self, scope: MutableMapping[str, Any], status: int, code: str, more: str = "") -> None:
-        """Log a refused request: ``code`` is the reason, ``more`` where an unexpected error was raised."""
-        path = scope.get("raw_path", b"").decode("ascii", "replace")
-        cut = path[:_LONGEST_PATH] + ("…" if len(path) > _LONGEST_PATH else "")
-        self.say(" ".join(filter(None, (str(status), code, scope["method"][:10], cut, more))))
+@contextmanager
+def opened_log(directory: Path) -> Iterator[None]:
+    """The log in a directory and on standard error, with the errors of uvicorn and asyncio as well.
 
-    def say(self, text: str) -> None:
-        """Write one line with the time in front."""
-        line = f"{time.strftime('%Y-%m-%dT%H:%M:%SZ', time.gmtime(self._clock()))} {printable(text)}\n"
-        with suppress(OSError):  # a full disk; the log is not what matters most on it
-            if self._file.tell() < LARGEST:
-                self._file.write(line.encode("utf-8", "replace"))
-        with suppress(OSError, ValueError):
-            sys.stderr.write(line)
-            sys.stderr.flush()
+    Raises:
+        BadFile: If it cannot be written.
+    """
+    path = directory / LOG
+    refuse_links(path)
+    check_regular(path)
+    with writing(path):
+        file = RotatingFileHandler(path, maxBytes=LARGEST, backupCount=1, encoding="utf-8", errors="replace")
+        path.chmod(0o600)
+    handlers: list[logging.Handler] = [file, logging.StreamHandler(sys.stderr)]
+    for handler in handlers:
+        handler.setLevel(logging.ERROR)
+        handler.setFormatter(_Line())
+        handler.addFilter(lambda record: LOGGED not in getattr((record.exc_info or ("", None))[1], "__notes__", ()))
+    loggers = [_log, logging.getLogger("uvicorn.error"), logging.getLogger("asyncio")]
+    before = [(logger.handlers, logger.propagate) for logger in loggers]
+    for logger in loggers:
+        logger.handlers, logger.propagate = handlers, False
+    try:
+        yield
+    finally:
+        file.close()
+        for logger, (handlers_before, propagate) in zip(loggers, before, strict=True):
+            logger.handlers, logger.propagate = handlers_before, propagate
 
-    def emit(self, record: logging.LogRecord) -> None:
-        """Log an error of a library: its logger, the first line without arguments, and the exception type."""
-        raised = record.exc_info[1] if record.exc_info else None
-        if LOGGED not in getattr(raised, "__notes__", ()):
-            first = str(record.msg).strip().partition("\n")[0][:_LONGEST_PATH]  # arguments could say who asked
-            self.say(f"error {record.name} {first} {type(raised).__name__ if raised else ''}".rstrip())
+
+def log_refused(scope: MutableMapping[str, Any], status: int, code: str, more: str = "") -> None:
+    """Log a refused request: ``code`` is the reason, ``more`` where an unexpected error was raised."""
+    path = scope.get("raw_path", b"").decode("ascii", "replace")
+    cut = path[:_LONGEST_PATH] + ("…" if len(path) > _LONGEST_PATH else "")
+    say(" ".join(filter(None, (str(status), code, scope["method"][:10], cut, more))))
+
+
+def say(text: str) -> None:
+    """Log one line."""
+    _log.error(text)

@@ -15,7 +15,7 @@ from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import Words
 from lockprobe.people.web.address import Address
 from lockprobe.people.web.app import application, page_version
-from lockprobe.people.web.log import ServerLog
+from lockprobe.people.web.log import opened_log, say
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
@@ -34,10 +34,9 @@ async def opened(
     with contextlib.closing(listen(address.host, address.port)) as listening:
         address = replace(address, port=listening.getsockname()[1])
         async with ServerState.open(directory, study, experiment, words, page=page_version()) as state:
-            with ServerLog.open(directory / PEOPLE_DIRECTORY) as log:
-                app = application(state, words, address, log)
+            with opened_log(directory / PEOPLE_DIRECTORY):
+                app = application(state, words, address)
                 async with running(app, listening, seconds_to_finish=SECONDS_TO_FINISH):
-                    state.invite()
                     yield address, state
 
 

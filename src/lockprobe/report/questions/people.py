@@ -35,7 +35,6 @@ _SAW = {
     "view": "reports as",
     "history": "earlier reports visible:",
     "feedback": "told whether the box was opened:",
-    "design": "design",
     "words": "texts",
     "page": "",
 }

@@ -24,7 +24,7 @@ from lockprobe.foundation.inputs import is_there, read_input
 from lockprobe.foundation.plugins import no_foreign_code
 from lockprobe.foundation.spec import MCP, Spec, spec_kind
 from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.people.journey import Journey, acts_of_steps
+from lockprobe.people.journey import acts_of_steps
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.verify.check import Check, also
 from lockprobe.report.verify.made_again import report_held
@@ -237,13 +237,12 @@ def _attempts(of: _PlayedAgain) -> Iterator[Check]:
     failed += (f"{key}: attempts of no trial of this study" for key in nobody)
     failed += (f"{trial.key}: its player has no diary" for trial in people if diaries and trial.agent not in diaries)
     for diary in opened.diaries:
-        journey = Journey.of(diary)
         for box in range(1, len(diary.joined.slots) + 1):
             key = diary.key(of.study, box)
             trial = of.trials.get(key)
             if trial is not None and trial.agent == diary.spec:
-                failed += [f"{key}: {why}"] if (why := _unlike(trial, journey.attempts(box))) else []
-            elif trial is None and (steps := journey.steps.get(box)) and steps[-1].ended is not None:
+                failed += [f"{key}: {why}"] if (why := _unlike(trial, diary.attempts(box))) else []
+            elif trial is None and (steps := diary.steps.get(box)) and steps[-1].ended is not None:
                 failed.append(f"{key}: it ended in the diary of {diary.spec} and is not on record")
     held, rest = len(clients) + len(people) * bool(diaries), also(0 if diaries else len(people), "have no diaries")
     holds = f"{held} trials of clients and people are as their servers wrote them step by step{rest}"
