@@ -18,8 +18,8 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.boxfile import box_from_data, toml_of
-from lockprobe.boxes.check import fault_of
 from lockprobe.boxes.families import find_box
+from lockprobe.boxes.state_space import fault_of
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import settings_of
@@ -140,7 +140,7 @@ def check_box(box: Box | Callable[[], Lockbox]) -> None:
     assert isinstance(found, Lockbox), f"{found!r} is no Lockbox"
     assert found == again, f"{found.name} is another box when it is asked for again"
     fault = fault_of(found)
-    assert fault is None, f"{found.name} is {fault and fault.reason}"
+    assert fault is None, f"{found.name} is {fault}"
     try:
         read = box_from_data(json.loads(json.dumps(found.as_data())))
         toml_of(found)

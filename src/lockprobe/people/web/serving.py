@@ -15,7 +15,7 @@ from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import Words
 from lockprobe.people.web.address import Address
 from lockprobe.people.web.app import application, page_version
-from lockprobe.people.web.log import opened_log, say
+from lockprobe.people.web.log import opened_log
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
