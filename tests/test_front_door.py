@@ -67,7 +67,6 @@ MISTAKES = [
     (lambda: lockprobe.tidy(None), "trials: got None, expected a trial or several"),
     (lambda: lockprobe.propagate(p="0.4"), "flip rate p: got '0.4', expected a number"),
     (lambda: lockprobe.propagate(p=None), "flip rate p: got None, expected a number"),
-    (lambda: lockprobe.propagate(condition=None), "condition: got None, expected a spec, or a list of interventions"),
     (lambda: lockprobe.propagate(modality=5), "modality: got 5, expected a text"),
     (lambda: lockprobe.propagate(max_steps="20"), "max_steps: got '20', expected a whole number from 1 to 10000"),
     (lambda: lockprobe.propagate(max_steps=10**10), "expected a whole number from 1 to 10000"),

@@ -2,23 +2,17 @@
 
 from math import inf
 
-import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import (
-    depths,
     difficulty,
     optimal_plans,
     optimum,
-    random_curve,
     random_success,
 )
-
-FOUR = ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code", "common-cause-3", "common-effect-3")
 
 
 def replayed(drawn, plan):
@@ -49,25 +43,6 @@ def test_undone_moves_and_distractors_are_those_of_the_plans(boxes, data):
     moved = {name for plan in plans.listed for name in plan}
     assert found.distractors == tuple(name for name in drawn.names if name not in moved)
     assert found.optimum == len(plans.listed[0])
-
-
-@settings(max_examples=30)
-@given(st.data())
-def test_depth_never_exceeds_the_optimum(boxes, data):
-    drawn = data.draw(boxes)
-    found = difficulty(drawn)
-    if found.optimum is not None:
-        assert 1 <= found.depth <= found.optimum
-    assert sum(layer == 1 for layer in depths(drawn).values()) == found.free
-
-
-@pytest.mark.parametrize("name", FOUR)
-def test_expected_steps_are_the_area_above_the_curve(name):
-    """The mean of a waiting time is the sum of what is left, over all steps."""
-    expected = difficulty(box(name)).random_steps
-    left = 1 - np.array(random_curve(box(name), round(40 * expected)))
-    assert left[-1] < 1e-12
-    assert expected == pytest.approx(left.sum(), rel=1e-9)
 
 
 def test_measures_of_the_boxes_that_tell_them_apart():

@@ -79,31 +79,6 @@ def test_the_layout_changes_nothing_but_the_panel(recipe, layout):
         assert (first.interlock, first.target) == (second.interlock, second.target)
 
 
-@settings(max_examples=40)
-@given(recipes)
-def test_the_start_changes_nothing_but_the_start(recipe):
-    rest, drawn = (generate(replace(recipe, initial=initial, shortest=1)) for initial in ("rest", "random"))
-    if isinstance(rest, Lockbox) and isinstance(drawn, Lockbox):
-        assert replace(drawn, initial=rest.initial) == rest
-
-
-@settings(max_examples=40)
-@given(st.sampled_from(RANDOM), st.integers(1, 4), st.integers(1, 7), st.integers(0, 10**6))
-def test_random_interlocks_keep_to_what_was_asked(family, alternatives, literals, seed):
-    asked = Recipe(family=family, alternatives=alternatives, literals=literals, negative=0.3, shortest=1, seed=seed)
-    for recipe in (asked, replace(asked, negative=0.0), replace(asked, negative=1.0)):
-        found = generate(recipe)
-        if isinstance(found, str):
-            assert recipe.negative > 0  # what only has to be open can always be opened
-            continue
-        clauses = [clause for several in found.interlock.values() for clause in several]
-        assert all(1 <= len(several) <= alternatives for several in found.interlock.values())
-        assert all(1 <= len(clause) <= literals for clause in clauses)
-        assert not any(found.target in clause for clause in clauses)
-        positions = {position for clause in clauses for position in clause.values()}
-        assert positions <= ({True} if recipe.negative == 0 else {False} if recipe.negative == 1 else {True, False})
-
-
 @pytest.mark.parametrize(
     ("change", "mistake", "message"),
     [

@@ -3,7 +3,7 @@
 import pytest
 
 from lockprobe.boxes.families import box, named_boxes
-from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
+from lockprobe.boxes.sketch import interlock_lines, panel_lines
 
 NAMES = (*named_boxes(), "random-8-3")
 
@@ -39,11 +39,3 @@ def test_the_tree_of_a_box_with_everything():
         "branch-2",
         "└─ branch-1 open: see above",
     ]
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_it_survives_terminals_that_know_only_ascii(name):
-    text = "\n".join([*panel_lines(box(name)), *interlock_lines(box(name))])
-    plain = ascii_only(text)
-    assert plain.isascii()
-    assert [len(line) for line in plain.splitlines()] == [len(line) for line in text.splitlines()]

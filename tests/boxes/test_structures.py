@@ -3,7 +3,7 @@
 import pytest
 
 from lockprobe.boxes.families import box, named_boxes
-from lockprobe.boxes.solve import difficulty, optimal_plans, optimum, random_no_repeat_success, random_success
+from lockprobe.boxes.solve import optimum, random_no_repeat_success, random_success
 from lockprobe.boxes.state_space import fault_of
 from lockprobe.boxes.structures import FAMILIES, STRUCTURES
 
@@ -42,26 +42,6 @@ def test_chain_4_is_byte_for_byte_what_studies_were_played_on():
         "initial": "0000",
         "target": "revolute-left",
     }
-
-
-@pytest.mark.parametrize("levers", [3, 4])
-def test_the_rooms_of_openlock_have_their_published_solutions(levers):
-    """scenarios/CC3.py to CE4.py: every solution has three actions, and there is one for each alternative lever."""
-    others = [f"lever-{i}" for i in range(1, levers)]
-    cause = optimal_plans(box(f"common-cause-{levers}"))
-    assert set(cause.listed) == {("lever-0", lever, "door") for lever in others}
-    effect = optimal_plans(box(f"common-effect-{levers}"))
-    assert set(effect.listed) == {(lever, "lever-0", "door") for lever in others}
-
-
-def test_branched_is_the_chain_of_five_with_a_branch_that_an_open_joint_locks():
-    """lockbox_serial_5_with_branch.yaml: joint 5 is locked while joint 2 is at its far end, joint 6 until joint 5 is."""
-    branched = box("branched")
-    assert len(branched.joints) == 7
-    assert branched.interlock["branch-1"] == ({"slider-2": False},)
-    assert branched.interlock["branch-2"] == ({"branch-1": True},)
-    found = difficulty(branched)
-    assert (found.optimum, found.distractors) == (5, ("branch-1", "branch-2"))
 
 
 @pytest.mark.parametrize("name", named_boxes())

@@ -180,16 +180,6 @@ def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockpr
     assert lockprobe("chance", "--length", "3", "--json")[0] == 0
 
 
-def test_a_name_that_two_packages_have_is_refused(tmp_path, monkeypatch):
-    for name in ("a", "b"):
-        (tmp_path / name).mkdir()
-        strangers.install(tmp_path / name, monkeypatch, f"strange_{name}", package=f"things-{name}")
-    with pytest.raises(
-        BadValue, match=r"^agent: got 'first', expected a name from only one package, not from things-b 0.3 and"
-    ):
-        resolve("first")
-
-
 def test_nothing_of_a_package_is_imported_before_it_is_used(tmp_path, monkeypatch):
     strangers.install(tmp_path, monkeypatch, text="raise SystemExit('it ran')")
     assert resolve("first?place=2").senses == "pictures"

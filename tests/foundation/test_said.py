@@ -6,8 +6,7 @@ import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, UnknownName, UserMistake, advice, needing
-from lockprobe.foundation.formatting import bracketed, change, minus, points, range_said
-from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section, without
+from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.terminal_text import readable
 from lockprobe.foundation.validation import check_choice, plain
 
@@ -93,17 +92,6 @@ def test_what_pydantic_says_is_said_in_plain_words(given, said):
     assert plain(raised.value.errors()[0]["msg"]) == said
 
 
-@pytest.mark.parametrize("end", [-0.0, 0.0, -0.004, 0.004])
-def test_an_end_that_rounds_to_0_has_no_sign_and_minus_signs_are_set(end):
-    assert points(end) == "0"
-    assert bracketed(end, end, 0.4) == "0 [0, +40]"
-    assert range_said(end, 0.4) == ", 95 % interval 0 to +40"
-    assert change(0.4, end, 0.5) == "+40 points, 95 % interval 0 to +50"
-    assert bracketed(end, -0.06, end, "{:+.1f}", 1) == "0.0 [\N{MINUS SIGN}0.1, 0.0]"
-    assert minus("-0.0 to -3 of no-repeat") == "0.0 to \N{MINUS SIGN}3 of no-repeat"
-    assert points(-0.26) == "\N{MINUS SIGN}26"
-
-
 def broken():
     raise ZeroDivisionError("division\nby zero")
 
@@ -139,11 +127,3 @@ def test_where_nobody_collects_an_error_is_raised_and_an_interrupt_always():
 
     with pytest.raises(KeyboardInterrupt), leaving_out():
         section("Loops", interrupted, lambda: 2)
-
-
-def test_the_line_on_a_report_names_three_sections_and_counts_the_others():
-    many = [LeftOutSection(name, "ValueError: no") for name in "abcde"]
-    assert without([]) == ""
-    assert without(many) == (
-        ", without a (ValueError: no); b (ValueError: no); c (ValueError: no) and 2 more sections, named on the page"
-    )

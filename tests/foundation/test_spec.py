@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.spec import (
     Spec,
@@ -59,28 +58,6 @@ def test_options_are_added_replaced_and_taken_away():
 def test_options_have_a_name_and_a_value_and_come_once(spec):
     with pytest.raises(BadValue, match="^agent: got"):
         Spec.parse(spec)
-
-
-@pytest.mark.parametrize(
-    ("spec", "message"),
-    [
-        ("human-inspired?laps=1", "no option of human-inspired is called 'laps' (did you mean 'lapse'?)"),
-        ("human-inspired?memory=long", "memory: got 'long', expected one of since-move, configuration, none"),
-        ("human-inspired?nearest=1", "nearest: got '1', expected yes or no"),
-        ("cognitive:softmax-memory?failure=much", "failure: got 'much', expected a number"),
-        ("cognitive:softmax-memory?failure=inf", "failure: got inf, expected a finite number"),
-        ("cognitive:random-map?window=1.5", "window: got '1.5', expected a whole number"),
-        (
-            "cognitive:random-map?window=0&avoid=last",
-            "avoid: got 'last', expected none or failed, because the window is 0",
-        ),
-        ("cognitive", "no cognitive model is called ''; there are: softmax-memory, random-map, "),
-    ],
-)
-def test_what_is_wrong_with_an_option_is_said_in_one_line(spec, message):
-    with pytest.raises((BadValue, UnknownName)) as mistake:
-        resolve(spec)
-    assert str(mistake.value).startswith(message)
 
 
 @dataclass(frozen=True)

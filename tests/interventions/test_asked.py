@@ -1,17 +1,14 @@
 """What an agent is asked, remembers and does: instructions, remarks, late and lost reports, short memories, slips."""
 
 import itertools
-from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from scipy.stats import binomtest
 
 from lockprobe.agents.prompt import (
     FIELDS,
-    INSTRUCTIONS,
     conversation,
     example,
 )
@@ -26,11 +23,11 @@ from lockprobe.interventions.asked import (
     loops_completed,
 )
 from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.interventions.done import History, Tremble
+from lockprobe.interventions.done import History
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.condition import spec_of
-from lockprobe.trial.record import Decision, Moment, Percept, Task, Turn
+from lockprobe.trial.record import Decision, Moment, Percept, Turn
 
 CURT = Path(__file__).with_name("curt.txt")
 LEAST = "{joints} {target} {reply}"
@@ -50,12 +47,6 @@ def said(*interventions, shown=None):
     for one in interventions:
         briefing = one.brief(briefing, (), None, None)
     return [message.text for message in conversation(replace(shown or example(), briefing=briefing))]
-
-
-@pytest.mark.parametrize("shown", [example(), example(1), example(2), example(assessment=False)])
-def test_the_usual_instruction_as_a_file_is_the_usual_instruction_and_documented(tmp_path, shown):
-    assert said(written(tmp_path / "usual.txt", INSTRUCTIONS), shown=shown) == said(shown=shown)
-    assert f"```text\n{INSTRUCTIONS}\n```" in (CURT.parents[2] / "docs" / "interventions.md").read_text("utf-8")
 
 
 @pytest.mark.parametrize(("rate", "often"), [(None, "sometimes"), (0.4, "with probability 0.4")])
@@ -169,20 +160,6 @@ TURNS = tuple(Turn(percept=Percept(text=str(i)), decision=Decision(joint="A")) f
 @pytest.mark.parametrize(("last", "left"), [(0, ()), (2, TURNS[3:]), (5, TURNS), (9, TURNS)])
 def test_the_newest_exchanges_are_left(last, left):
     assert History(last=last).recall(TURNS, None, None) == left
-
-
-def test_a_hand_that_slips_attempts_another_joint_and_is_truthfully_reported():
-    trial = played("tremble?p=1 + symbolic", "random")
-    label = dict(zip(trial.joints, trial.labels, strict=True))
-    for step in trial.steps:
-        assert step.chosen not in (None, step.joint)
-        assert label[step.chosen] == step.decision.joint
-        assert step.told.startswith(label[step.joint])
-        assert step.told_moved == step.moved
-    task, rng = Task(joints=("A", "B", "C", "D"), target="D", budget=20), np.random.default_rng(1)
-    found = Counter(Tremble(p=1).act("B", (), task, rng) for _ in range(3000))
-    assert set(found) == {"A", "C", "D"}
-    assert all(binomtest(n, 3000, 1 / 3).pvalue > 0.001 for n in found.values())
 
 
 def test_one_step_is_the_experimenter_s_and_all_others_are_the_agent_s():

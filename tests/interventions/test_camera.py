@@ -1,7 +1,5 @@
 """The camera shows the box and says nothing about it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from depth_pictures import decode
@@ -61,19 +59,6 @@ def test_rgbd_adds_depth_as_shown_and_as_measured(depth):
     np.testing.assert_array_equal(read == 0, millimetres == 0)
     if depth != "height":
         assert np.abs(read - millimetres / 1000).max() < 0.0007
-
-
-def test_it_asks_for_a_picture_of_what_is_told_and_draws_equally_often_whatever_its_settings_are():
-    asked, luck = [], []
-    for channel in (CameraChannel(), CameraChannel(depth="turbo", blur=2, noise=0.1), CameraChannel(occlude=0.5)):
-        for positions in ((False, True), None):
-            rng = np.random.default_rng(9)
-            shown = replace(MOVED, positions=positions, look=lambda seen: asked.append(seen) or FRAME)
-            made = channel.perceive(shown, (), TASK, rng)
-            luck.append(rng.random())
-        assert (made.pictures, made.text, made.outcome, made.joint) == ((), "", None, "B")  # no positions, no picture
-    assert asked == [(False, True)] * 3
-    assert len(set(luck)) == 1
 
 
 @pytest.mark.parametrize("depth", ["none", "turbo"])

@@ -45,12 +45,6 @@ def test_a_plant_is_checked_before_a_study(name, monkeypatch):
         resolve_plant(name).check(box("chain-4"))
 
 
-def test_without_the_engine_the_remedy_is_named(monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda module: None)
-    with pytest.raises(Missing, match=r"the twins need the package mujoco.*pip install 'lockprobe\[twin\]'"):
-        resolve_plant("twin").check(box())
-
-
 def test_what_the_plant_has_anyway_is_no_change_and_the_rest_is_written_in_one_way():
     change = plant_change("twin?pose_error=0.004", {"pose_error": "0.0040", "looks": "plain", "tilt": "30.0"})
     assert (change.options, change.own) == ({"tilt": "30"}, {"tilt": 20.0})

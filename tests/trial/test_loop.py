@@ -5,7 +5,6 @@ import re
 from dataclasses import dataclass, replace
 
 import pytest
-from seen import PhotographedPlant
 
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
@@ -16,7 +15,6 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.trial.loop import play
 from lockprobe.trial.model_call import Usage
-from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
@@ -25,7 +23,6 @@ PLAN = Plan(
     study="test", agent="fake", box=box(), condition=flips((0.0,))[0],
     repetition=1, trial=1, seed=1,
 )  # fmt: skip
-SHOWN = replace(PLAN, shuffle="never", condition=flips((0.0,), modalities=("rgb",))[0])
 
 
 class Fake:
@@ -80,38 +77,6 @@ def test_labels_and_listing_are_shuffled_per_trial_alike_in_every_condition():
     assert all(sorted(labels) == sorted(listing) == list("ABCD") for labels, listing in drawn)
     plain = run_trial(agent="random", trial=1, shuffle="never")
     assert plain.labels == plain.listing == ("A", "B", "C", "D")
-
-
-@dataclass(frozen=True)
-class Photograph:
-    """The picture's first row, as bytes, instead of a report."""
-
-    def perceive(self, percept, past, task, rng):
-        png = percept.look().rgb[0, :4, 0].tobytes()
-        pictures = (Picture(kind="rgb", png=png), Picture(kind="depth16", png=b"depth", shown=False))
-        return replace(percept, outcome=None, positions=None, text="Look.", pictures=pictures)
-
-
-def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
-    kept = {}
-    agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
-    plant = PhotographedPlant(SHOWN.box, sensed="failed")
-    trial = asyncio.run(
-        play(
-            SHOWN, plant=plant, interventions=(Photograph(),), agent=agent, keep=lambda p: kept.update({p.name: p.png})
-        )
-    )
-    assert trial.solved
-    assert kept[trial.opening_pictures["rgb"]] == bytes(4)
-    assert [kept[step.pictures["rgb"]][::-1] for step in trial.steps] == [
-        b"\xff" * i + bytes(4 - i) for i in (1, 2, 3, 4)
-    ]
-    assert all(kept[step.pictures["depth16"]] == b"depth" for step in trial.steps)
-    assert plant.looks == 5
-    assert all(situation.percept.look is None and situation.percept.outcome is None for situation in agent.seen)
-    assert all(turn.percept.look is None for situation in agent.seen for turn in situation.past)
-    assert trial.plant == {"plant": "symbolic", "robot": "made up"}
-    assert trial_from_json(trial_to_json(trial)) == trial
 
 
 def raising(error):

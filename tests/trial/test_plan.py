@@ -5,11 +5,9 @@ from dataclasses import dataclass, replace
 import pytest
 from seen import PhotographedPlant
 
-from lockprobe import run_trial
 from lockprobe.boxes.families import box
 from lockprobe.interventions.catalogue import interventions_of, with_words
 from lockprobe.interventions.conditions import flips
-from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Fork, Names, Plan
@@ -88,12 +86,3 @@ def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_
     assert found.specs[1:5:3] == ("flip?p=0.2", "flip?p=0.2 (2)")
     wordless = Places.of(interventions_of("flip?p=0.2 + drop?p=0.1"))
     assert ([placed.number for placed in wordless.channels], wordless.showing, wordless.after) == ([0, 1], (), ())
-
-
-@pytest.mark.parametrize("spec", ["truth", "flip?p=0.3 + nudge", "tremble?p=0.2 + history?last=2"])
-def test_the_record_says_what_acted_with_its_settings_as_they_were_given(spec):
-    trial, found = run_trial(agent="random", condition=spec, modality="symbolic?tell=state"), places(spec)
-    assert (trial.channels, trial.interventions) == (found.channel_facts, found.other_facts)
-    assert list(trial.changed) == [*filter(None, found.specs)]
-    whole, real = (Places.of([OutcomeFlip(p=p)]).channel_facts[0]["p"] for p in (0, 0.0))
-    assert (repr(whole), repr(real)) == ("0", "0.0")

@@ -111,12 +111,6 @@ def test_the_camera_says_what_it_reads_and_an_unclear_joint_keeps_its_last_posit
     assert camera_outcomes(trial) == [None, False, False, False]
 
 
-def test_reports_from_a_source_that_can_be_wrong_are_never_pooled_with_the_truth():
-    flipped, true = played("flip?p=0.4 + symbolic?source=truth"), played("symbolic?source=truth")
-    assert (flipped.p, true.p) == (0.4, 0.0)
-    assert {played(f"{of}symbolic?source=camera").p for of in ("", "flip?p=0.4 + ")} == {None}
-
-
 def test_the_truth_ends_a_trial_whatever_the_source_says():
     solution = (FREE, SECOND, FIRST, TARGET)
     trial = done("symbolic?source=verdict", solution, verdicts={4: "blocked"})

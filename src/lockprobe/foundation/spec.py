@@ -111,9 +111,6 @@ class Spec:
 
         >>> str(Spec.parse("manual?device=1").appending("camera", "shots/A&B"))
         'manual?device=1&camera=shots/A%26B'
-
-        Raises:
-            BadValue: If it has this option already.
         """
         return Spec.parse(f"{self}{'&' if self.options else '?'}{option}={value.translate(_ENCODED)}")
 

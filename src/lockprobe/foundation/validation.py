@@ -52,21 +52,13 @@ def plain(message: str) -> str:
 
 
 def check_probability(what: str, value: float) -> None:
-    """Refuse a value that is not a probability.
-
-    Raises:
-        BadValue: If it is not from 0 to 1.
-    """
+    """Refuse a value that is not a probability."""
     if not 0.0 <= value <= 1.0:
         raise BadValue(what, value, "a number from 0 to 1")
 
 
 def check_dose(what: str, text: str) -> None:
-    """Refuse the text of a dose that is no number.
-
-    Raises:
-        BadValue: If it is none.
-    """
+    """Refuse the text of a dose that is no number."""
     try:
         float(text)
     except ValueError:
@@ -74,21 +66,13 @@ def check_dose(what: str, text: str) -> None:
 
 
 def check_number(what: str, value: object) -> None:
-    """Refuse a value that is not a number.
-
-    Raises:
-        BadValue: If it is not.
-    """
+    """Refuse a value that is not a number."""
     if not isinstance(value, Real):
         raise BadValue(what, value, "a number")
 
 
 def check_whole(what: str, value: object, least: int, most: int | None = None) -> None:
-    """Refuse a value that is not a whole number in a range; ``most`` is None where there is no largest one.
-
-    Raises:
-        BadValue: If it is not.
-    """
+    """Refuse a value that is not a whole number in a range; ``most`` is None where there is no largest one."""
     if not (isinstance(value, Integral) and least <= int(value) and (most is None or int(value) <= most)):
         to = "" if most is None else f" to {most}"
         raise BadValue(what, value, f"a whole number from {least}{to}")

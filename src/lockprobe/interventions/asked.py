@@ -46,9 +46,6 @@ class Warn:
 
     Attributes:
         rate: The rate of false reports that the instruction states, [0, 1]; None for "sometimes".
-
-    Raises:
-        BadValue: If it is no probability.
     """
 
     name: ClassVar[str] = "warn"
@@ -75,9 +72,6 @@ class Nudge:
 
     Attributes:
         after: Copies of a loop after which it is said, from 2.
-
-    Raises:
-        BadValue: If it is none of these.
     """
 
     name: ClassVar[str] = "nudge"
@@ -100,9 +94,6 @@ class Remark:
 
     Attributes:
         after: Copies of a loop after which it is said, from 2; 0 for before every step but the first.
-
-    Raises:
-        BadValue: If it is none of these.
     """
 
     name: ClassVar[str] = "remark"
@@ -157,9 +148,6 @@ class Hypothesis:
 
     Attributes:
         ask: When it is asked.
-
-    Raises:
-        BadValue: If it is none of these.
     """
 
     name: ClassVar[str] = "hypothesis"

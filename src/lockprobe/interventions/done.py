@@ -64,9 +64,6 @@ class History:
 
     Attributes:
         last: The number of exchanges (choice and report) that it remembers, from 0.
-
-    Raises:
-        BadValue: If it is negative.
     """
 
     name: ClassVar[str] = "history"

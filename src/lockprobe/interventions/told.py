@@ -29,11 +29,7 @@ def hits(at: tuple[int, ...], step: int) -> bool:
 
 
 def check_steps(at: tuple[int, ...]) -> None:
-    """Refuse steps that no trial has.
-
-    Raises:
-        BadValue: If one is below 1.
-    """
+    """Refuse steps that no trial has."""
     for step in at:
         if step < 1:
             raise BadValue("at", step, "a step from 1")
@@ -47,9 +43,6 @@ class AtRandomSteps:
         p: Probability that a step is hit, [0, 1].
         luck: Which steps are hit: random steps of this intervention, or those at which ``flip`` lies at the same p.
         at: The steps that can be hit; empty for all of them.
-
-    Raises:
-        BadValue: If a value is none of these.
     """
 
     name: ClassVar[str]
@@ -91,9 +84,6 @@ class Delay:
 
     Attributes:
         lag: Attempts by which a report is late, from 0.
-
-    Raises:
-        BadValue: If it is negative.
     """
 
     name: ClassVar[str] = "delay"
@@ -124,9 +114,6 @@ class Phantom:
 
     Attributes:
         p: Probability that a report has a phantom, [0, 1]. Those at a smaller p are a subset of those at a larger one.
-
-    Raises:
-        BadValue: If it is no probability.
     """
 
     name: ClassVar[str] = "phantom"
@@ -166,9 +153,6 @@ class Correction:
         inverts: What a lie inverts, as in ``flip``.
         others: What becomes of the false positions of other joints, as in ``flip``.
         at: The steps whose reports can be corrected; empty for all of them.
-
-    Raises:
-        BadValue: If a value is none of these.
     """
 
     name: ClassVar[str] = "correction"
@@ -222,9 +206,6 @@ class Yoked:
     Attributes:
         p: Flip probability of the source, [0, 1].
         how: Whose steps.
-
-    Raises:
-        BadValue: If a value is none of these.
     """
 
     name: ClassVar[str] = "yoked"

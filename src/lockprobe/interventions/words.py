@@ -39,9 +39,6 @@ class TextChannel:
         form: The form of the text. Every form has the same content.
         places: Whether the first report also says where joints lie on the panel, and which slide and which turn, as a
             picture shows it.
-
-    Raises:
-        BadValue: If there is no such content or form.
     """
 
     shows: ClassVar[bool] = True

@@ -12,7 +12,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,14 @@ from lockprobe.boxes.families import find_box
 from lockprobe.boxes.state_space import space_of
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import allow
-from lockprobe.foundation.validation import check_whole
-from lockprobe.interventions.flip import OutcomeFlip, told_by
-from lockprobe.interventions.words import Tell
+from lockprobe.foundation.validation import check_choice, check_whole
+from lockprobe.interventions.conditions import blind
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip, told_by
+from lockprobe.interventions.words import Tell, TextChannel
+from lockprobe.studies.modality import shown
 from lockprobe.trial.luck import numbers
+from lockprobe.trial.record import STATES
+from lockprobe.trial.source import source_of
 
 LONGEST = 10_000
 
@@ -107,6 +111,26 @@ def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
     if not isinstance(found, Policy):
         raise BadValue("agent", agent, "one whose whole memory is one value: a strategy or a cognitive model")
     return found
+
+
+def what_is_told(modality: str | None, flip: FlipKind) -> Tell:
+    """What a modality tells; None means the default of studies, and ``outcome-only`` makes it blind.
+
+    Raises:
+        UserMistake: If it shows the box in pictures, or shows positions under ``outcome-only``.
+    """
+    check_choice("flip", flip, get_args(FlipKind))
+    if not isinstance(modality, str | None):
+        raise BadValue("modality", modality, "a text, such as symbolic")
+    if flip == "outcome-only":
+        modality = blind(modality or "symbolic")
+    channel = shown(modality or STATES)
+    if (source := source_of(modality or STATES)) is not None and source.of != "truth":
+        raise BadValue("modality", modality, f"symbolic without source={source.of}, whose errors only a plant makes")
+    if not isinstance(channel, TextChannel):
+        known = "symbolic, or symbolic?tell=state, as which a viewer that sees well plays in pictures"
+        raise BadValue("modality", modality, known)
+    return channel.tell
 
 
 class Boxes:

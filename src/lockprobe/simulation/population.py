@@ -18,8 +18,7 @@ from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_number, check_whole
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
-from lockprobe.simulation.condition_chances import told_by
-from lockprobe.simulation.kernel import Played, Whole, World, play, policy_of, world_of
+from lockprobe.simulation.kernel import Played, Whole, World, play, policy_of, what_is_told, world_of
 from lockprobe.statistics.loops import LoopMeasures, measure
 from lockprobe.trial.luck import numbers
 from lockprobe.trial.plan import drawn_orders, orders_of_study
@@ -104,7 +103,7 @@ def population(
     check_whole("trials", trials, 1)
     check_whole("repetition", repetition, 1)
     check_whole("seed", seed, 0)
-    policy, tell = policy_of(agent), told_by(modality, "memoryless" if isinstance(flip, OutcomeFlip) else flip)
+    policy, tell = policy_of(agent), what_is_told(modality, "memoryless" if isinstance(flip, OutcomeFlip) else flip)
     like = flip if isinstance(flip, OutcomeFlip) else flip_of(flip)
     world = world_of(box, flip=like.at_rate(p), max_steps=max_steps, tell=tell)
     if trials * max_steps > MOST_STEPS:

@@ -84,9 +84,6 @@ def source_of(modality: str) -> Source | None:
 
     >>> source_of("symbolic?source=verdict"), source_of("symbolic")
     (Source(of='verdict'), None)
-
-    Raises:
-        BadValue: If there is no such source.
     """
     said = Spec.parse(modality, "modality").options.get("source")
     if said is None:

@@ -51,11 +51,7 @@ def trial_from_json(line: bytes | str) -> Trial:
 
 
 def check_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> None:
-    """Refuse a step that does not fit the joints, or a decision that does not fit the labels.
-
-    Raises:
-        BadValue: If it does not.
-    """
+    """Refuse a step that does not fit the joints, or a decision that does not fit the labels."""
     _refuse(f"step {step.step}, ", _of_step(step, joints, labels))
 
 

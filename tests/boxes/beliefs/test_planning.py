@@ -63,20 +63,6 @@ def test_steps_to_solve_the_papers_chain(prior, mean, by, last):
         assert solved[: step + 1].sum() == pytest.approx(share)
 
 
-def test_expected_steps_over_the_prior_and_beliefs_looked_at():
-    for prior, joints, steps, most in [
-        ("chains", 4, 5.5, 16),
-        ("chains", 6, 11.0, 500),
-        ("single-parent", 4, 483 / 142, 200),
-        ("single-parent", 5, 4.442957297641810, 3000),
-        ("any-literal", 4, 5754 / 2152, 7000),
-    ]:
-        known = interlocks(prior, joints)
-        fresh = Planner(known)
-        assert min(fresh.values((1 << len(known)) - 1, 0)) == pytest.approx(steps)
-        assert len(fresh) <= most
-
-
 def slow_values(known):
     """V of every set and configuration that can be met from the prior anywhere, by sweeps over all of them."""
     start = [

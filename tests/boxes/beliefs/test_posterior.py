@@ -5,10 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 from boxes.beliefs.enumeration import as_box, histories, told
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, update
+from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.foundation.errors import BadValue
 
@@ -50,24 +48,6 @@ def test_the_posterior_is_that_of_enumeration(name, reading, kinds, states_only)
             assert np.allclose(belief.weights, expected, atol=1e-12)
             assert belief.moved == pytest.approx(sum(m for (_, moved), m in behind.items() if moved) / total)
             assert belief.restarts == 0
-
-
-@settings(max_examples=40)
-@given(st.integers(0, 141), st.lists(st.integers(0, 3), max_size=8), st.booleans())
-def test_told_the_truth_all_that_is_left_would_have_done_the_same(place, joints, states_only):
-    known = interlocks("single-parent", 4)
-    heard = told(as_box(known.needs[place]), "memoryless", joints, [False] * len(joints), states_only)
-    if heard is None:
-        return
-    belief = after(known, noise_model("naive"), heard[0])
-    left = [
-        s
-        for s, needs in enumerate(known.needs)
-        if told(as_box(needs), "memoryless", joints, [False] * len(joints), states_only) == heard
-    ]
-    assert belief.alive == sum(1 << s for s in left)
-    assert entropy(belief) == pytest.approx(np.log2(len(left)))
-    assert belief.restarts == 0
 
 
 def test_beliefs_are_calibrated():

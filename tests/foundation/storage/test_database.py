@@ -82,25 +82,6 @@ def test_a_log_that_a_kill_left_is_read_and_taken_in(tmp_path):
     assert texts(path) == [*map(str, range(9))]
 
 
-def test_a_finished_file_is_read_where_nothing_can_be_written(path, monkeypatch):
-    with Database.writing(path, SCHEMA) as store:
-        put(store, "one")
-    plain = sqlite3.connect
-
-    def read_only(name, **more):  # what a directory without the right to write does, also to root
-        if "mode=" in name and "immutable" not in name:
-            raise _failed("unable to open database file", sqlite3.SQLITE_CANTOPEN)
-        return plain(name, **more)
-
-    monkeypatch.setattr(module.sqlite3, "connect", read_only)
-    assert texts(path) == ["one"]
-    path.with_name("d.db-wal").write_bytes(b"commits")
-    content = path.read_bytes()
-    path.write_bytes(content[:18] + b"\2\2" + content[20:])  # as a kill leaves it
-    with pytest.raises(BadFile, match="d.db: cannot be read .unable to open"):
-        texts(path)
-
-
 @pytest.mark.parametrize("change", ["deleted", "replaced"])
 def test_who_deletes_or_replaces_it_ends_the_writing_and_all_is_beside_it(path, change):
     for number in ("", "1"):

@@ -10,7 +10,7 @@ import pytest
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.atomic_file import NewDirectory, remove_file, write_file, write_private
 from lockprobe.foundation.storage.database import Database
-from lockprobe.foundation.storage.links import make_directory, refuse_links
+from lockprobe.foundation.storage.links import make_directory
 
 WRITERS = {
     "file": lambda path: write_file(path, "new"),
@@ -53,18 +53,6 @@ def test_a_link_inside_a_study_is_named_and_not_followed(study, monkeypatch, wri
         with pytest.raises(BadFile, match=r"study/link: is a link inside the directory of a study .*, which is not"):
             WRITERS[writer](path)
     assert snapshot(study.parent) == before
-
-
-def test_a_link_to_the_study_and_links_elsewhere_are_followed(study, tmp_path):
-    (tmp_path / "link").symlink_to("study")
-    write_file(tmp_path / "link" / "report.html", "new")
-    assert (study / "report.html").read_text() == "new"
-    (tmp_path / "other").symlink_to("victim")
-    write_file(tmp_path / "other", "new")
-    assert (tmp_path / "victim").read_text() == "new"
-    refuse_links(tmp_path / "other")
-    with pytest.raises(BadFile, match="other: is a link inside the directory of a study"):
-        refuse_links(tmp_path / "other", within=tmp_path)
 
 
 def test_what_a_kill_left_of_a_transaction_is_undone_for_a_reader_too_and_deletes_no_file_that_it_names(tmp_path):

@@ -158,16 +158,6 @@ def test_an_actor_that_does_not_answer_for_ten_minutes_is_given_up():
     assert 600 < pool.time.now < 603
 
 
-def test_what_a_job_raises_is_raised_here_and_what_a_node_lacks_is_said_with_its_name():
-    def lacking():
-        raise Missing("no model here", "pull it")
-
-    with pytest.raises(ZeroDivisionError):
-        results_of(FakeRay(), [0], lambda: lambda job: 1 // job)
-    with pytest.raises(Missing, match="the node .* cannot play: no model here: pull it"):
-        results_of(FakeRay(), [0], lacking)
-
-
 @pytest.mark.parametrize("address", ["", "here", "host:", ":1", "host:0", "host:x", "ray://host:1", "host:99999"])
 def test_what_is_no_address_is_refused(address):
     with pytest.raises(BadValue, match="auto, or HOST:PORT of the head node"), Cluster.connect(address):

@@ -85,9 +85,6 @@ def noise_model(name: str, reading: KnownReading = "outcomes") -> Noise:
     Args:
         name: ``naive``, ``aware``, or a flip probability from 0 to 1; 0 is ``naive``.
         reading: The reading of a false report that the observer was told; a naive observer ignores it.
-
-    Raises:
-        BadValue: If it is none of these.
     """
     try:
         p = None if name == "aware" else 0.0 if name == "naive" else float(name)

@@ -34,9 +34,6 @@ class Damage:
         occlude: Share of the panel that an opaque patch hides, [0, 1].
         exposure: Stops of exposure, from -20 to 20: one more is twice the light, and the sensor clips what is too
             bright for it.
-
-    Raises:
-        BadValue: If a value is out of range.
     """
 
     blur: float = 0.0

@@ -21,11 +21,7 @@ DepthKind = Literal["turbo", "gray", "height", "packed"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Window:
-    """The depth range of a picture: depths of the first and the last colour, metres, 0 <= near < far <= 65.
-
-    Raises:
-        BadValue: If a depth is out of range.
-    """
+    """The depth range of a picture: depths of the first and the last colour, metres, 0 <= near < far <= 65."""
 
     near: float
     far: float
