@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from lockprobe.boxes.families import box, sized
+from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, UnknownName
 
 
@@ -31,15 +31,3 @@ def test_random_boxes_are_pinned():
 def test_other_names_are_refused(name, mistake, message):
     with pytest.raises(mistake, match=message):
         box(name)
-
-
-def test_a_family_and_a_number_of_joints_are_a_name():
-    assert sized("chain", 5) == "chain-5"
-    assert sized("chain", None) == "chain-4"
-    assert sized("chain-6", None) == sized("chain-6", 6) == "chain-6"
-    assert sized("gray-code", None) == "gray-code"
-    assert sized("gray-code", 6) == "gray-code-6"
-    assert sized("common-cause", 5) == "common-cause-4"
-    assert sized("random", 7) == "random-7"
-    assert sized("branched", None) == "branched"
-    assert {len(box(sized("common-effect", joints)).joints) for joints in (4, 5)} == {4, 5}

@@ -149,21 +149,6 @@ def test_a_broken_package_is_named_by_those_who_use_it_and_disturbs_nobody_else(
     assert "broken" not in sys.modules
 
 
-def test_a_plant_of_a_package_can_have_a_camera_and_a_source_that_is_none_is_one_line(tmp_path, monkeypatch):
-    (tmp_path / "strange").mkdir()
-    strangers.install(tmp_path / "strange", monkeypatch)
-    source = resolve_plant("seen?width=80")
-    assert (source.has_camera, source.picture_size, source.ships) == (True, (80, 64), False)
-    with no_foreign_code():
-        assert not resolve_plant("seen").has_camera
-        with pytest.raises(BadValue, match="no other code runs here"):
-            resolve_plant("seen").make(box(), box().names, None)
-    odd = {"plant_sources": {"odd": "untold"}}
-    strangers.install(tmp_path, monkeypatch, "oddities", "def untold(spec): return 3", odd, "odd-things")
-    with pytest.raises(BadValue, match="expected a function of spec that returns a PlantSource"):
-        resolve_plant("odd")
-
-
 def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockprobe):
     taken = {
         "agents": {"random": "First"}, "interventions": {"drop": "Hush"}, "boxes": {"fork": "gate"},

@@ -1,14 +1,11 @@
 """What is said to a user: errors in one line, advice of the tool in use, plain words, safe text, numbers that look alike."""
 
-from typing import Literal
-
 import pytest
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, UnknownName, UserMistake, advice, needing
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.terminal_text import readable
-from lockprobe.foundation.validation import check_choice, plain
+from lockprobe.foundation.validation import check_choice
 
 
 def test_an_unknown_name_comes_with_those_that_exist():
@@ -52,44 +49,6 @@ def test_advice_for_a_missing_package_is_that_of_the_tool_in_use(monkeypatch, pi
     monkeypatch.setenv("UV_RUN_RECURSION_DEPTH", "1")
     assert advice(pip) == advice(uv) == uv
     assert str(Missing("x", pip)) == f"x: {uv}"
-
-
-class Model(BaseModel):
-    """Something of every kind."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    whole: int = Field(default=1, ge=1, le=9)
-    number: float = 0.0
-    text: str = Field(default="", max_length=3)
-    names: list[str] = Field(default=["a"], min_length=1)
-    yes: bool = True
-    one: Literal["a", "b"] = "a"
-    table: dict[str, int] = {}
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"whole": "x"}, "expected a whole number"),
-        ({"whole": 1.5}, "expected a whole number"),
-        ({"whole": 0}, "expected at least 1"),
-        ({"whole": 10}, "expected at most 9"),
-        ({"number": "x"}, "expected a number"),
-        ({"text": 3}, "expected a text"),
-        ({"text": "long"}, "expected at most 3 characters"),
-        ({"names": "x"}, "expected a list"),
-        ({"names": []}, "expected at least 1 item"),
-        ({"yes": "x"}, "expected true or false"),
-        ({"one": "c"}, "expected 'a' or 'b'"),
-        ({"table": 1}, "expected a table"),
-        ({"other": 1}, "no such key"),
-    ],
-)
-def test_what_pydantic_says_is_said_in_plain_words(given, said):
-    with pytest.raises(ValidationError) as raised:
-        Model.model_validate(given)
-    assert plain(raised.value.errors()[0]["msg"]) == said
 
 
 def broken():

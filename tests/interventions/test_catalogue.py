@@ -215,7 +215,7 @@ def test_the_paper_s_conditions_run_over_flip_rates_and_are_the_truth_at_rate_0(
 
 def test_settings_import_nothing_until_a_trial_is_played():
     stranger = Condition(interventions=(Recorded(spec="python:mine:Hush?x=1", doses=("x",)),))
-    assert (stranger.label, stranger.dose_names) == ("python:mine:Hush?x=1", (("x",),))
+    assert stranger.acting == (("python:mine:Hush?x=1", ("x",)),)
     assert stranger.doses == {"python:mine:Hush.x": 1.0}
     with pytest.raises(BadValue, match="what a file or a directory names is data, and is not run"):
         interventions_in(stranger)

@@ -127,8 +127,9 @@ def test_forks_are_no_trials_of_the_study_and_the_same_command_owes_nothing(tmp_
 
 
 @pytest.mark.slow
-def test_forks_estimate_the_exact_effect_of_one_lie(tmp_path, agent="cognitive:perseverant"):
+def test_forks_estimate_the_exact_effect_of_one_lie(tmp_path):
     """Propagation with one report forced either way is the truth."""
+    agent = "cognitive:perseverant"
     planned = study("flips", agent=agent, p=[0.0], trials=150, repetitions=1, modality="symbolic")
     parents, forks = played(tmp_path, planned, at=["4"], times=2)
     (change,) = [one.change for one in branch_effects(forks, parents) if one.outcome == "success"]

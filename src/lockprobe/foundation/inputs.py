@@ -6,10 +6,8 @@ import json
 import os
 import stat
 import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from lockprobe.foundation.errors import BadFile
 
@@ -25,10 +23,11 @@ _BUFFER = 1 << 18
 LARGEST_TOML = 64 * 1024
 """Bytes of a TOML file; a larger one is refused unread."""
 
+_DEVICE = "a device"
 _KINDS = {
     stat.S_IFIFO: "a pipe",
-    stat.S_IFCHR: "a device",
-    stat.S_IFBLK: "a device",
+    stat.S_IFCHR: _DEVICE,
+    stat.S_IFBLK: _DEVICE,
     stat.S_IFSOCK: "a socket",
     stat.S_IFDIR: "a directory",
 }
@@ -72,31 +71,20 @@ def is_there(path: Path) -> bool:
     return path.exists()
 
 
-@contextmanager
-def _opened(path: Path) -> Iterator[IO[bytes]]:
-    """A regular file, open for reading. Opening waits for nobody, also where a pipe took its place meanwhile.
+def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
+    """The content of a regular file of at most ``most`` bytes; nobody is waited for, also where a pipe took its place.
 
     Raises:
-        BadFile: If it is no regular file, or cannot be read.
+        BadFile: If it is no regular file, is larger, or cannot be read.
     """
     check_regular(path)
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb", _BUFFER) as file:  # noqa: PTH123 - of a number
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise BadFile(path, "not a regular file")
-            yield file
+            content = file.read(most + 1)
     except OSError as error:
         raise BadFile(path, f"cannot be read ({error.strerror})") from None
-
-
-def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
-    """The content of a regular file of at most ``most`` bytes.
-
-    Raises:
-        BadFile: If it is no regular file, is larger, or cannot be read.
-    """
-    with _opened(path) as file:
-        content = file.read(most + 1)
     if len(content) > most:
         raise BadFile(path, f"larger than {most} bytes")
     return content

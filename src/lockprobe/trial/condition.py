@@ -138,20 +138,15 @@ class Condition:
         return any(isinstance(one, Recorded) for one in self.interventions)
 
     @cached_property
-    def dose_names(self) -> tuple[tuple[str, ...], ...]:
-        """For every intervention the names of its dose options; at 0 of the first one it does nothing."""
-        return tuple(tuple(InterventionTraits.of(one).doses) for one in self.interventions)
-
-    @property
     def acting(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """Every intervention as its spec and the names of its dose options."""
-        return tuple(zip(self.specs, self.dose_names, strict=False))  # the last spec may be the plant's
+        """Every intervention as its spec and the names of its dose options; at 0 of the first one it does nothing."""
+        doses = (tuple(InterventionTraits.of(one).doses) for one in self.interventions)
+        return tuple(zip(self.specs, doses, strict=False))  # the last spec may be the plant's
 
     @cached_property
     def doses(self) -> Mapping[str, float]:
         """The doses above 0 of its interventions, of its modality and of its plant, ``{"flip.p": 0.4}``."""
-        acting = self.specs[: len(self.interventions)]
-        return doses_of(acting, self.dose_names, self.modality) | self.plant.doses
+        return doses_of(self.acting, self.modality) | self.plant.doses
 
     @property
     def p(self) -> float | None:

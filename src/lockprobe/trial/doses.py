@@ -56,28 +56,24 @@ def without_doses(spec: Spec, options: Sequence[str]) -> Spec:
     return spec.without([*options, *(["others"] if spec.full_name == "flip" and "keep" in options else [])])
 
 
-def doses_of(specs: Sequence[str], names: Sequence[Sequence[str]], modality: str) -> dict[str, float]:
-    """The doses that act, by intervention and option.
+def doses_of(acting: Sequence[tuple[str, Sequence[str]]], modality: str) -> dict[str, float]:
+    """The doses that are not 0, by intervention and option.
 
-    >>> doses_of(["flip?p=0.4", "nudge"], [["p"], []], "rgb?blur=8")
+    >>> doses_of([("flip?p=0.4", ["p"]), ("nudge", [])], "rgb?blur=8")
     {'flip.p': 0.4, 'rgb.blur': 8.0}
-    >>> doses_of(["flip?p=0.4&at=3", "flip?p=0.1"], [["p"], ["p"]], "rgb")
+    >>> doses_of([("flip?p=0.4&at=3", ["p"]), ("flip?p=0.1", ["p"])], "rgb")
     {'flip.p': 0.4, 'flip#2.p': 0.1}
 
     Args:
-        specs: Specs of the interventions.
-        names: For every one the options that are its doses. At 0 of the first one none of them acts.
+        acting: Interventions, each as its spec and the options that are its doses. At 0 of the first none of them acts.
         modality: Spec of the modality, whose doses follow.
-
-    Returns:
-        Those that are not 0.
 
     Raises:
         BadValue: If a dose of the modality is no number, as a list of several.
     """
     found: dict[str, float] = {}
     seen: Counter[str] = Counter()
-    for spec, options in zip(specs, names, strict=True):
+    for spec, options in acting:
         said = Spec.parse(spec, "intervention")
         seen[said.full_name] += 1
         number = f"#{seen[said.full_name]}" if seen[said.full_name] > 1 else ""

@@ -15,7 +15,6 @@ from lockprobe.foundation.storage.atomic_file import (
     remove_file,
     write_file,
     write_files,
-    write_private,
 )
 
 
@@ -100,18 +99,6 @@ def test_permissions_stay_and_a_draft_has_them_from_the_first_byte(tmp_path):
 def test_a_path_that_cannot_be_is_one_line(tmp_path, name):
     with pytest.raises(BadFile, match="cannot be written"):
         write_file(tmp_path / name, "content")
-
-
-def test_a_private_file_makes_a_directory_that_nobody_else_reads(tmp_path):
-    path = tmp_path / "new" / "people" / "secret"
-    for content in ("one", "two"):
-        write_private(path, content, mode=0o600)
-        assert path.read_text() == content
-    assert (permissions(path), permissions(path.parent)) == (0o600, 0o700)
-    assert names(path.parent) == ["secret"]
-    (tmp_path / "file").touch()
-    with pytest.raises(BadFile, match="cannot be written"):
-        write_private(tmp_path / "file" / "x", "content")
 
 
 def test_what_a_killed_process_left_is_hidden_and_the_next_writer_in_the_directory_deletes_it(tmp_path):
