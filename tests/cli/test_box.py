@@ -2,16 +2,18 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from functools import partial
 
 import pytest
 import strangers
+from mjcf_models import EXAMPLES
 from typed import in_process
 
 from lockprobe.boxes.boxfile import read_box
-from lockprobe.boxes.families import box, named_boxes
+from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import optimal_plans, optimum
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 
@@ -20,18 +22,6 @@ ask = partial(in_process, "box")
 
 def objects(done):
     return [json.loads(line) for line in done.stdout.splitlines()]
-
-
-def test_the_list_has_every_named_box_in_columns():
-    lines = ask("list").stdout.splitlines()
-    assert [line.split()[0] for line in lines[1:-1]] == list(named_boxes())
-    assert lines[0].split() == ["name", "joints", "optimum", "undone", "random", "no-repeat"]
-    ends = [lines[0].index(word) + len(word) for word in ("joints", "optimum", "undone", "random", "no-repeat")]
-    for line in lines[1:-1]:
-        assert all(line[end - 1] != " " and line[end : end + 1] in ("", " ") for end in ends)
-    assert "random-N-SEED" in lines[-1]
-    assert "TOML" in lines[-1]
-    assert next(line for line in lines if "(default)" in line).startswith("chain-4 ")
 
 
 def test_facts_as_json():
@@ -111,18 +101,6 @@ def test_what_was_refused_is_told():
     assert {line["reason"] for line in refused} == {"too short: solved in 1 of at least 2 steps"}
 
 
-def test_a_random_family_takes_the_numbers_of_its_interlock():
-    (plain,), (simple,) = (objects(ask("generate", "--family", family, "--seed", 3, "--json"))[-1:]
-                            for family in ("random-5", "random-5?alternatives=1&literals=1&negative=0"))  # fmt: skip
-    assert max(map(len, plain["interlock"].values())) > 1
-    assert {len(clauses) for clauses in simple["interlock"].values()} <= {0, 1}
-
-
-def test_what_cannot_be_had_is_refused_after_many_tries():
-    with pytest.raises(BadValue, match="count: got 1, expected at most 0: all other seeds of 100 were refused"):
-        ask("generate", "--family", "fork", "--shortest", 9)
-
-
 @pytest.mark.parametrize(
     ("words", "mistake", "message"),
     [
@@ -135,6 +113,11 @@ def test_what_cannot_be_had_is_refused_after_many_tries():
         (["generate", "--family", "chian"], UnknownName, "no family is called 'chian'"),
         (["generate", "--family", "random?negative=2"], BadValue, "negative: got 2.0"),
         (["generate", "--family", "chain?negative=1"], UnknownName, "no option of chain-4 is called 'negative'"),
+        (
+            ["generate", "--family", "fork", "--shortest", 9],
+            BadValue,
+            "count: got 1, expected at most 0: all other seeds",
+        ),
         (["solve", "nothing"], UnknownName, "no box is called 'nothing'"),
     ],
 )
@@ -153,3 +136,54 @@ def test_the_list_has_boxes_of_packages_and_why_one_cannot_be_used(tmp_path, mon
         assert why in found[name]["error"]
         assert said[name] == f"{name} {found[name]['error']}"
         assert said[name].startswith(f"{name} Cannot be used. ")
+
+
+HEAD = "own_box.toml: can be played. 3 joints, target door, optimum 3 steps, 3 configurations before door moves"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    for name in ("own_box.toml", "own_box.xml"):
+        shutil.copy(EXAMPLES / name, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def rewrite(path, old, new):
+    text = path.read_text("utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), "utf-8")
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_model_that_obeys_its_rules():
+    done = ask("check", "own_box.toml", "own_box.xml")
+    assert done.exit_code == 0
+    first, second = done.stdout.splitlines()
+    assert first == HEAD
+    assert second == "own_box.xml: every push went as the rules say"
+
+
+def test_a_model_that_differs_is_one_line_that_the_page_shows(folder):
+    rewrite(folder / "own_box.toml", "pin = [{ bar = 0 }]", "pin = [{}]")
+    page = (EXAMPLES.parent / "docs" / "boxes.md").read_text("utf-8")
+    with pytest.raises(BadFile, match="in configuration 011 .* pin was pushed: the rules let it move, and ") as found:
+        ask("check", "own_box.toml", "own_box.xml")
+    assert f"\nlockprobe: {found.value}\n" in page
+
+
+@pytest.mark.parametrize(
+    ("words", "mistake", "message"),
+    [
+        (["own_box.xml"], BadValue, "expected a name or FILE.toml with its rules; a MuJoCo model is a plant: --plant"),
+        (["own_box.toml", "none.xml"], BadFile, "none.xml: cannot be read"),
+        (["own_box.toml", "own_box.toml"], BadFile, "own_box.toml: not XML"),
+        (["chain-4", "own_box.xml"], BadFile, "expected one called 'revolute-left', as in the box"),
+        (["own_box.toml", "twin?model="], BadValue, "expected an MJCF file"),
+    ],
+)
+@pytest.mark.usefixtures("folder")
+def test_what_cannot_be_checked_is_one_line(words, mistake, message):
+    with pytest.raises(mistake, match=message) as found:
+        ask("check", *words)
+    assert "\n" not in str(found.value)

@@ -1,16 +1,17 @@
-"""``lockprobe list models``: what is known of a hosted model, what it would be sent, and what it reads."""
+"""``lockprobe list``: models with what is known of them and what they are sent; measures, and their means of a study."""
 
 import json
-from pathlib import Path
 
 import pytest
+import strangers
+from builders import small_study, write_study
 from typer.testing import CliRunner
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, price_of
 from lockprobe.cli.list_ import app
 from lockprobe.foundation.errors import BadValue
-from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.prompts import in_words
+from lockprobe.statistics.measures import MEASURES, measured
+from lockprobe.studies.records.read_records import load
 
 
 @pytest.fixture(autouse=True)
@@ -40,14 +41,6 @@ def test_of_an_unknown_model_it_says_that_nothing_is_known():
     assert "known  " not in said
 
 
-def test_the_prompts_of_the_three_modalities_stand_in_the_docs_as_they_are_printed():
-    page = (Path(__file__).parents[2] / "docs" / "as-paper.md").read_text("utf-8")
-    printed = in_words(study("modalities", as_paper=True))
-    assert page.partition("```text\n")[2].partition("```")[0] == printed
-    assert printed.count("  all:") >= 4
-    assert max(map(len, printed.splitlines())) < 120
-
-
 def test_without_a_name_it_lists_the_embedded_model_and_prices():
     lines = show().splitlines()
     assert lines[0].startswith("llm:local  ")
@@ -75,3 +68,45 @@ def test_a_setting_that_the_model_refuses_is_one_line():
         BadValue, match="^temperature: got 1.0, expected no temperature with llm:openai/o1, which fixes it$"
     ):
         show("openai/o1?temperature=1")
+
+
+@pytest.fixture
+def directory(tmp_path):
+    return write_study(tmp_path / "S", small_study(["random", "human-inspired"], p=[0.0, 0.6], trials=3))
+
+
+def test_the_list_has_every_measure_with_what_it_is(lockprobe):
+    rows = [json.loads(line) for line in lockprobe("list", "measures", "--json")[1].splitlines()]
+    assert [row["spec"] for row in rows] == list(MEASURES)
+    assert all(row["what"] for row in rows)
+    assert lockprobe("list", "measures")[1].splitlines()[0].startswith("solved          Whether the target moved")
+
+
+def test_the_means_of_a_study_are_those_of_its_conditions(lockprobe, directory):
+    rows = [json.loads(line) for line in lockprobe("list", "measures", directory, "--json")[1].splitlines()]
+    assert len(rows) == 4 * len(MEASURES)
+    trials = [trial for trial in load(directory) if trial.agent == "random" and trial.p == 0.6]
+    (expected,) = measured(trials, ["redundant"])
+    (row,) = (
+        row for row in rows if (row["agent"], row["condition"], row["name"]) == ("random", "flip?p=0.6", "redundant")
+    )
+    assert (row["value"], row["low"], row["high"], row["n"]) == (expected.value, expected.low, expected.high, 6)
+    status, out, err = lockprobe("list", "measures", directory, "--measure", "solved")
+    assert (status, err, len(out.splitlines())) == (0, "", 5)
+    assert [line.split()[:3] for line in out.splitlines()[1:3]] == [
+        ["random", "truth", "solved"],
+        ["random", "flip?p=0.6", "solved"],
+    ]
+
+
+def test_a_measure_of_one_s_own_is_named_on_the_command_line(lockprobe, directory, tmp_path, monkeypatch):
+    strangers.install(tmp_path, monkeypatch)
+    said = lockprobe(
+        "list", "measures", directory, "--measure", "python:strange:hasty", "--measure", "untold?weight=2", "--json"
+    )
+    names = {json.loads(line)["name"]: json.loads(line)["kind"] for line in said[1].splitlines()}
+    assert names == {"python:strange:hasty": "share", "untold?weight=2": "mean"}
+    status, out, err = lockprobe("list", "measures", directory, "--measure", "python:strange:breaks")
+    assert (status, out) == (2, "")
+    assert err == "lockprobe: measure 'python:strange:breaks' does not work (ZeroDivisionError: by nothing)\n"
+    assert lockprobe("list", "measures", tmp_path / "nowhere")[0] == 2

@@ -1,4 +1,4 @@
-"""``lockprobe loops``, as typed."""
+"""``lockprobe loops`` and ``lockprobe chance``, as typed."""
 
 import json
 import random
@@ -7,105 +7,97 @@ from functools import partial
 import pytest
 from typed import in_process
 
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict
 from lockprobe.statistics.loops import cover
+from lockprobe.statistics.loops.chance import chance_level
 
-ask = partial(in_process, "loops")
-
-
-def test_a_cycle_as_json():
-    done = ask("-", "--json", stdin="A B C A B C A B C\n")
-    assert json.loads(done.stdout) == {
-        "n": 9, "any_loop": True, "coverage": 9, "share": 1.0,
-        "words": [["A", "B", "C"]], "intervals": [[0, 3], [3, 3], [6, 3]],
-    }  # fmt: skip
-    assert done.stderr == ""
+loops, chance = partial(in_process, "loops"), partial(in_process, "chance")
 
 
-def test_the_same_in_words():
-    assert ask(stdin="ABCABCABCX\n").stdout == ("10 actions: 9 in loops (90%): A B C at 0+3, 3+3, 6+3\n")
-    assert ask(stdin="ABCD\n").stdout == "4 actions: no loop\n"
+def rows(*words, stdin):
+    return [json.loads(line) for line in loops("--json", *words, stdin=stdin).stdout.splitlines()]
 
 
-@pytest.mark.parametrize("solver", ["dp", "ilp"])
-def test_both_solvers_cover_as_much(solver):
-    done = ask("--json", "--solver", solver, stdin="001001010\n000010010000\n")
-    assert [json.loads(line)["coverage"] for line in done.stdout.splitlines()] == [9, 12]
-
-
-@pytest.mark.parametrize("options", [{}, {"overlap": True}, {"min_length": 2}])
-def test_lines_are_the_library_line_by_line(options):
-    rng = random.Random(4)
-    lines = ["".join(rng.choices("AB", k=n)) for n in range(1, 25)]
-    words = {"overlap": ["--overlap"], "min_length": ["--min-length", 2]}
-    done = ask("--json", *(word for name in options for word in words[name]), stdin="\n".join(lines))
-    for line, row in zip(lines, map(json.loads, done.stdout.splitlines()), strict=True):
-        found = cover(line, **options)
-        assert (row["n"], row["any_loop"], row["coverage"]) == (found.n, found.any_loop, found.covered)
-        assert row["share"] == found.share
-        assert [tuple(piece) for piece in row["intervals"]] == list(found.intervals)
-
-
-def test_empty_lines_are_counted():
-    done = ask("--json", stdin="ABCABC\n\n \t\n, ,\nABCD\n")
-    assert (len(done.stdout.splitlines()), done.stderr) == (2, "3 empty lines skipped\n")
-    assert ask(stdin="\nABCD\n").stderr == "1 empty line skipped\n"
-    assert (ask(stdin="").stdout, ask(stdin="").stderr) == ("", "")
+def test_a_cycle_as_json_and_in_words():
+    found = {"n": 9, "any_loop": True, "coverage": 9, "share": 1.0,
+             "words": [["A", "B", "C"]], "intervals": [[0, 3], [3, 3], [6, 3]]}  # fmt: skip
+    assert rows(stdin="A B C A B C A B C\n") == [found]
+    assert loops(stdin="ABCABCABCX\n").stdout == "10 actions: 9 in loops (90%): A B C at 0+3, 3+3, 6+3\n"
+    assert loops(stdin="ABCD\n").stdout == "4 actions: no loop\n"
 
 
 @pytest.mark.parametrize(
-    "line", ['["A","B","C","A","B","C"]', "A;B;C;A;B;C", "A->B->C->A->B->C", "A | B | C | A | B | C"]
+    ("words", "options"),
+    [
+        ((), {}),
+        (("--solver", "ilp"), {}),
+        (("--overlap",), {"overlap": True}),
+        (("--min-length", 2), {"min_length": 2}),
+    ],
+)
+def test_lines_are_the_library_line_by_line(words, options):
+    rng = random.Random(4)
+    lines = ["".join(rng.choices("AB", k=n)) for n in range(1, 20)]
+    for line, row in zip(lines, rows(*words, stdin="\n".join(lines)), strict=True):
+        found = cover(line, **options)
+        assert (row["n"], row["any_loop"], row["coverage"], row["share"]) == (
+            found.n, found.any_loop, found.covered, found.share
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "line", ['["A","B","C","A","B","C"]', "A;B;C;A;B;C", "A->B->C->A->B->C", "A | B | C | A | B | C", "\ufeffABCABC\r"]
 )
 def test_usual_separators_and_json_are_read(line):
-    assert json.loads(ask("--json", stdin=line).stdout)["words"] == [["A", "B", "C"]]
+    assert rows(stdin=line)[0]["words"] == [["A", "B", "C"]]
 
 
-def test_a_line_whose_separator_would_be_an_action_is_named():
-    with pytest.raises(
-        BadFile, match=r"-: line 2: sequence: got 'A/B/C', expected one with blanks, commas, .*: '/' would"
-    ):
-        ask(stdin="ABC\nA/B/C\n")
-
-
-def test_what_editors_write_is_read(tmp_path):
-    (tmp_path / "bom.txt").write_bytes(b"\xef\xbb\xbfABCABC\r\n\r\n")
-    assert json.loads(ask(tmp_path / "bom.txt", "--json").stdout)["coverage"] == 6
-    (tmp_path / "other.txt").write_bytes(b"\xff\xfe")
-    with pytest.raises(BadFile, match="other.txt: not text in UTF-8"):
-        ask(tmp_path / "other.txt")
-
-
-def test_a_line_too_long_for_the_programme_is_named_with_a_way_out():
-    with pytest.raises(BadFile, match="line 2: actions for the solver ilp: got 121, expected at most 120; dp"):
-        ask("--solver", "ilp", stdin="ABC\n" + "A" * 121)
-    assert json.loads(ask("--json", stdin="ABC" * 4000).stdout)["coverage"] == 12_000
-
-
-def test_ten_thousand_lines_go_through_at_once():
-    rng = random.Random(1)
-    lines = "\n".join(" ".join(rng.choices("ABCD", k=20)) for _ in range(10_000))
-    rows = [json.loads(line) for line in ask("--json", stdin=lines).stdout.splitlines()]
-    assert len(rows) == 10_000
-    assert 0.78 < sum(row["any_loop"] for row in rows) / 10_000 < 0.82  # chance: 0.8008
-
-
-def test_only_line_ends_end_a_line():
+def test_lines_are_counted_and_only_line_ends_end_them():
+    done = loops("--json", stdin="ABCABC\n\n \t\n, ,\nABCD\n")
+    assert (len(done.stdout.splitlines()), done.stderr) == (2, "3 empty lines skipped\n")
     text = "A B C\u2028A B C\nA B\x85A B\r\nA\x0bA\x0cA\x1cA\rAB"
-    assert [json.loads(line)["n"] for line in ask("--json", stdin=text).stdout.splitlines()] == [6, 4, 4, 2]
-
-
-def test_a_file_without_a_name_is_refused():
-    with pytest.raises(BadValue, match="file: got '', expected the name of a file"):
-        ask("")
+    assert [row["n"] for row in rows(stdin=text)] == [6, 4, 4, 2]
+    assert loops("--min-length", 10**20, stdin="ABC" * 70_000).stdout == "210000 actions: no loop\n"
 
 
 def test_actions_do_not_steer_the_terminal():
     line = "\x1b[31m \u202eX é " * 2
-    said = ask(stdin=line).stdout
-    assert said.endswith(": ?[31m ?X é at 0+3, 3+3\n")
-    assert json.loads(ask("--json", stdin=line).stdout)["words"] == [["\x1b[31m", "\u202eX", "é"]]
+    assert loops(stdin=line).stdout.endswith(": ?[31m ?X é at 0+3, 3+3\n")
+    assert rows(stdin=line)[0]["words"] == [["\x1b[31m", "\u202eX", "é"]]
 
 
-def test_a_shortest_loop_beyond_every_number_is_never_reached():
-    huge = ask("--min-length", 10**20, stdin="ABC" * 70_000)
-    assert huge.stdout == "210000 actions: no loop\n"
+def test_the_level_of_a_length():
+    found = json.loads(chance("--length", 10, "--null", "no-repeat", "--overlap", "--json").output)
+    level = chance_level(10, null="no-repeat", overlap=True)
+    assert found == {"probability": level.probability, "method": "exact", "error": 0.0}
+    shorter = chance_level(12, min_length=2).probability
+    assert chance("--length", 12, "--min-length", 2).output.startswith(f"{shorter:.4f} ")
+    assert chance().output == "0.8008 (exact; uniform, 20 steps, 4 joints)\n"
+
+
+def test_the_level_of_sequences():
+    trials = "ABCABCABC\nA B C D\n\nABDCABDDCBA\n"
+    found = json.loads(chance("--sequences", "-", "--json", stdin=trials).stdout)
+    assert (0 < found["probability"] < 1, found["method"], found["error"]) == (True, "exact", 0)
+    done = chance("--sequences", "-", stdin=trials)
+    assert ("the lengths of 3 trials" in done.stdout, done.stderr) == (True, "1 empty line skipped\n")
+
+
+@pytest.mark.parametrize(
+    ("ask", "words", "stdin", "mistake", "said"),
+    [
+        (loops, [""], "", BadValue, "file: got '', expected the name of a file"),
+        (loops, ["none.txt"], "", BadFile, "none.txt: cannot be read"),
+        (loops, ["-"], b"\xff\xfe\x00", BadFile, "not text in UTF-8"),
+        (loops, [], "ABC\nA/B/C\n", BadFile, "-: line 2: sequence: got 'A/B/C', expected one with blanks, commas"),
+        (loops, ["--solver", "ilp"], "ABC\n" + "A" * 121, BadFile, "line 2: actions for the solver ilp: got 121"),
+        (chance, ["--sequences", "-"], "\n \n", BadFile, "no action sequence"),
+        (chance, ["--sequences", "-"], "ABCD\nEFGH", BadFile, "8 distinct actions, but --actions is 4"),
+        (chance, ["--sequences", "-"], " ".join(map(str, range(70))), BadFile, "70 distinct actions, at most 64"),
+        (chance, ["--sequences", "-", "--length", 0], "ABC", Conflict, "--length cannot be combined with --sequences"),
+    ],
+)
+def test_what_cannot_be_read_is_refused(ask, words, stdin, mistake, said):
+    with pytest.raises(mistake) as found:
+        ask(*words, stdin=stdin)
+    assert said in str(found.value)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict, replace
 from math import isinf
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -20,7 +20,6 @@ from lockprobe.boxes.generate import generate as make
 from lockprobe.boxes.layouts import LayoutName
 from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
 from lockprobe.boxes.solve import (
-    Difficulty,
     depths,
     difficulty,
     optimal_plans,
@@ -30,7 +29,6 @@ from lockprobe.boxes.solve import (
     undone,
 )
 from lockprobe.boxes.state_space import space_of
-from lockprobe.boxes.structures import FAMILIES
 from lockprobe.cli import options
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
 from lockprobe.foundation.formatting import count as counted
@@ -82,32 +80,23 @@ def check(
 @app.command("list")
 def list_boxes(json: options.AsJson = False) -> None:
     """List the named boxes and their difficulty."""
-    if json:
-        for name in named_boxes():
-            print(json_.dumps(_facts(box(name))))
-        for name, package, added in _packaged():
-            facts: dict[str, object] = {"error": added} if isinstance(added, str) else _facts(added)
-            print(json_.dumps(facts | {"name": name, "package": package}))
-        return
-    print(f"{'name':16} joints  optimum  undone  random  no-repeat")
-    told = ""
-    for name in named_boxes():
-        found = box(name)
-        family = max((family for family in FAMILIES if name.startswith(family)), key=len)
-        default = "  (default)" if name == DEFAULT_BOX else ""
-        what = f"  {FAMILIES[family]}" if family != told else default
-        told = family
-        print(_row(name, found) + what)
-    for name, package, added in _packaged():
-        print(f"{name:16} {added}" if isinstance(added, str) else f"{_row(name, added)}  ({package})")
-    print("Also: random-N-SEED, an interlock of N joints drawn from the seed, for example random-5-17; and TOML files.")
-
-
-def _row(name: str, box: Lockbox) -> str:
-    return (
-        f"{name:16} {len(box.joints):6}  {optimum(box):7}  {undone(space_of(box)):6}"
-        f"  {random_success(box):6.3f}  {random_no_repeat_success(box):9.3f}"
-    )
+    if not json:
+        print(f"{'name':16} joints  optimum  undone  random  no-repeat")
+    for row in (*((name, "", box(name)) for name in named_boxes()), *_packaged()):
+        name, package, found = row
+        owner = {"package": package} if package else {}
+        if isinstance(found, str):
+            print(json_.dumps({"error": found, "name": name} | owner) if json else f"{name:16} {found}")
+        elif json:
+            print(json_.dumps(_facts(found) | {"name": name} | owner))
+        else:
+            says = f"  ({package})" if package else "  (default)" if name == DEFAULT_BOX else ""
+            print(
+                f"{name:16} {len(found.joints):6}  {optimum(found):7}  {undone(space_of(found)):6}"
+                f"  {random_success(found):6.3f}  {random_no_repeat_success(found):9.3f}{says}"
+            )
+    if not json:
+        print("Also: random-N-SEED, an interlock of N joints drawn from the seed, as random-5-17; and TOML files.")
 
 
 def _packaged() -> Iterator[tuple[str, str, Lockbox | str]]:
@@ -142,11 +131,7 @@ def show(
     elif out:
         print(out)
     else:
-        found = difficulty(box)
-        plans = f"{found.optimal_plans} optimal plan{'s' * (found.optimal_plans != 1)}"
-        head = f"{box.name}: {len(box.joints)} joints, target {box.target}, optimum {found.optimum} steps, {plans}"
-        tree = ["", *interlock_lines(box), ""]
-        _print([head, *panel_lines(box), *_joints(box), *tree, *_measures(box, found)])
+        _print(_in_words(box))
 
 
 @app.command("view")
@@ -209,27 +194,21 @@ def generate(
             if json:
                 print(json_.dumps({"seed": tried, "refused": kind, "reason": found}))
             continue
+        file, facts = _write(found, out) if out else None, _facts(found)
+        if json:
+            print(json_.dumps({"seed": tried} | facts | ({"file": str(file)} if file else {})))
+        else:
+            print(
+                f"{file or found.name}  optimum {facts['optimum']}, random {facts['random_success']:.3f}, "
+                f"no-repeat {facts['random_no_repeat_success']:.3f}"
+            )
         made += 1
-        file = _write(found, out) if out else None
-        _tell(found, tried, file, json=json)
         if made == count:
             break
-    passed = ", ".join(f"{number} {kind}" for kind, number in refused.most_common())
-    if passed:
-        print(f"refused: {passed}", file=sys.stderr)
+    if refused:
+        print(f"refused: {', '.join(f'{number} {kind}' for kind, number in refused.most_common())}", file=sys.stderr)
     if made < count:
         raise BadValue("count", count, f"at most {made}: all other seeds of {_TRIES * count} were refused")
-
-
-def _tell(box: Lockbox, seed: int, file: Path | None, *, json: bool) -> None:
-    facts = _facts(box)
-    if json:
-        print(json_.dumps({"seed": seed} | facts | ({"file": str(file)} if file else {})))
-        return
-    print(
-        f"{file or box.name}  optimum {facts['optimum']}, random {facts['random_success']:.3f}, "
-        f"no-repeat {facts['random_no_repeat_success']:.3f}"
-    )
 
 
 def _write(box: Lockbox, directory: Path) -> Path:
@@ -246,20 +225,15 @@ def _write(box: Lockbox, directory: Path) -> Path:
 
 
 def _draw(box: Lockbox, out: Path, *, arm: bool) -> None:
-    form: Literal["svg", "png"]
     if out.suffix == ".xml":
         robot_plugin("tool", "box-model", "MuJoCo models of boxes need").load()(box, out, arm=arm)
         return
-    if out.suffix == ".svg":
-        form = "svg"
-    elif out.suffix == ".png":
-        form = "png"
-    else:
+    if out.suffix not in (".svg", ".png"):
         raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml")
     from lockprobe.report.figures import render
     from lockprobe.report.figures.boxes import box_figure
 
-    write_file(out, render(box_figure(box), form))
+    write_file(out, render(box_figure(box), "svg" if out.suffix == ".svg" else "png"))
 
 
 def _print(lines: Iterable[str]) -> None:
@@ -272,26 +246,24 @@ def _print(lines: Iterable[str]) -> None:
     print(text)
 
 
-def _joints(box: Lockbox) -> list[str]:
-    """The legend of the numbers on the panel."""
-    layers, wide = depths(box), max(map(len, box.names))
-    return [
-        f" {i}{'*' if joint.name == box.target else ' '} {joint.name:{wide}}  {joint.kind:9}  "
-        f"{'open' if position else 'closed'} at the start, layer {layers[joint.name] or 'none'}"
-        for i, (joint, position) in enumerate(zip(box.joints, box.initial, strict=True), 1)
-    ]
-
-
-def _measures(box: Lockbox, found: Difficulty) -> list[str]:
+def _in_words(box: Lockbox) -> Iterator[str]:
+    """The panel with the legend of its numbers, the interlock, and the difficulty."""
+    found, layers, wide = difficulty(box), depths(box), max(map(len, box.names))
+    plans = f"{found.optimal_plans} optimal plan{'s' * (found.optimal_plans != 1)}"
+    yield f"{box.name}: {len(box.joints)} joints, target {box.target}, optimum {found.optimum} steps, {plans}"
+    yield from panel_lines(box)
+    for i, (joint, position) in enumerate(zip(box.joints, box.initial, strict=True), 1):
+        target, start = "*" if joint.name == box.target else " ", "open" if position else "closed"
+        layer = layers[joint.name] or "none"
+        yield f" {i}{target} {joint.name:{wide}}  {joint.kind:9}  {start} at the start, layer {layer}"
+    yield from ("", *interlock_lines(box), "")
     blocked = "" if found.random_blocked is None else f", {found.random_blocked:.0%} of its attempts blocked"
     random, no_repeat = random_success(box), random_no_repeat_success(box)
-    return [
-        f"depth {found.depth}; moves to undo: {found.undone}; free at the start: {found.free}",
-        f"reachable configurations: {found.reachable}; distractors: {', '.join(found.distractors) or 'none'}",
-        f"solved in 20 steps: random {random:.4f}, random without repeats {no_repeat:.4f}",
-        f"solved in 20 steps by a fixed order of all joints, repeated: {found.cycle_success:.4f} of all orders",
-        f"random without a budget: {found.random_steps:.1f} steps expected{blocked}",
-    ]
+    yield f"depth {found.depth}; moves to undo: {found.undone}; free at the start: {found.free}"
+    yield f"reachable configurations: {found.reachable}; distractors: {', '.join(found.distractors) or 'none'}"
+    yield f"solved in 20 steps: random {random:.4f}, random without repeats {no_repeat:.4f}"
+    yield f"solved in 20 steps by a fixed order of all joints, repeated: {found.cycle_success:.4f} of all orders"
+    yield f"random without a budget: {found.random_steps:.1f} steps expected{blocked}"
 
 
 def _facts(box: Lockbox) -> dict[str, object]:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json as json_
-import sys
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,14 +14,11 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.printing import print_rows
 from lockprobe.foundation.docstrings import first_line
-from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.plugins import Kind, listed_plugins
 from lockprobe.foundation.spec import options_of
-from lockprobe.foundation.terminal_text import printable
-from lockprobe.trial.record import Trial
 
 if TYPE_CHECKING:
-    from lockprobe.statistics.measures import Measured
+    pass
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 
@@ -52,16 +48,14 @@ def interventions(json: options.AsJson = False) -> None:
 
     found = [(name, kind, "", "") for name, kind in shipped().items()]
     found += [(row.name, row.found, row.package, row.what) for row in packaged()]
-    rows: list[dict[str, object]] = []
-    for name, kind, package, why in found:
+    places, rows = [*PLACES, None], []
+    for name, kind, package, what in found:
         doses = list(InterventionTraits.of(kind).doses)
-        options = [one.name + " (dose)" * (one.field in doses) for one in options_of(kind)] if kind else []
-        first = first_line(kind).replace("``", "")
-        what = f"{first} Options: {', '.join(options) or 'none'}." if kind else why
-        place = place_of(kind) if kind else None
-        row: dict[str, object] = {"place": place, "spec": name, "doses": doses, "what": what}
-        rows.append(row | {"package": package} if package else row)
-    places = [*PLACES, None]
+        if kind:
+            taken = [one.name + " (dose)" * (one.field in doses) for one in options_of(kind)]
+            what = f"{first_line(kind).replace('``', '')} Options: {', '.join(taken) or 'none'}."  # noqa: PLW2901
+        row = {"place": place_of(kind) if kind else None, "spec": name, "doses": doses, "what": what}
+        rows.append(row | ({"package": package} if package else {}))
     for row in sorted(rows, key=lambda row: places.index(row["place"])):  # type: ignore[arg-type]
         _print_row(row, f"{row['place'] or '-':11} {row['spec']:10}", json=json)
 
@@ -85,41 +79,22 @@ def measures(
     from lockprobe.statistics.measures import MEASURES, find_measure, measured
 
     if directory is None:
-        known = {one.name: one.what for one in map(find_measure, measure or MEASURES)}
-        _list("measure", known, 14, json=json, packaged=not measure)
+        _list("measure", {one.name: one.what for one in map(find_measure, measure or MEASURES)}, 14, json=json,
+              packaged=not measure)  # fmt: skip
         return
     from lockprobe.studies.records.read_records import load
 
     cells = defaultdict(list)
     for trial in load(directory):
         cells[trial.group, trial.condition].append(trial)
-    if not cells:
-        print(f"No trial is on record in {printable(str(directory))}.", file=sys.stderr)
-        return
-
-    def of_every_cell(name: str) -> list[Measured]:
-        chosen = find_measure(name)
-        return [row for trials in cells.values() for row in measured(trials, [chosen])]
-
-    found = [of_every_cell(name) for name in measure or MEASURES]
-    for name in () if measure else plugin_names("measure"):
-        try:
-            found.append(of_every_cell(name))
-        except UserMistake as mistake:  # nobody asked for it by name
-            print(printable(f"{name} is left out: {mistake}"), file=sys.stderr)
-    _print_measures(cells, found, json=json)
-
-
-def _print_measures(
-    cells: Mapping[tuple[str, str], Sequence[Trial]], found: Sequence[Sequence[Measured]], *, json: bool
-) -> None:
-    """Print every measure of every cell: the trials of an agent under a condition."""
+    chosen = [find_measure(name) for name in measure or (*MEASURES, *plugin_names("measure"))]
     table = [("agent", "condition", "measure", "value", "95 % interval", "trials", "left out")]
-    for place, ((agent, condition), (trial, *_)) in enumerate(cells.items()):
-        for row in (of[place] for of in found):
+    for (agent, condition), trials in cells.items():
+        for row in measured(trials, chosen):
             if json:
-                named = {"agent": agent, "condition": condition, "doses": trial.doses}
-                print(json_.dumps(named | asdict(row)))
+                cell = {"agent": agent, "condition": condition, "doses": trials[0].doses}
+                print(json_.dumps(cell | asdict(row)))
+                continue
             value = "-" if row.value is None else f"{row.value:.3f}"
             interval = "-" if row.low is None or row.high is None else f"{row.low:.3f} to {row.high:.3f}"
             table.append((agent, condition, row.name, value, interval, str(row.n), str(row.left_out)))
