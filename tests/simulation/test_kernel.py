@@ -1,17 +1,18 @@
 """One law, four ways: the loop of a trial, the kernel, exact propagation and Gymnasium play and tell the same."""
 
+from dataclasses import dataclass
 from typing import get_args
 
 import gymnasium
 import numpy as np
 import pytest
-from diary import Diary, as_recorded
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
 import lockprobe.interfaces.gymnasium  # noqa: F401  registers the environment
 from lockprobe import run_trial
+from lockprobe.agents.policy import Policy
 from lockprobe.boxes.box import Shuffle
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import random_curve
@@ -21,6 +22,30 @@ from lockprobe.simulation import population as populations
 from lockprobe.simulation.exact import propagate
 from lockprobe.simulation.kernel import policy_of, world_of
 from lockprobe.simulation.population import population
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diary(Policy[tuple]):
+    """Remembers every report, and lets the last one bear on its choice; of no family that is known elsewhere."""
+
+    def begin(self, view):
+        return ()
+
+    def remember(self, view, memory, told):
+        return (*memory, told)
+
+    def probabilities(self, view, memory):
+        weights = [1.0 + j for j in range(view.joints)]
+        for told in memory[-2:]:
+            weights[(told.joint + told.moved + (told.shifted or 0)) % view.joints] += 4
+        return tuple(weight / sum(weights) for weight in weights)
+
+
+def as_recorded(trial):
+    """Joints by place in panel order, whether they moved, what was told of it."""
+    joints = [trial.joints.index(step.joint) for step in trial.steps]
+    return joints, [step.moved for step in trial.steps], [step.told_moved for step in trial.steps], trial.solved
+
 
 AGENTS = (
     "random",

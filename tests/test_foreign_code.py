@@ -1,24 +1,117 @@
-"""What a directory or a file says is data: no command that takes one runs code that it names.
+"""What a directory or a file says is data, and what lies in the working directory stays there: no command runs either.
 
 Every command of the command line has a row here, so that a new one has to say which of its arguments come from elsewhere.
+Directories and files name code in every place that can name code. The code is a canary: a module of the working directory
+that leaves a file when it is imported, and a shell command that leaves one when it is called.
 """
 
 import io
+import json
+import re
+import shutil
+import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cache
+from importlib.metadata import packages_distributions
 from itertools import product
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
-import foreign
+import forked
 import pytest
 import strangers
 import typer
-from builders import small_study, write_study
+from builders import play_study, small_study, write_study
 from placeholders import undrawn
-from stored import sql
+from stored import rewrite, sql
 
+from lockprobe.boxes.families import box
 from lockprobe.cli import build, every_command, main
 from lockprobe.foundation import plugins
+from lockprobe.interventions.conditions import flips
+from lockprobe.interventions.drop import Drop
 from lockprobe.people.web import serving
+from lockprobe.studies.study import Study
+from lockprobe.trial.condition import Condition, Recorded
+from lockprobe.trial.trial_json import trial_to_json
+
+ROOT = Path(__file__).parents[1]
+SOURCES = [path for room in ("src", "robot/src") for path in (ROOT / room).rglob("*.py")]
+
+MODULE = "canary"
+
+SUNG = "it-ran"
+"""The file that any code of the canary leaves in the working directory."""
+
+CALL = f"python:os:system?command=touch%20{SUNG}"
+
+AGENTS = (CALL, f"python:{MODULE}:First?place=1")
+PLANT = f"python:{MODULE}:Plain"
+ACTING = f"python:{MODULE}:Hush?steps=1"
+
+KINDS = ("agents", "plant", "condition")
+"""What of a directory names code."""
+
+
+def hatch(here: Path) -> None:
+    """Put the module into the working directory."""
+    text = f"import pathlib\npathlib.Path({str(here / SUNG)!r}).touch()\n{strangers.WORKING}"
+    (here / f"{MODULE}.py").write_text(text, "utf-8")
+
+
+def _directory(path: Path, kind: str) -> Path:
+    """The directory of a study that names code. Each agent owes its last trial."""
+    return Path(shutil.copytree(_made(kind).name, path, dirs_exist_ok=True))
+
+
+@cache
+def _made(kind: str) -> TemporaryDirectory[str]:
+    made = TemporaryDirectory()
+    path = Path(made.name)
+    played = Study(name="flips", agents=("random",), boxes=(box("chain-4"),), conditions=flips((0.0, 0.4)), trials=2)
+    if kind == "condition":
+        played = replace(played, conditions=(Condition(), Condition(interventions=(Drop(p=0.5),), name="x")))
+    trials = play_study(played)[:-1]
+    named = played
+    if kind == "condition":
+        named = replace(played, conditions=(Condition(), Condition(interventions=(Recorded(spec=ACTING),), name="x")))
+        trials = [replace(trial, specs=named.labelled(trial.condition).specs) for trial in trials]
+    if kind == "plant":
+        named = replace(played, plant=PLANT)
+        trials = [replace(trial, plant={"plant": PLANT}) for trial in trials]
+    if kind == "agents":
+        named = replace(played, agents=AGENTS)
+        trials = [
+            replace(trial, agent=agent, key=str(replace(trial.name, agent=agent)))
+            for agent in AGENTS
+            for trial in trials
+        ]
+    write_study(path, replace(played, agents=("random",)), [])
+    (path / "study.json").write_text(json.dumps(named.settings()))
+    identities = [named.record_identity(named.labelled(trial.condition)) for trial in trials]
+    rewrite(path, [json.loads(trial_to_json(trial)) for trial in trials], identities)
+    return made
+
+
+def study_files(here: Path) -> Sequence[Path]:
+    """Study files that name code in every setting that can."""
+    made = []
+    for i, line in enumerate(
+        [
+            f'agent = ["random", "{CALL}"]',
+            f'plant = "{PLANT}"',
+            f'box = "python:{MODULE}:gate?size=5"',
+            f'condition = "tremble?p=0.1 + {ACTING}"',
+            f'sweep = "python:{MODULE}:Hush?steps=0,1"',
+            f'[[condition]]\nname = "x"\nspec = "{ACTING}"',
+        ]
+    ):
+        made.append(here / f"foreign-{i}.toml")
+        made[-1].write_text(f"{line}\n", "utf-8")
+    return made
+
 
 NOTHING_FOREIGN = {
     "chance", "power", "play", "list agents", "list plants", "list interventions", "list models", "doctor",
@@ -96,7 +189,7 @@ def lockprobe(tmp_path, monkeypatch, capfd):
 
     What commands of another test named may not run in this one.
     """
-    foreign.hatch(tmp_path)
+    hatch(tmp_path)
     monkeypatch.setattr(plugins, "_named", set())
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
@@ -116,32 +209,32 @@ def lockprobe(tmp_path, monkeypatch, capfd):
         return ended.value.code or 0, out, err
 
     yield run
-    sys.modules.pop(foreign.MODULE, None)
+    sys.modules.pop(MODULE, None)
 
 
 @pytest.mark.parametrize(
     ("command", "kind"),
     [
         pytest.param(command, kind, marks=pytest.mark.slow if (command, kind) == ("replay", "plant") else ())
-        for command, kind in product(TAKING, foreign.KINDS)
+        for command, kind in product(TAKING, KINDS)
     ],
 )
 def test_no_command_runs_what_a_directory_or_a_file_names(tmp_path, lockprobe, command, kind):
     for number, line in enumerate(TAKING[command]):
         if line[-1] == "mine" and not (tmp_path / "mine").exists():  # it could not be imported
             continue
-        files = foreign.study_files(tmp_path) if "FILE" in line else [tmp_path]
+        files = study_files(tmp_path) if "FILE" in line else [tmp_path]
         for file in files if kind == "agents" or len(files) == 1 else []:
             names = {"FILE": str(file)}
             for name in ("DIR", "OTHER"):
                 names[name] = (
-                    str(foreign.directory(tmp_path / f"{name}-{number}", kind)) if any(name in a for a in line) else ""
+                    str(_directory(tmp_path / f"{name}-{number}", kind)) if any(name in a for a in line) else ""
                 )
             given = [names.get(one, one.replace("DIR", names["DIR"])) for one in line]
             status, out, err = lockprobe(*given)
-            assert not (tmp_path / foreign.SUNG).exists(), f"{' '.join(given)} ran it: {out}{err}"
+            assert not (tmp_path / SUNG).exists(), f"{' '.join(given)} ran it: {out}{err}"
             assert "Traceback" not in err, err
-            assert foreign.MODULE not in sys.modules
+            assert MODULE not in sys.modules
             assert str(tmp_path) not in sys.path
             if status == 2:
                 assert err.splitlines()[-1].startswith("lockprobe: "), err
@@ -172,68 +265,40 @@ def test_no_command_reads_or_writes_a_store_that_has_more_than_tables(tmp_path, 
 
 def test_the_same_name_runs_when_it_is_named_in_the_command(tmp_path, lockprobe):
     """So that the canary is one: it sings where a person names it, and forks need the name."""
-    there = foreign.directory(tmp_path / "there", "agents")
-    spec = foreign.AGENTS[1]
+    there = _directory(tmp_path / "there", "agents")
+    spec = AGENTS[1]
     status, _, err = lockprobe("branch", str(there), f"flips/{spec}/flip?p=0.4", "--at", "2")
     assert status == 2
     said = f"lockprobe: agent: got '{spec}', expected --allow with it in this command (in Python: "
     assert err.startswith(said)
     status, _, err = lockprobe("branch", str(there), f"flips/{spec}/flip?p=0.4", "--at", "2", "--allow", spec)
     assert status == 1, err  # it plays, and not as the strategy did whose records these are
-    assert (tmp_path / foreign.SUNG).exists()
+    assert (tmp_path / SUNG).exists()
 
 
-@pytest.mark.parametrize(
-    ("kind", "named"), [("agents", foreign.AGENTS[1]), ("plant", foreign.PLANT), ("condition", foreign.ACTING)]
-)
+@pytest.mark.parametrize(("kind", "named"), [("agents", AGENTS[1]), ("plant", PLANT), ("condition", ACTING)])
 def test_one_s_own_study_is_resumed_by_the_command_that_began_it(tmp_path, lockprobe, kind, named):
     option = {"agents": "--agent", "plant": "--plant", "condition": "--condition"}[kind]
     rest = () if kind == "agents" else ("--agent", "random")
-    begun = (
-        "run",
-        "flips",
-        option,
-        named,
-        *rest,
-        "--trials",
-        "1",
-        "--repetitions",
-        "1",
-        "--no-report",
-        "--out",
-        "mine",
-    )
+    short = ("--trials", "1", "--repetitions", "1", "--no-report", "--out", "mine")
+    begun = ("run", "flips", option, named, *rest, *short)
     for _ in range(2):
         status, _, err = lockprobe(*begun)
         assert status == 0, err
-    for line in (
-        ["status", "mine"],
-        ["report", "mine"],
-        ["verify", "mine"],
-        ["list", "measures", "mine"],
-        ["export", "mine"],
-    ):
-        assert lockprobe(*line)[0] == 0, line
-
-
-def test_what_is_no_class_of_agents_is_refused_on_the_command_line_too(tmp_path, lockprobe):
-    for spec in (foreign.CALL, f"python:subprocess:Popen?args=touch%20{foreign.SUNG}"):
-        status, _, err = lockprobe("run", "flips", "--agent", spec, "--p", "0", "--out", "mine")
-        assert (status, err.count("\n")) == (2, 1)
-        assert "a module of your own" in err
-    assert not (tmp_path / foreign.SUNG).exists()
+    for line in (["status"], ["report"], ["verify"], ["list", "measures"], ["export"]):
+        assert lockprobe(*line, "mine")[0] == 0, line
 
 
 def test_verify_runs_nothing_of_an_installed_package(tmp_path, monkeypatch, lockprobe):
     (tmp_path / "installed").mkdir()
-    text = (tmp_path / f"{foreign.MODULE}.py").read_text("utf-8")
+    text = (tmp_path / f"{MODULE}.py").read_text("utf-8")
     strangers.install(tmp_path / "installed", monkeypatch, text=text)
     line = ["run", "flips", "--agent", "first", "--condition", "hush", "--trials", "2", "--repetitions", "1"]
     for plant in ("plain", "symbolic"):
         out = str(tmp_path / plant)
         assert lockprobe(*line, "--plant", plant, "--out", out)[0] == 0
         assert '"measures.untold"' in (tmp_path / plant / "results.json").read_text("utf-8")
-        (tmp_path / foreign.SUNG).unlink()
+        (tmp_path / SUNG).unlink()
         monkeypatch.delitem(sys.modules, "strange")
         status, said, _ = lockprobe("verify", out)
         assert status == 0, said
@@ -242,4 +307,83 @@ def test_verify_runs_nothing_of_an_installed_package(tmp_path, monkeypatch, lock
             f"; {left} more need a plant or an intervention that does not ship, or a real box, and are not played"
             in said
         )
-        assert not (tmp_path / foreign.SUNG).exists()
+        assert not (tmp_path / SUNG).exists()
+
+
+NAMES = sorted(
+    name for name in {*sys.stdlib_module_names, *packages_distributions(), "canary_of_spawn"} if name.isidentifier()
+)
+"""Every module that somebody may expect to be another one."""
+
+AS_TYPED = """
+import sys
+del sys.path[0]  # as with the command
+import lockprobe.cli.live_report
+import lockprobe.studies.running.runner
+lockprobe.cli.live_report.PAUSE = 0  # a report during a run is due at once
+lockprobe.studies.running.runner._ALONE = 1e-3
+from lockprobe.cli import main
+main()
+"""
+
+STARTING = {
+    "processes for strategies": (
+        *("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", "20", "--no-report", "--workers", "2"),
+        *("--out", "st2"),
+    ),
+    "a report during the run, worker processes, a probe of the pictures": (
+        *("run", "modalities", "--agent", "viewer", "--modality", "rgb", "--plant", "fast-twin?width=64&height=64"),
+        *("--p", "0,0.4", "--trials", "2", "--max-steps", "1", "--workers", "2", "--out", "seen"),
+    ),
+    "processes for populations": ("power", "--p", "0,0.4", "--success", "0.3,0.6", "--studies", "20", "--workers", "2"),
+    "a probe of the pictures": ("doctor",),
+}  # fmt: skip
+"""What starts processes -> a command that does."""
+
+
+@pytest.fixture
+def archive(tmp_path):
+    """A directory with a study and a file of every name, each of which leaves a trace if it is imported."""
+    write_study(tmp_path / "st", small_study())
+    for name in NAMES:
+        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / SUNG)!r}, 'a').write('{name} ')\n", "utf-8")
+    return tmp_path
+
+
+def sung(archive):
+    trace = archive / SUNG
+    return trace.read_text() if trace.exists() else ""
+
+
+@pytest.mark.parametrize("what", STARTING)
+def test_no_process_that_a_command_starts_runs_what_lies_there(archive, what):
+    done = forked.run(STARTING[what], script=AS_TYPED, cwd=archive)
+    assert sung(archive) == ""
+    assert "Traceback" not in done.stderr
+    assert done.returncode in (0, 1), done.stderr
+
+
+def test_the_files_would_run_where_python_looks_into_the_working_directory(archive):
+    subprocess.run([sys.executable, "-c", "import canary_of_spawn"], cwd=archive, capture_output=True)
+    assert "canary_of_spawn" in sung(archive)
+
+
+def test_what_a_person_names_still_runs_and_takes_nothing_else_along(archive):
+    (archive / "mine.py").write_text(
+        "import random, statistics\n"
+        "from lockprobe import Decision\n"
+        "class First:\n"
+        "    facts = {}\n    async def decide(self, situation, rng):\n"
+        "        return Decision(joint=situation.task.joints[0])\n"
+    )
+    line = ("run", "flips", "--agent", "python:mine:First", "--p", "0", "--trials", "1", "--repetitions", "1")
+    done = forked.run((*line, "--no-report"), cwd=archive)
+    assert (done.returncode, sung(archive)) == (0, ""), done.stderr
+
+
+def test_every_place_that_starts_an_interpreter_does_so_safely():
+    starts = re.compile(r"\.Popen\(|subprocess\.(run|check_)|get_context\(|sys\.executable")
+    safe = re.compile(r"with .*(safe_path|held_back)\(\)")
+    found = {path.name: bool(safe.search(text)) for path in SOURCES if starts.search(text := path.read_text("utf-8"))}
+    assert {"live_report.py", "processes.py"} <= found.keys()
+    assert [name for name, is_safe in found.items() if not is_safe and name != "safe_path.py"] == []
