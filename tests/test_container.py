@@ -3,11 +3,7 @@
 import json
 import re
 import tomllib
-from inspect import signature
 from pathlib import Path
-
-from lockprobe.cli import COMMANDS
-from lockprobe.cli.serve import serve
 
 ROOT = Path(__file__).parents[1]
 STEPS = [
@@ -17,7 +13,7 @@ STEPS = [
     .splitlines()
     if one.strip()
 ]
-PAGE = (ROOT / "docs" / "container.md").read_text("utf-8")
+PAGE = (ROOT / "docs" / "install.md").read_text("utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 
 
@@ -67,19 +63,3 @@ def test_the_packages_are_those_of_the_lock_file():
     (base,) = rest("FROM")
     version = re.fullmatch(r"python:(3\.\d+)-slim-\w+", base)[1]
     assert f"Programming Language :: Python :: {version}" in PROJECT["project"]["classifiers"]
-
-
-def test_the_port_is_that_of_the_participants_page():
-    (port,) = rest("EXPOSE")
-    assert int(port) == signature(serve).parameters["port"].default
-    assert f"-p 127.0.0.1:{port}:{port}" in PAGE
-
-
-def test_commands_of_the_page_name_the_image_and_a_command():
-    lines = re.findall(r"^docker run (.*)$", PAGE, re.MULTILINE)
-    assert len(lines) == 2
-    for line in lines:
-        after = line.partition(" lockprobe")[2].split()
-        assert not after or after[0] in COMMANDS
-        assert '-v "$PWD:/studies"' in line
-    assert rest("WORKDIR")[-1] == "/studies"

@@ -5,7 +5,6 @@ import shlex
 import sys
 import tomllib
 from functools import cache
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -14,7 +13,7 @@ from typer.exceptions import TyperException
 
 from lockprobe.agents.catalogue import known_specs, resolve
 from lockprobe.boxes.boxfile import read_box
-from lockprobe.cli import build, every_command
+from lockprobe.cli import build
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.study_options import read_options_file
 from lockprobe.studies.options.studyfile import study
@@ -98,15 +97,6 @@ LINES = sorted({line for _, line in command_lines()})
 PLACEHOLDERS = ("…", "...")
 
 
-def test_there_are_command_lines_and_each_names_a_command():
-    assert len(LINES) > 60
-    assert {shlex.split(line)[0] for line in LINES} - {"--version", "--help", "-h"} <= {
-        *every_command(),
-        "NAME",
-        "lateness",
-    }
-
-
 def test_every_command_line_parses():
     """Its options exist, and their values can be read; nothing is run."""
     groups = cache(lambda command: typer.main.get_command(build([command])))
@@ -125,31 +115,6 @@ def test_every_command_line_parses():
         except TyperException as mistake:  # some lines only name a command, or an option
             refused = mistake.format_message()
         assert re.match(r"$|Missing argument|Option '.*' requires an argument", refused), f"{line}: {refused}"
-
-
-@pytest.mark.parametrize("line", [line for line in LINES if line.startswith("power") and "--success " in line])
-def test_a_line_on_power_gives_a_share_for_every_condition(line):
-    words = [word for word in shlex.split(line) if word not in PLACEHOLDERS]
-    value = dict(pairwise(words))
-    if value["--success"] == "T,F,TT,FT,TF,FF,R":
-        return
-    fixed = 7 if "why" in words else 2 if {"--people", "--over-boxes"} & {*words} else 0
-    rates = value.get("--p", "0,0.1,0.2,0.3,0.4,0.5,0.6").split(",")
-    assert len(value["--success"].split(",")) == (fixed or len(rates) + words.count("--condition"))
-
-
-def test_the_table_of_commands_names_every_option_of_replay():
-    (row,) = re.findall(r"^\| `lockprobe replay .*$", PAGE["docs/commands.md"], re.MULTILINE)
-    command = typer.main.get_command(build(["replay"])).commands["replay"]
-    named = {name for option in command.params for name in option.opts if name.startswith("--")}
-    assert {name for name in named if f"`{name}" not in row} == {"--json", "--help"} & named
-
-
-def test_the_readme_says_where_the_source_is_and_how_much_is_fetched():
-    first = PAGE["README.md"].partition("## What you get")[0]
-    assert all(said in first for said in ("not published", "git clone", "240 MB", "a key and nothing else"))
-    assert "pip install uv && uv run lockprobe run flips" in first
-    assert "uv run --dev pytest -n auto --dist worksteal" in first
 
 
 @pytest.mark.parametrize(("page", "text"), blocks("toml"))
@@ -202,15 +167,6 @@ def test_the_documentation_is_short_enough_to_be_read():
     assert sum(len(prose(text)) for page, text in PAGE.items() if page != "CONTRIBUTING.md") < 20_000
 
 
-def test_prose_is_what_stands_outside_blocks_tables_and_comments():
-    assert prose("One two.\n\n```sh\nno\n```\n<!-- no\nno -->\n| no | no |\n  ```\n  no\n  ```\n- three\n") == [
-        "One", "two.", "-", "three"]  # fmt: skip
-
-
-def test_a_study_in_toml_is_shown():
-    assert any(re.search(r"^study = ", parameter.values[1], re.MULTILINE) for parameter in blocks("toml"))
-
-
 PLACES = {"SPEC", "NAME=SPEC", "llm:gguf:PATH"}
 """What stands where a reader writes an agent of their own."""
 
@@ -244,12 +200,3 @@ def test_the_page_on_citing_says_what_the_citation_file_says():
     (license_,) = re.findall(r"^license: (.*)$", cited, re.MULTILINE)
     assert f"{{Version VERSION, {license_}}}" in page
     assert not re.search(r"^version:", cited, re.MULTILINE)  # a checkout has no number that a file could hold
-
-
-def test_the_page_on_citing_has_the_entries_that_a_study_writes():
-    template = (ROOT / "src/lockprobe/report/templates/references.bib").read_text("utf-8")
-    (shown,) = re.findall(
-        r"^```bibtex\n(.*?)^```$", (ROOT / "docs" / "report.md").read_text("utf-8"), re.DOTALL | re.MULTILINE
-    )
-    assert shown == template[: len(shown)]
-    assert re.findall(r"^@\w+\{(.*),$", shown, re.MULTILINE) == ["lockprobe", "zenkri-brock"]

@@ -58,15 +58,6 @@ def test_the_answer_that_the_readme_quotes(tmp_path):
         assert f"| {' | '.join([line.label, *shares, *change])} |" in page
 
 
-def test_five_trials_are_too_few_to_show_it(tmp_path):
-    asked = study("flips", agent=FIRST[1:2], p=(0, 0.2, 0.4, 0.6), trials=5)
-    played = lockprobe.run_study(asked, tmp_path / "few")
-    counts = [sum(trial.solved for trial in played if trial.p == p) for p in (0, 0.6)]
-    assert "solves {} of 15 trials when told the truth and {} of 15 at".format(*counts) in text_of("start.md")
-    with undrawn():
-        assert lockprobe.results(tmp_path / "few").answer.startswith("No effect of false reports")
-
-
 def test_the_groups_of_a_lesson_find_what_it_says(tmp_path):
     said = r"play the same study with (\d+), (\d+) and (\d+) trials per repetition: .* --p 0,0\.6 --seed (\d+) --trials (\d+) --out group-1"
     ((*sizes, seed, typed),) = [map(int, found) for found in re.findall(said, text_of("teaching.md"))]
@@ -98,11 +89,6 @@ def of_300(agent, **asked):
     """Of 300 trials how many are solved."""
     parts = (lockprobe.population(agent, repetition=part, trials=100, **asked) for part in (1, 2, 3))
     return sum(int(part.solved.sum()) for part in parts)
-
-
-def test_the_boxes_that_are_opened_where_false_positions_stay():
-    rates = [of_300(FIRST[0], p=p, flip="integrated") for p in (0.2, 0.4, 0.6)]
-    assert "the first agent solves {}, {} and {} boxes".format(*rates) in text_of("start.md")
 
 
 def rise(agent):

@@ -1,8 +1,7 @@
 """The numbers that the README and the documentation quote are those that the code gives.
 
 What can be computed exactly is computed again: each quotation below is a sentence or a row of a table with braces where
-its numbers stand. What took a long simulation is not run again: there the text names its command, and the program is
-there.
+its numbers stand.
 """
 
 import re
@@ -24,6 +23,8 @@ from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD, People, peop
 from lockprobe.simulation.power.simulator import Simulation
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.prompts import in_words
 
 ROOT = Path(__file__).parents[1]
 COMPARED = ("chain-4", "fork", "reset", "gray-code")
@@ -193,19 +194,6 @@ ROWS = [
 ]  # fmt: skip
 """File, how a row of a table begins, and how it ends."""
 
-REPORT = "src/lockprobe/report/questions/modalities.py"
-
-MEASURED = [
-    ("docs/modalities.md", "`python benchmarks/viewer.py`", ["benchmarks/viewer.py"]),
-    ("docs/modalities.md", "`benchmarks/modality_rates.py`", ["benchmarks/modality_rates.py"]),
-    ("robot/docs/twin.md", "`benchmarks/interlocks.py --interlocks 50 --pushes 150`", ["benchmarks/interlocks.py"]),
-    ("robot/docs/twin.md", "benchmarks/arm_actions.py", ["benchmarks/arm_actions.py"]),
-    ("docs/python.md", "benchmarks/gymnasium_steps.py", ["benchmarks/gymnasium_steps.py"]),
-    (REPORT, "modality_rates.py --lapses 0.12 0.2 0.3", ["benchmarks/modality_rates.py"]),
-    ("benchmarks/README.md", "`uv run python benchmarks/steps_per_minute.py`", ["benchmarks/steps_per_minute.py"]),
-]
-"""File, the command beside its measured numbers, and the programs that it runs."""
-
 
 def text_of(name):
     """On one line, as people read it, with a plain minus."""
@@ -229,12 +217,6 @@ def test_a_row_of_a_table_holds(name, begins, numbers):
     assert row.endswith(f"| {' | '.join(map(str, numbers()))} |")
 
 
-@pytest.mark.parametrize(("name", "command", "programs"), MEASURED)
-def test_measured_numbers_name_their_command(name, command, programs):
-    assert command in text_of(name)
-    assert all((ROOT / program).is_file() for program in programs)
-
-
 def test_no_share_in_the_readme_is_left_unheld():
     """A percentage is computed again above, or it is of the played studies that are named beside it."""
     text = text_of("README.md")
@@ -243,3 +225,8 @@ def test_no_share_in_the_readme_is_left_unheld():
             text = text.replace(quotation.format(*numbers()), "")
     played = text[text.index("> False reports raise") : text.index("The sign depends on")]
     assert re.findall(r"[\d.]+ %", text.replace(played, "")) == []
+
+
+def test_the_prompts_of_the_three_modalities_stand_on_their_page_as_they_are_printed():
+    page = (ROOT / "docs" / "as-paper.md").read_text("utf-8")
+    assert page.partition("```text\n")[2].partition("```")[0] == in_words(study("modalities", as_paper=True))

@@ -1,5 +1,6 @@
-"""The lesson of 45 minutes: the sheets, the notebook and the plan ask for the same commands, and the answers are theirs."""
+"""The lesson of 45 minutes, whose sheets, notebook and plan ask for the same commands; and the first notebook."""
 
+import base64
 import json
 import os
 import re
@@ -8,9 +9,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import forked
 import pytest
 from placeholders import undrawn
 from typed import in_process
+
+import lockprobe
 
 ROOT = Path(__file__).parents[1]
 TEACHING = ROOT / "examples" / "teaching"
@@ -71,15 +75,6 @@ def played(tmp_path_factory):
     return folder, printed
 
 
-def test_sheets_and_notebook_have_the_same_parts():
-    titles = [
-        [(number, title) for number, title, _ in parts(sheet(name))] for name in ("student-sheet", "answer-sheet")
-    ]
-    markdown = "\n".join("".join(cell["source"]) for cell in CELLS if cell["cell_type"] == "markdown")
-    assert len(titles[0]) == 6
-    assert titles == [[(number, title) for number, title, _ in parts(markdown)]] * 2
-
-
 def test_what_students_type_is_on_the_answer_sheet():
     answered = commands(sheet("answer-sheet"))
     assert commands(sheet("student-sheet")) == answered
@@ -125,48 +120,6 @@ def test_the_sentences_and_figures_of_the_answer_sheet_are_in_the_reports(played
     assert named == shown | {"runs/causes/report.html"}
     assert all((played[0] / name).is_file() for name in named)
     assert "fig4.png" in {*re.findall(r"`(\w+\.png)`", PLAN)}
-
-
-def test_the_plan_has_every_minute():
-    rows = re.findall(r"^\| (\d+)\D(\d+) \|(.*)\|$", PLAN, re.MULTILINE)
-    starts, ends = [int(row[0]) for row in rows], [int(row[1]) for row in rows]
-    assert (starts[0], ends[-1]) == (0, 45)
-    assert starts[1:] == ends[:-1]
-    assert all(len(row[2].split("|")) == 3 and all(map(str.strip, row[2].split("|"))) for row in rows)
-
-
-def test_the_notebook_gives_no_answer_away():
-    assert all(
-        cell["outputs"] == [] and cell["execution_count"] is None for cell in CELLS if cell["cell_type"] == "code"
-    )
-
-
-def set_up(folder, source="", there=False):
-    """What the first cell hands to pip in a folder, whether Lockprobe is there or not."""
-    lines = (
-        CODE[0]
-        .replace('SOURCE = ""', f"SOURCE = {source!r}")
-        .replace('%pip install --quiet "{source}"', "fetched.append(source)")
-    )
-    script = "\n".join(line for line in lines.splitlines() if not line.startswith("!"))
-    fetched = []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        patch.setattr(os, "environ", dict(os.environ))
-        patch.setattr("importlib.util.find_spec", lambda name: object() if there else None)
-        exec(compile(script, "first cell", "exec"), {"fetched": fetched})
-        assert os.environ["TERM"] == "dumb"
-    return fetched
-
-
-def test_the_first_cell_installs_from_where_it_is_told_and_only_if_needed(tmp_path):
-    assert set_up(tmp_path, there=True) == []
-    assert set_up(tmp_path, "git+https://example.org/lockprobe") == ["git+https://example.org/lockprobe"]
-    with pytest.raises(SystemExit, match=r"Lockprobe is not installed: fill in SOURCE, or put an archive"):
-        set_up(tmp_path)
-    (tmp_path / "lockprobe-main.zip").touch()
-    assert set_up(tmp_path) == ["lockprobe-main.zip"]
-    assert set_up(tmp_path, "elsewhere.whl") == ["elsewhere.whl"]
 
 
 KERNEL = """
@@ -224,3 +177,61 @@ def test_a_kernel_with_a_backend_that_is_not_there_runs_the_lesson(tmp_path, cel
 def test_a_kernel_runs_the_first_notebook(tmp_path):
     cells = executed(ROOT / "examples/first.ipynb", tmp_path, "module://matplotlib_inline.backend_inline")
     assert pictures(cells) == 2
+
+
+FIRST = ROOT / "examples" / "first.ipynb"
+FIRST_CODE = [cell for cell in json.loads(FIRST.read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
+
+SESSION = """
+import asyncio, contextlib, io, json, sys, types
+
+class Image:
+    def __init__(self, data, width):
+        assert data.startswith(bytes([0x89]) + b"PNG")
+
+display = sys.modules["IPython.display"] = types.ModuleType("IPython.display")
+display.Image = Image
+
+async def kernel(cells):
+    session, printed = {}, []
+    for cell in cells:
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            exec(compile(cell, "cell", "exec"), session)
+        printed.append(out.getvalue())
+    return printed
+
+print(json.dumps(asyncio.run(kernel(json.loads(sys.argv[1])))))
+"""
+"""A session as a kernel's: cell after cell, in a thread that runs an event loop."""
+
+
+def _text(lines):
+    return "".join(lines)
+
+
+def shown_by(cell):
+    return _text(_text(output["text"]) for output in cell["outputs"] if output["output_type"] == "stream")
+
+
+def pictures_of(cell):
+    found = [output["data"].get("image/png") for output in cell["outputs"] if "data" in output]
+    return [base64.b64decode(_text(one)) for one in found if one]
+
+
+def test_the_cells_print_what_the_notebook_shows(tmp_path):
+    """Without Jupyter, whose kernel would take longer to start than the cells take to run."""
+    done = forked.run([json.dumps([_text(cell["source"]) for cell in FIRST_CODE])], script=SESSION, cwd=tmp_path)
+    assert done.stderr == ""
+    assert json.loads(done.stdout) == [shown_by(cell) for cell in FIRST_CODE]
+    assert len(lockprobe.load(tmp_path / "runs" / "first")) == 360
+
+
+def test_the_notebook_is_executed_in_order_and_small():
+    assert [cell["execution_count"] for cell in FIRST_CODE] == [*range(1, len(FIRST_CODE) + 1)]
+    assert {output["output_type"] for cell in FIRST_CODE for output in cell["outputs"]} <= {
+        "stream", "display_data", "execute_result"
+    }  # fmt: skip
+    drawn = [picture for cell in FIRST_CODE for picture in pictures_of(cell)]
+    assert len(drawn) == 2
+    assert all(picture.startswith(b"\x89PNG") for picture in drawn)
+    assert FIRST.stat().st_size < 150_000

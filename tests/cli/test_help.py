@@ -45,7 +45,7 @@ def test_people_are_offered_no_stop_when_it_is_decided(lockprobe):
 
 
 def test_help_and_the_page_say_what_a_study_that_stops_by_itself_assumes(lockprobe):
-    page = (AS_PAPER.parent / "every-look.md").read_text("utf-8").replace("**", "")
+    page = (AS_PAPER.parent / "statistics.md").read_text("utf-8").replace("**", "")
     for text in (lockprobe("run", "--help")[1], page):
         assert "assumes an effect that does not drift" in " ".join(text.split())
 

@@ -31,7 +31,7 @@ from lockprobe.studies.running.runner import run_study
 
 STUDY = {"p": [0.0, 0.3], "trials": 3, "repetitions": 1, "max_steps": 12}
 OPTIONS = ["flips", "--p", "0,0.3", "--trials", "3", "--repetitions", "1", "--max-steps", "12"]
-PAGE = (Path(__file__).parents[2] / "docs" / "mcp.md").read_text("utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "tools.md").read_text("utf-8")
 
 FIRST = "import lockprobe.cli.mcp, lockprobe.interfaces.mcp.server"
 """What takes seconds to import, and is the same for every server."""

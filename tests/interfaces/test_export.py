@@ -215,7 +215,7 @@ def test_what_is_measured_has_a_unit_and_a_clock_and_the_docs_name_every_column_
     assert all(one.meaning.strip().endswith(".") for one in columns)
     measured = [one for one in columns if one.name.endswith("_ms") or one.name in ("at", "seconds", "trial_seconds")]
     assert all("clock" in one.meaning and one.unit in ("ms", "s") and one.least == 0 for one in measured)
-    page = (DOCS / "export.md").read_text("utf-8")
+    page = (DOCS / "data.md").read_text("utf-8")
     named = {one.name for one in (*STEPS, *TRIALS)} - {"view", "report", "shown", "at", "rt_ms", "claimed_rt_ms", "trial_seconds"}  # fmt: skip
     assert {name for name in named if f"`{name}`" not in page} == set()
 

@@ -392,7 +392,7 @@ def test_it_is_there_once_the_package_is_imported(program):
 
 
 def test_the_programs_on_its_page_run():
-    page = Path(__file__).parents[2] / "docs" / "gymnasium.md"
+    page = Path(__file__).parents[2] / "docs" / "python.md"
     names = {}
     with warnings.catch_warnings():
         warnings.simplefilter("error")

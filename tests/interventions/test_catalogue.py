@@ -17,7 +17,7 @@ from lockprobe.testing import check_intervention
 from lockprobe.trial.condition import Condition, Recorded, place_of, spec_of
 
 HERE = Path(__file__).parent
-DOCS = (HERE.parents[1] / "docs" / "interventions.md").read_text("utf-8")
+DOCS = (HERE.parents[1] / "docs" / "conditions.md").read_text("utf-8")
 ROWS = dict(re.findall(r"^\| `([^`]+)` \| (\w+) ", DOCS, re.MULTILINE))
 """Spec in the documentation -> place."""
 

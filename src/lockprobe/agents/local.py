@@ -3,7 +3,7 @@
 They play from a growing log of everything they are told, worded as in the record. They do not generate text: where a
 reply leaves a choice, the allowed answers are scored exactly and one is drawn from the random stream of the trial. So
 replies are always well formed, the probability of every joint is known, and the same seed gives the same trial on one
-machine. Figures stand in ``docs/embedded-model.md``.
+machine. Figures stand in ``docs/models.md``.
 """
 
 from __future__ import annotations

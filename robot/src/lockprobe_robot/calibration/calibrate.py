@@ -21,7 +21,7 @@ from lockprobe_robot.calibration.pose import Pose, angle_between, mean_pose, row
 from lockprobe_robot.calibration.views import CalibrationView, Intrinsics, Views, read_picture
 
 FEWEST_TAGS = 3
-"""The fewest tags of a view: with fewer, the board's pose error is far larger (robot/docs/calibration.md)."""
+"""The fewest tags of a view: with fewer, the board's pose error is far larger (robot/docs/robot.md)."""
 
 FEWEST_VIEWS = 8
 """The fewest views of a calibration, of which a fourth is held out."""

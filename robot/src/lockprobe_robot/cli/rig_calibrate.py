@@ -25,7 +25,7 @@ _NEAR = 1.0
 
 def calibrate(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (robot/docs/calibration.md).")
+        Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (robot/docs/robot.md).")
     ],
     box: options.Box = DEFAULT_BOX,
     tag_size: Annotated[
