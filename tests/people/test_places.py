@@ -28,7 +28,7 @@ from seated import (
 )
 from stored import acts, rewrite_acts, sql
 
-from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged, UserMistake
 from lockprobe.interventions.conditions import flips, read_condition
 from lockprobe.people.diary import Released, read_diaries
 from lockprobe.people.experiment import Experiment
@@ -116,15 +116,6 @@ def test_other_texts_are_refused_once_somebody_who_can_come_back_has_read_these(
         asyncio.run(opens(edited))
     assert asyncio.run(opens(WORDS, language="elsewhere/english.toml")) == 1
     assert read_words(str(tmp_path / "people" / "texts.toml")) == WORDS
-
-
-def test_two_servers_cannot_have_one_directory(tmp_path):
-    async def both():
-        async with opened(tmp_path, STUDY, short()), opened(tmp_path, STUDY, short()):
-            pass
-
-    with pytest.raises(DirectoryBusy):
-        asyncio.run(both())
 
 
 CHECK = {"question": "?", "options": ["a", "b"], "right": "a"}
@@ -270,12 +261,6 @@ def test_as_many_take_part_as_there_is_room_for_at_once_and_each_trial_is_played
     assert {shown.scene.why for shown in last if shown.scene.kind == "closed"} == {"full"}
     keys = [trial.key for trial in load(tmp_path)]
     assert len(keys) == len(set(keys)) == sum(len(diary.joined.slots) for diary in read_diaries(tmp_path))
-
-
-def test_what_is_left_is_given_even_if_it_is_less(tmp_path):
-    study = people_study(trials=3)
-    take_part(tmp_path, study, short(trials_each=2), people=3)
-    assert len(load(tmp_path)) == study.size
 
 
 def test_nobody_takes_part_twice_under_one_name_of_the_platform_if_it_is_kept(tmp_path):

@@ -1,17 +1,14 @@
 """The page over HTTP: what it gets, what it cannot get, and what is refused."""
 
 import asyncio
-import gzip
 import json
 import random
 import re
 import resource
-import sys
 from collections import Counter
 from contextlib import AsyncExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
-from traceback import walk_stack
 from urllib.parse import urlsplit
 
 import httpx2 as httpx
@@ -24,7 +21,6 @@ import lockprobe
 from lockprobe import load
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, Missing
-from lockprobe.foundation.storage.database import Database
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.server_state import ServerState
@@ -55,46 +51,6 @@ async def raw(url, request, wait=60):
     finally:
         writer.close()
         await writer.wait_closed()
-
-
-@pytest.mark.parametrize("strategy", ["human-inspired", "ideal-observer", "random"])
-def test_a_participant_plays_what_the_strategy_plays_without_page(tmp_path, strategy):
-    async def play():
-        async with served(tmp_path) as place, visiting(place, strategy=strategy) as one:
-            await one.play()
-            return one
-
-    one = asyncio.run(play())
-    assert one.scene["kind"] == "debrief"
-    trials = load(tmp_path)
-    assert [trial.agent for trial in trials] == [f"participant:{one.identity}"] * 2
-    for trial in trials:
-        said = strategy != "random"  # which says nothing of its actions, and the page asks
-        assert as_played(trial, claims=said) == as_played(without_page(STUDY, trial, strategy), claims=said)
-
-
-def test_from_the_request_to_the_disk_an_act_passes_through_few_functions(tmp_path, monkeypatch):
-    """Each is called by the one before: guards and private helpers count, Starlette and gzip do not."""
-    calls, transaction = [], Database.transaction
-
-    def begun(store, **how):
-        frames = (frame for frame, _ in walk_stack(sys._getframe()))
-        ours = [frame.f_code.co_qualname for frame in frames if Path(frame.f_code.co_filename).is_relative_to(SOURCE)]
-        calls.append((ours[::-1], how))
-        return transaction(store, **how)
-
-    async def act():
-        async with served(tmp_path) as place, visiting(place) as one:
-            await at_the_box(one)
-            with monkeypatch.context() as patched:
-                patched.setattr(Database, "transaction", begun)
-                await one.do()
-
-    asyncio.run(act())
-    assert calls == [([
-        "Guard.__call__", "application.<locals>.act", "ServerState.act", "Session.do", "Session._attempt", "Session._write",
-        "write_entry",
-    ], {"sync": True})]  # fmt: skip
 
 
 def test_a_page_is_opened_with_its_words_and_a_cookie_that_no_script_reads(tmp_path):
@@ -129,21 +85,6 @@ def test_nothing_is_written_before_consent_and_nothing_of_who_declines(tmp_path)
             assert not one.http.cookies
 
     asyncio.run(visit())
-
-
-def test_who_withdraws_leaves_nothing_here_and_in_the_browser(tmp_path):
-    async def visit():
-        async with served(tmp_path) as place, visiting(place, platform={"PROLIFIC_PID": "somebody"}) as one:
-            await at_the_box(one, step=3)
-            identity, token = one.identity, one.http.cookies["lockprobe"]
-            answer = await one.post("/api/withdraw", {"lease": one.lease})
-            assert answer.json()["scene"]["why"] == "withdrawn"
-            assert not one.http.cookies
-            return identity, token
-
-    for trace in asyncio.run(visit()):
-        found = [path for path in tmp_path.rglob("*") if path.is_file() and trace.encode() in path.read_bytes()]
-        assert found == []
 
 
 def test_a_preview_shows_all_takes_no_place_and_leaves_nothing(tmp_path):
@@ -298,24 +239,6 @@ def test_what_cannot_be_done_is_refused_logged_without_what_was_sent_and_changes
 
     asyncio.run(visit())
     assert len(load(tmp_path)) == 4
-
-
-def test_a_server_s_own_page_and_names_pass_and_links_of_others(tmp_path):
-    async def visit():
-        async with served(tmp_path, door=Address(port=0, allowed=("lab-pc",))) as place:
-            port = urlsplit(place.url).port
-            for headers in (
-                *({"host": f"{host}:{port}"} for host in ("localhost", "[::1]", "LOCALHOST", "lab-pc")),
-                {"origin": f"http://lab-pc:{port}", "sec-fetch-site": "same-origin"},
-                {"content-type": "application/json; charset=UTF-8"},
-            ):
-                answer = await place.http.post("/api/open", content=b"{}", headers=JSON | headers)
-                assert answer.status_code == 200, headers
-            assert (await place.http.get("/", headers={"sec-fetch-site": "cross-site"})).status_code == 200
-            cross = await place.http.get("/api/open", headers={"sec-fetch-site": "cross-site"})
-            assert cross.json()["error"] == "cross-site"
-
-    asyncio.run(visit())
 
 
 @pytest.mark.parametrize(
@@ -638,23 +561,3 @@ def test_what_the_page_gets_hangs_on_what_was_told_alone(tmp_path):
         sessions.append([json.loads(reply) | {"lease": ""} for reply in replies])
     assert len(sessions[0]) == len(sessions[1]) >= 7
     assert sessions[0] == sessions[1]
-
-
-def test_the_page_comes_small_and_is_kept(tmp_path):
-    async def visit():
-        async with served(tmp_path) as place:
-            page = await place.http.get("/")
-            names = re.findall(r'(?:href|src)="(static/[^"]+)"', page.text)
-            files = [await place.http.get(f"/{name}") for name in names]
-            again = await place.http.get("/", headers={"if-none-match": page.headers["etag"]})
-            head = await place.http.head("/")
-            return page, files, again, head
-
-    page, files, again, head = asyncio.run(visit())
-    assert page.headers["content-type"] == "text/html; charset=utf-8"
-    assert files
-    assert all(file.status_code == 200 and file.headers["x-content-type-options"] == "nosniff" for file in files)
-    assert any(file.headers.get("content-encoding") == "gzip" for file in files)
-    assert sum(len(gzip.compress(file.content)) for file in files) < 200_000
-    assert (again.status_code, again.content) == (304, b"")
-    assert (head.status_code, head.content) == (200, b"")

@@ -263,16 +263,6 @@ def test_what_somebody_writes_or_a_condition_says_is_text_wherever_it_is_shown(t
     assert "<img src=x onerror=" in str(diaries_of(tmp_path))
 
 
-def test_whoever_took_part_in_another_study_under_this_name_begins_without_trouble(tmp_path):
-    async def visit(tab, address):
-        assert (await tab.open(address)).scene == "consent"
-        async with served(tmp_path / "b", a_study()) as other:
-            assert (await tab.open(other)).scene == "consent"  # cookies know no ports
-            assert await tab.page.locator("dialog[open]").count() == 0
-
-    at_the_page(tmp_path / "a", a_study(), visit)
-
-
 def test_who_answers_wrong_reads_again_and_then_plays_and_the_bar_grows_to_the_end(tmp_path):
     first = WORDS.comprehension.questions[0]
 

@@ -174,18 +174,6 @@ async def test_where_it_is_open_in_another_tab_nothing_happens_before_it_is_to_g
         assert server.sent("act")[1]["act"]["joint"] == "C"
 
 
-@pytest.mark.parametrize("words", [None, "de"])
-@played
-async def test_what_the_server_will_not_take_is_said_in_the_words_of_the_study_and_can_be_tried_again(words):
-    server = Server(a_page(), open=[refusal(400, "malformed", words)])
-    async with page_of(server) as page:
-        await page.wait_for_selector("dialog[open]")
-        assert await page.inner_text("dialog p") == read_words(words or "en").page["refused"]
-        assert await page.get_attribute("html", "lang") == (words or "en")
-        await page.click("[data-act=here]")
-        await shown(page, 1)
-
-
 @pytest.mark.parametrize("language", ["en", "de"])
 @played
 async def test_a_link_that_the_platform_did_not_fill_in_is_said_and_not_tried_again(language):
@@ -201,30 +189,6 @@ async def test_a_link_that_the_platform_did_not_fill_in_is_said_and_not_tried_ag
         await page.wait_for_timeout(300)
         assert await page.locator("dialog[open]").count() == 1
         assert len(server.sent("open")) == 1
-
-
-@played
-async def test_an_option_is_sent_as_it_came_and_words_without_space_around_them():
-    check = {"kind": "check", "question": "Which?", "options": [" red", "blue "]}
-    ask = {
-        "kind": "ask",
-        "name": "how",
-        "question": "How?",
-        "options": [],
-        "required": True,
-        "type": "text",
-        "longest": 100,
-    }
-    server = Server(check, ask, a_page())
-    async with page_of(server) as page:
-        await page.wait_for_selector("input")
-        await page.locator("input").last.check()
-        await page.click("[data-act=answer]")
-        await page.wait_for_selector("textarea")
-        await page.fill("textarea", " so \n")
-        await page.click("[data-act=answer]")
-        await shown(page, 3)
-        assert [body["act"]["answer"] for body in server.sent("act")] == ["blue ", "so"]
 
 
 @played
@@ -300,28 +264,3 @@ async def test_drawn_joints_never_lie_on_each_other_however_they_sit_on_the_pane
                     x, x_other = places[i][0], places[j][0]
                     assert (x - x_other) * (one["left"] - other["left"]) >= -0.01, "left is left"
             await page.click("[data-joint=A]")
-
-
-@played
-async def test_parameters_of_the_url_go_along_if_they_are_short():
-    server = Server(a_page())
-    query = f"?PROLIFIC_PID=abc&x={'y' * 65}&{'n' * 65}=1&STUDY_ID=%3Cb%3E"
-    async with page_of(server, query) as page:
-        await shown(page, 1)
-        await page.click("[data-act=next]")
-        await page.wait_for_selector("#scene[data-turn='2']")
-        expected = {"PROLIFIC_PID": "abc", "STUDY_ID": "<b>"}
-        assert [body["platform"] for _, body in server.posts] == [expected, expected]
-
-
-@played
-async def test_the_page_says_its_language_and_keeps_to_the_policy():
-    said = []
-    server = Server(a_box(joints=[joint(x) for x in "AB"]))
-    async with page_of(server) as page:
-        page.on("console", lambda message: said.append(message.text))
-        await page.reload()
-        await shown(page, 1)
-        await page.wait_for_timeout(200)
-        assert await page.evaluate("[document.documentElement.lang, document.title]") == ["en", "Open the lockbox"]
-        assert said == []
