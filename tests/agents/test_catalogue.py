@@ -44,8 +44,6 @@ def test_a_spec_says_where_its_time_goes_and_what_it_can_take_in(spec, engine, s
     ("spec", "message"),
     [
         ("randon", "no agent is called 'randon' (did you mean 'random'?); there are: random, random-no-repeat"),
-        ("proximity", "no agent is called 'proximity' (did you mean 'human-inspired:proximity'?)"),
-        ("softmax-memory?failure=2", "no agent is called 'softmax-memory?failure=2' (did you mean 'cognitive:softmax-memory?failure=2'?)"),
         ("openai/gpt-4o", "no agent is called 'openai/gpt-4o' (did you mean 'llm:openai/gpt-4o'?)"),
         ("human-inspired:fast", "no preset of human-inspired is called 'fast'; there are: target-first"),
         ("cognitive:slow", "no cognitive model is called 'slow'; there are: softmax-memory"),

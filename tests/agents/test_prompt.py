@@ -27,13 +27,14 @@ LATER = Situation(
     percept=Percept(joint="A", outcome="blocked", positions=(False,) * 4, text="A did not move. At 1: none."),
 )
 UNASKED = replace(LATER, task=replace(TASK, assessment=False))
-TOLD = instructions(TASK, positions=True)
+TOLD = instructions(FIRST)
 
 
 def test_what_is_of_one_trial_alone_stands_last_so_that_trials_share_the_rest():
     other = Task(joints=tuple("ABCD"), target="C", budget=20)
-    for settings in ({"positions": True}, {"positions": False, "pictures": 2}):
-        one, another = instructions(TASK, **settings), instructions(other, **settings)
+    pictures = Percept(pictures=(Picture(kind="rgb", png=b""), Picture(kind="depth", png=b"")))
+    for percept in (FIRST.percept, pictures):
+        one, another = (instructions(Situation(task=task, past=(), percept=percept)) for task in (TASK, other))
         shared, own = one.rsplit("\n", 1)
         assert another == f"{shared}\nThe panel's joints: A, B, C, D. The target joint: C."
         assert own == "The panel's joints: C, A, D, B. The target joint: D."
@@ -85,7 +86,7 @@ def test_the_form_of_a_reply_offers_what_can_be_said_and_a_repair_says_it_again(
 
 def test_where_nobody_asks_what_the_last_action_did_neither_prompt_nor_form_nor_repair_says_a_word_of_it():
     words = '"last_action": "moved" or "did not move" ("none" in the first step), '
-    assert TOLD.replace(words, "") == instructions(UNASKED.task, positions=True)
+    assert TOLD.replace(words, "") == instructions(UNASKED)
     schema = reply_schema(UNASKED)
     assert [*schema["properties"]] == schema["required"] == ["hypothesis", "joint"]
     again = 'Reply with one JSON object and nothing else: {"hypothesis": "", "joint": one of ["C", "A", "D", "B"]}'

@@ -40,7 +40,6 @@ ONE_READING = {
     HARMONY: ("reasoning",),
     HARMONY.replace("final<", "final <|constrain|>json<"): ("reasoning",),
     f"<|channel|>final<|message|>{OBJECT}": ("template",),
-    f"analysisPerhaps {OTHER}assistantfinal{OBJECT}": ("reasoning",),
     f"{OBJECT}<|im_end|>": ("template",),
     f"<|channel>thought\nPerhaps {OTHER}<channel|>{OBJECT}<turn|>": ("reasoning", "template"),
     f"<|begin_of_box|>{OBJECT}<|end_of_box|>": ("template",),
@@ -73,11 +72,7 @@ ONE_READING = {
     f"<analysis>Perhaps {OTHER}</analysis>{OBJECT}": ("reasoning",),
     f"<reason>Perhaps {OTHER}</reason>{OBJECT}": ("reasoning",),
     "{'last_action': 'moved', 'hypothesis': 'B\\'s lock', 'joint': 'B'}": ("syntax",),
-    '{last_action: "moved", hypothesis: "B\'s lock", joint: "B"} // so': ("syntax", "prose"),
-    '{"last_action": "moved", /* it did */ "hypothesis": "B\'s lock",\n "joint": B}': ("syntax",),
-    "{\u201clast_action\u201d: \u201cmoved\u201d, \u201chypothesis\u201d: \u201cB's lock\u201d, \u201cjoint\u201d: \u201cB\u201d}": (
-        "syntax",
-    ),
+    '{last_action: "moved", hypothesis: "B\'s lock", joint: B,}': ("syntax",),
     OBJECT.replace("last_action", "lastAction").replace("joint", "Joint"): ("spelling",),
 }
 
@@ -107,8 +102,6 @@ def test_a_text_with_one_reading_is_a_decision_and_what_was_tidied_is_named(text
         (f'{{"joint" "C"}} {OBJECT}', "not one JSON object"),
         (f'Like {{"joint": "A" or "B"}}: {OBJECT}', "not one JSON object"),
         (f"{{{OBJECT}, {OTHER}}}", "not one JSON object"),
-        (f"{OBJECT} or C", "a JSON object and an alternative"),
-        (f"C or {OBJECT}", "a JSON object and an alternative"),
         (f'{{"plan": {OBJECT}', "a JSON object that does not end"),
         (f"{OBJECT} {{", "a JSON object that does not end"),
         (f'{OBJECT[:-1]}, "joint": "C"}}', "joint: two values"),
@@ -191,9 +184,7 @@ def test_what_nobody_asks_for_is_neither_needed_nor_read(volunteered):
     assert parse_reply('{"joint": "B", "hypothesis": "h"}', mute).hypothesis == ""
 
 
-@pytest.mark.parametrize(
-    "piece", ["{", "<think>", '{"', "{'", "/*", "<|channel|>", "assistantfinal", "```", "[INST]", "</think>a"]
-)
+@pytest.mark.parametrize("piece", ["{", "<think>", '{"', "{'", "/*", "<|channel|>", "```", "[INST]", "</think>a"])
 def test_the_longest_replies_of_any_kind_take_no_longer_than_a_moment(piece):
     began = time.process_time()
     for text in (piece * (100_000 // len(piece)), "{" + piece * 20_000 + "}"):
@@ -214,7 +205,6 @@ def test_text_without_marks_stands_in_the_conversation_as_it_is():
 def test_the_first_mark_is_quoted():
     assert mark_in(f"Hm</think>{OBJECT}<|im_end|>") == "</think>"
     assert mark_in(f"{OBJECT}<|im_end|>") == "<|im_end|>"
-    assert mark_in(f"analysisHm.assistantfinal{OBJECT}") == "assistantfinal"
 
 
 def test_names_are_compared_without_what_does_not_matter():

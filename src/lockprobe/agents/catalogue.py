@@ -11,7 +11,6 @@ installed packages add by an entry point in the group ``lockprobe.agents``. Opti
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from inspect import iscoroutinefunction, isfunction
@@ -155,7 +154,8 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
         return _language_model(spec, access)
     if (plugin := find_plugin("agent", text)) is not None:
         return _of_another_package(spec, plugin)
-    raise UnknownName("agent", text, [*_KNOWN, *plugin_names("agent")], near=_meant(spec))
+    near = f"llm:{spec}" if "/" in spec.full_name else None
+    raise UnknownName("agent", text, [*_KNOWN, *plugin_names("agent")], near=near)
 
 
 def is_strategy(spec: str) -> bool:
@@ -165,19 +165,6 @@ def is_strategy(spec: str) -> bool:
     (True, False)
     """
     return spec in _STRATEGIES or Spec.parse(spec).kind in (*_PARAMETRIC, "viewer")
-
-
-def _meant(spec: Spec) -> str | None:
-    """The spec that the user probably meant if its kind is missing or mistyped."""
-    if "/" in spec.full_name:
-        return f"llm:{spec}"
-    full = {one: one for one in (*_STRATEGIES, "human-inspired", "ideal-observer", "viewer", PEOPLE)}
-    full |= {one: f"cognitive:{one}" for one in (*MODELS, *CHARACTERS)}
-    full |= {one: f"human-inspired:{one}" for one in PRESETS} | {"local": "llm:local", "gguf": "llm:gguf:PATH"}
-    near = difflib.get_close_matches(spec.full_name, full, n=1)
-    if not near or near[0] in _STRATEGIES:  # which have no options
-        return near[0] if near else None
-    return str(Spec.parse(full[near[0]]).adding(spec.options))
 
 
 def _human_inspired(spec: Spec) -> Agent:

@@ -40,7 +40,7 @@ class Engine:
     """One loaded model.
 
     Args:
-        path: A GGUF file, or the first part of a model in parts.
+        path: A GGUF file.
         context: Tokens that a prompt may have.
 
     Raises:

@@ -9,12 +9,11 @@ hashable value, so the same policy can be played here step by step, propagated e
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from itertools import accumulate
-from numbers import Real
-from reprlib import Repr
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.foundation.errors import BadValue, UserMistake
@@ -27,9 +26,6 @@ Memory = TypeVar("Memory", bound=Hashable)
 
 _TOLERANCE = 1e-6
 """How far a sum of probabilities may be from 1."""
-
-_short = Repr()
-_short.maxother, _short.maxtuple, _short.maxlist = 80, 12, 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -256,15 +252,13 @@ def _checked(method: Callable[..., Any]) -> Callable[..., tuple[float, ...]]:
     def probabilities(self: Any, view: View, memory: Any) -> tuple[float, ...]:
         found = method(self, view, memory)
         try:
-            parts = tuple(found)
-        except TypeError:
-            parts = ()
-        numbers = [float(part) for part in parts if isinstance(part, Real) and math.isfinite(part)]
-        fit = len(numbers) == len(parts) == view.joints and min(numbers) >= 0
-        if fit and abs(math.fsum(numbers) - 1) <= _TOLERANCE:
-            return tuple(numbers)
+            numbers = tuple(float(part) for part in found)
+        except (TypeError, ValueError):
+            numbers = ()
+        if len(numbers) == view.joints and min(numbers) >= 0 and abs(math.fsum(numbers) - 1) <= _TOLERANCE:
+            return numbers
         wanted = f"{view.joints} numbers >= 0 that sum to 1 are expected"
-        raise UserMistake(f"{type(self).__name__}.probabilities returned {_short.repr(found)}: {wanted}")
+        raise UserMistake(f"{type(self).__name__}.probabilities returned {reprlib.repr(found)}: {wanted}")
 
     return probabilities
 

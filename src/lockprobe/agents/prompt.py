@@ -38,8 +38,6 @@ many joints; what positions are called; what is told after a step."""
 _NEEDED = ("joints", "target", "reply")
 """The required fields of a template."""
 
-_USUAL = Briefing()
-
 _OBSERVATION = {
     (True, True): "Then you are told whether it moved, and {told}.",
     (False, True): "Then you are told whether it moved.",
@@ -94,34 +92,17 @@ def fingerprint(*texts: str) -> str:
     return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:12]
 
 
-def instructions(
-    task: Task,
-    *,
-    positions: bool,
-    outcomes: bool = True,
-    in_full: bool = False,
-    pictures: int = 0,
-    labelled: bool = True,
-    briefing: Briefing = _USUAL,
-    reply: str = "",
-) -> str:
-    """The instruction at the start of a trial.
+def instructions(situation: Situation, reply: str = "") -> str:
+    """The instruction at the start of a trial, by its first observation and what the agent is asked and warned of.
 
-    Args:
-        task: The agent's task.
-        positions: Whether the observations tell positions.
-        outcomes: Whether they tell outcomes.
-        in_full: Whether they tell the position of every joint, and not only which are at 1.
-        pictures: How many pictures an observation shows: none, one of colours, or that and one of depth. Where there
-            are some, the observations tell nothing else.
-        labelled: Whether pictures show the labels of the joints.
-        briefing: Another instruction than the usual one, if any, and what else is asked and warned of.
-        reply: How to reply; empty for one JSON object.
+    ``reply`` says how to reply; empty for one JSON object.
     """
+    task, briefing, pictures = situation.task, situation.briefing, len(_shown(first := opening(situation)))
     if pictures:
-        observation = _SEEN.format(pictures=_PICTURES[pictures], labels=_LABELS[labelled])
+        observation = _SEEN.format(pictures=_PICTURES[pictures], labels=_LABELS[not first.unlabelled])
     else:
-        observation = _OBSERVATION[positions, outcomes or not positions].format(told=_POSITIONS[in_full])
+        told = first.positions is not None, not first.states_only or first.positions is None
+        observation = _OBSERVATION[told].format(told=_POSITIONS[first.in_full])
     template, warning = briefing.instruction or INSTRUCTIONS, briefing.warning
     items = ", ".join(f'"{item.key}": {item.asked}' for item in _items(task, briefing))
     text = template.format(
@@ -134,6 +115,11 @@ def instructions(
         reply=reply or f"Reply with one JSON object and nothing else:\n{{{items}}}",
     )
     return text if warning in text else f"{text} {warning}"
+
+
+def opening(situation: Situation) -> Percept:
+    """The first observation of a trial."""
+    return situation.past[0].percept if situation.past else situation.percept
 
 
 def check_template(text: str) -> None:
@@ -184,16 +170,7 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
     remarks = [*(turn.remark for turn in situation.past), situation.briefing.remark]
     newest_first = enumerate(zip(reversed(percepts), reversed(remarks), strict=True))
     told = [_observation(percept, said, keep=not images or i < images) for i, (percept, said) in newest_first][::-1]
-    opening = instructions(
-        situation.task,
-        positions=percepts[0].positions is not None,
-        outcomes=not percepts[0].states_only,
-        in_full=percepts[0].in_full,
-        pictures=len(_shown(percepts[0])),
-        labelled=not percepts[0].unlabelled,
-        briefing=situation.briefing,
-    )
-    messages = [replace(told[0], text=f"{opening}\n\n{told[0].text}".strip())]
+    messages = [replace(told[0], text=f"{instructions(situation)}\n\n{told[0].text}".strip())]
     for turn, observation in zip(situation.past, told[1:], strict=True):
         messages += [Message(role="assistant", text=spoken(turn.decision.replies[-1])), observation]
     return messages

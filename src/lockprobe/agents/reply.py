@@ -8,10 +8,13 @@ broken one, a field with two values.
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 import unicodedata
+import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Literal
 
 from lockprobe.foundation.errors import RefusalFault, ReplyFault
@@ -55,10 +58,6 @@ _CHANNEL = re.compile(r"<\|channel\|>\s*(\w+)[^<]*(?:<\|constrain\|>[^<]*)?<\|me
 _CHANNEL_END = re.compile(r"<\|(?:end|return|call|start|channel)\|>")
 """The channels of the Harmony format; only the one called ``final`` is the reply."""
 
-_BARE_CHANNEL = re.compile(r"\s*(?:analysis|commentary)")
-_BARE_FINAL = "assistantfinal"
-"""The same format from a server that removed its tokens and kept its words."""
-
 _TURN = re.compile(
     r"<\|(?:im_end|im_start|eot_id|eom_id|eot|end|return|call|start|start_header_id|end_of_text|endoftext|user|assistant"
     r"|system|END_OF_TURN_TOKEN|START_OF_TURN_TOKEN|END_RESPONSE)\|>|<\uff5c(?:end▁of▁sentence|User|Assistant)\uff5c>"
@@ -71,23 +70,12 @@ _TOKEN = re.compile(
 )
 """Any token of a template."""
 
-_MARKED = re.compile(r"[<\[◁]|assistantfinal")
+_MARKED = re.compile(r"[<\[◁]")
 """What every text with marks holds."""
 
-_OR_BEFORE = re.compile(r"\bor\s*$", re.IGNORECASE)
-_OR_AFTER = re.compile(r"\s*(?:or|alternatively)\b", re.IGNORECASE)
 _FENCE = re.compile(r"(?:`{3,}|~{3,})[ \t]*[\w+-]*")
 _NO_WIDTH = re.compile("[\ufeff\u200b\u200c\u200d\u2060]")
-_CLOSING = {'"': '"', "'": "'", "\u201c": "\u201d", "\u2018": "\u2019"}
 _QUOTED = re.compile(r"[\"'\u201c\u2018]\s*([\w -]{1,40}?)\s*[\"'\u201d\u2019]")
-_LENIENT = re.compile(
-    r"""(?P<double>"(?:[^"\\]|\\.)*")|(?P<single>'(?:[^'\\]|\\.)*'|\u201c[^\u201d]*\u201d|\u2018[^\u2019]*\u2019)|(?P<comment>//[^\n]*|/\*.*?\*/)
-    |(?P<word>[^\W\d][\w-]*)|(?P<number>[-+.\d][\w.+-]*)|(?P<sign>[{}\[\]:,])|(?P<space>\s+)""",
-    re.VERBOSE | re.DOTALL,
-)
-"""A piece of JSON as models bend it: other quotes, no quotes, comments, a comma before the end."""
-
-_CONSTANTS = {"True": "true", "False": "false", "None": "null", "true": "true", "false": "false", "null": "null"}
 
 _OF_A_CALL = ("name", "type", "id")
 """What stands beside the object in the call of a tool, which some models write although none is offered."""
@@ -233,8 +221,6 @@ def _object_in(text: str, names: Sequence[str]) -> Found:
     readings = {json.dumps({name: plain_form(str(of)) for name, of in sorted(one.items())}) for one, _ in found}
     if broken or len(readings) > 1:
         raise ReplyFault("JSON objects that differ")
-    if _OR_BEFORE.search(around[0]) or _OR_AFTER.match(around[-1]):
-        raise ReplyFault("a JSON object and an alternative")
     fields, tidied = found[0]
     tidied = tidied.union(marks, ["repeated"] if len(found) > 1 else ())
     left = _NO_WIDTH.sub("", "".join(around))
@@ -289,13 +275,11 @@ def without_marks(text: str) -> tuple[str, tuple[Tidied, ...]]:
 def mark_in(text: str) -> str:
     """The first mark in a reply that has some."""
     found = [one for pattern in (_TAG, _CHANNEL, _TOKEN) if (one := pattern.search(text)) is not None]
-    return min(found, key=lambda one: one.start())[0] if found else _BARE_FINAL
+    return min(found, key=lambda one: one.start())[0]
 
 
 def _final_channel(text: str) -> tuple[str, bool]:
     """The reply in a text of channels, and whether there are other channels."""
-    if _BARE_CHANNEL.match(text) and _BARE_FINAL in text:
-        return text.rpartition(_BARE_FINAL)[2], True
     channels = [*_CHANNEL.finditer(text)]
     if not channels:
         return text, False
@@ -353,8 +337,8 @@ def _groups(text: str) -> Iterator[tuple[int, int]]:
         if quote:
             quote = "" if sign == quote and not escaped else quote
             escaped = sign == "\\" and not escaped
-        elif depth and sign in _CLOSING and (sign == '"' or before in "{[,:"):
-            quote, escaped = _CLOSING[sign], False
+        elif depth and (sign == '"' or (sign == "'" and before in "{[,:")):
+            quote, escaped = sign, False
         elif sign == "{":
             start = start if depth else place
             depth += 1
@@ -374,34 +358,29 @@ def _read(group: str) -> tuple[_Object | None, bool]:
     for one in (group, *doubled):
         if isinstance(exact := _loaded(one), _Object):
             return exact, one is not group
-        try:
-            value = json.loads(_straightened(_NO_WIDTH.sub("", one)), strict=False, object_pairs_hook=_Object)
-        except ValueError:
-            continue
-        if isinstance(value, _Object):
-            return value, True
+        with suppress(ValueError, SyntaxError, MemoryError), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of escapes that Python does not know
+            if isinstance(value := _literal(ast.parse(_NO_WIDTH.sub("", one), mode="eval").body), _Object):
+                return value, True
     return None, True
 
 
-def _straightened(group: str) -> str:
-    """Bent JSON as JSON; empty if there is something in it that cannot be told."""
-    pieces: list[str] = []
-    place = 0
-    while place < len(group):
-        if (piece := _LENIENT.match(group, place)) is None:
-            return ""
-        place, said = piece.end(), piece[0]
-        if piece.lastgroup in ("comment", "space"):
-            continue
-        if piece.lastgroup == "single":
-            inside = re.sub(r'\\.|"', lambda one: {"\\'": "'", '"': '\\"'}.get(one[0], one[0]), said[1:-1])
-            said = f'"{inside}"'
-        elif piece.lastgroup == "word":
-            said = _CONSTANTS.get(said, json.dumps(said))
-        elif said in "}]" and pieces and pieces[-1] == ",":
-            pieces.pop()
-        pieces.append(said)
-    return "".join(pieces)
+def _literal(node: ast.AST | None) -> object:
+    """A value as models write it who think of Python: other quotes, none, or a comma before the end.
+
+    Raises:
+        ValueError: If it is more than a value.
+    """
+    match node:
+        case ast.Dict(keys=keys, values=values):
+            return _Object([(str(_literal(key)), _literal(of)) for key, of in zip(keys, values, strict=True)])
+        case ast.List(elts=parts):
+            return [_literal(part) for part in parts]
+        case ast.Constant(value=str() | int() | float() | None as value):
+            return value
+        case ast.Name(id=word):
+            return {"true": True, "false": False, "null": None}.get(word, word)
+    raise ValueError("no value")
 
 
 def _fields_of(found: _Object, names: Sequence[str]) -> Found:

@@ -24,9 +24,6 @@ _FILE = "llm:gguf:"
 _PORTABLE = re.compile(r"llm:gguf:(?P<name>[\w.-]+@(?P<sha256>[0-9a-f]{12}))", re.ASCII)
 """A model by its name and the beginning of its hash."""
 
-_PART = re.compile(r"(?P<stem>.*)-[0-9]{5}-of-(?P<count>[0-9]{5})\.gguf", re.DOTALL)
-"""The name of a file of a model in parts, as llama.cpp writes and finds them."""
-
 
 def embedded() -> Path | None:
     """The embedded model on this machine, unchecked; None if it is missing."""
@@ -43,8 +40,7 @@ def locate(spec: str) -> Path:
 
     Raises:
         Missing: If the embedded model is not installed, or nothing says where the file of a name and hash is.
-        BadFile: If the file or one of its parts does not exist, is no GGUF file or is not the one that its name
-            promises.
+        BadFile: If the file does not exist, is no GGUF file or is not the one that its name promises.
     """
     named, path, expected = _PORTABLE.fullmatch(spec), Path(spec.removeprefix(_FILE)).expanduser(), ""
     if spec == "llm:local":
@@ -56,15 +52,14 @@ def locate(spec: str) -> Path:
             remedy = "name its file once: --agent llm:gguf:PATH"
             raise Missing(f"{_FILE}{named['name']} is not known on this machine", remedy)
         path, expected = Path(note.read_text()), named["sha256"]
-    for part in _parts_of(path):
-        check_regular(part)
-        try:
-            with part.open("rb") as file:
-                magic = file.read(4)
-        except OSError as error:
-            raise BadFile(part, f"cannot be read ({error.strerror})") from None
-        if magic != b"GGUF":
-            raise BadFile(part, "not a GGUF file")
+    check_regular(path)
+    try:
+        with path.open("rb") as file:
+            magic = file.read(4)
+    except OSError as error:
+        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+    if magic != b"GGUF":
+        raise BadFile(path, "not a GGUF file")
     if expected and not (got := sha256_of(path)).startswith(expected):
         raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or a different one")
     return path
@@ -83,8 +78,7 @@ def portable(spec: str) -> str:
     if not spec.startswith(_FILE) or _PORTABLE.fullmatch((asked := Spec.parse(spec)).full_name):
         return spec
     path = locate(asked.full_name).resolve()
-    marks = tuple((part.stat().st_mtime_ns, part.stat().st_size) for part in _parts_of(path))
-    name = _name_and_hash(path, marks)
+    name = _name_and_hash(path, path.stat().st_mtime_ns, path.stat().st_size)
     note = _note(name)
     if not note.is_file() or note.read_text() != str(path):
         note.parent.mkdir(parents=True, exist_ok=True)
@@ -93,8 +87,8 @@ def portable(spec: str) -> str:
 
 
 @lru_cache
-def _name_and_hash(path: Path, marks: tuple[tuple[int, int], ...]) -> str:
-    """The name of a model and the beginning of its hash; ``marks`` of its files tell when they have changed."""
+def _name_and_hash(path: Path, changed: int, size: int) -> str:
+    """The name of a model and the beginning of its hash; by when it was changed and its size it is taken anew."""
     return f"{model_name(path)}@{sha256_of(path)[:12]}"
 
 
@@ -109,26 +103,7 @@ def model_name(path: Path) -> str:
     return re.sub(r"[^A-Za-z0-9_.]+", "-", path.stem).strip("-") or "model"
 
 
-def _parts_of(path: Path) -> list[Path]:
-    """All files of a model: those of a model in parts, which has their number in its name, or the file alone.
-
-    Raises:
-        BadFile: If it is not the first part: the runtime finds the others by the name of the first.
-    """
-    if (named := _PART.fullmatch(path.name)) is None:
-        return [path]
-    numbers = range(1, max(int(named["count"]), 1) + 1)
-    parts = [path.with_name(f"{named['stem']}-{part:05d}-of-{named['count']}.gguf") for part in numbers]
-    if path != parts[0]:
-        raise BadFile(path, f"not the first part of a model: give {parts[0].name}")
-    return parts
-
-
 def sha256_of(path: Path) -> str:
-    """The hash of a model's file, in hexadecimal digits; of a model in parts that of all parts, one after the other."""
-    found = hashlib.sha256()
-    for part in _parts_of(path):
-        with part.open("rb") as file:
-            while block := file.read(1 << 20):
-                found.update(block)
-    return found.hexdigest()
+    """The hash of a model's file, in hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -288,18 +288,8 @@ class ToolSession:
 
     def _instruction(self, situation: Situation) -> str:
         """The instruction of a trial, its steps so far if it goes on, and the current report."""
-        past, first = situation.past, (*(turn.percept for turn in situation.past), situation.percept)[0]
-        text = instructions(
-            situation.task,
-            positions=first.positions is not None,
-            outcomes=not first.states_only,
-            in_full=first.in_full,
-            pictures=sum(picture.shown for picture in first.pictures),
-            labelled=not first.unlabelled,
-            briefing=situation.briefing,
-            reply=self._how_to_reply(),
-        )
-        lines = ["The trial goes on. Your steps so far:", first.text, past[0].remark] if past else []
+        past, text = situation.past, instructions(situation, self._how_to_reply())
+        lines = ["The trial goes on. Your steps so far:", past[0].percept.text, past[0].remark] if past else []
         for number, turn in enumerate(past, 1):
             line = f"{number}. {_SAID[turn.decision.claimed]}You attempted {turn.decision.joint}."
             if number < len(past):  # the last report follows
