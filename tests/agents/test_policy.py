@@ -2,7 +2,6 @@
 
 import asyncio
 from bisect import bisect_right
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
@@ -13,7 +12,6 @@ from hypothesis import strategies as st
 
 from lockprobe import Policy, propagate, run_trial
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.local import LocalModel
 from lockprobe.agents.policy import Told, View, draw, opened_after, refuse_pictures, running_sums, tell, view_of
 from lockprobe.foundation.errors import BadValue, UserMistake
@@ -110,23 +108,6 @@ def test_a_memory_is_a_value_and_recalled_the_same_step_by_step_at_once_and_afte
     assert agent.recall(other) == resolve(spec).make().recall(other)
 
 
-def test_agents_that_look_at_nothing_say_nothing():
-    for spec, looks in (("random", False), ("round-robin", False), ("human-inspired", True)):
-        decision = asyncio.run(resolve(spec).make().decide(situation([("A", True, "A")]), np.random.default_rng(1)))
-        assert decision.claimed == ("moved" if looks else None)
-
-
-def test_trials_that_are_played_in_turns_are_played_as_one_by_one():
-    agent = resolve(POLICIES[-1]).make()
-    alone = [run_trial(agent=POLICIES[-1], trial=i, p=0.4).actions for i in (1, 2, 3)]
-    assert [run_trial(agent=agent, trial=i, p=0.4).actions for i in (1, 2, 3)] == alone
-
-
-def test_random_no_repeat_never_repeats():
-    for trial in [run_trial(agent="random-no-repeat", trial=i) for i in range(1, 21)]:
-        assert all(a != b for a, b in pairwise(trial.actions))
-
-
 @pytest.mark.parametrize("spec", ["round-robin", "right-to-left"])
 def test_who_goes_in_turn_always_solves_chain_4(spec):
     for trial in [run_trial(agent=spec, trial=i, p=0.6) for i in range(1, 31)]:
@@ -219,22 +200,3 @@ def test_numbers_of_any_kind_pass_as_floats(value):
     found = Returning(value).probabilities(FOUR, None)
     assert found == tuple(float(number) for number in value)
     assert {type(number) for number in found} == {float}
-
-
-def test_every_class_of_others_is_checked_however_it_came_to_its_methods():
-    class Mixed:
-        def probabilities(self, view, memory):
-            return (1.0,)
-
-    class WithMixed(Mixed, Returning):
-        pass
-
-    @dataclass(frozen=True, slots=True)
-    class Slotted(HumanInspired):
-        def probabilities(self, view, memory):
-            return (1.0,)
-
-    for policy in (WithMixed(None), Slotted()):
-        with pytest.raises(UserMistake, match="4 numbers"):
-            policy.probabilities(FOUR, None)
-    assert not hasattr(HumanInspired.probabilities, "checked")

@@ -2,7 +2,6 @@
 
 import asyncio
 import math
-from collections import Counter
 
 import numpy as np
 import pytest
@@ -10,13 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe import population, run_trial
-from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.cognitive import CHARACTERS, LoopBreaker, RandomMap, SoftmaxMemory
 from lockprobe.agents.human_inspired import PRESETS, HumanInspired
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Told, View
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadValue, UserMistake
+from lockprobe.foundation.errors import BadValue
 from lockprobe.simulation.exact import propagate
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
@@ -131,15 +129,6 @@ def test_the_map_repeats_what_it_did_first(reports, kind):
             seen.setdefault(state, reports[i][0])
 
 
-def test_a_map_is_drawn_anew_for_every_trial_and_kept_within_it():
-    trials = [run_trial(agent="cognitive:random-map?window=0", trial=i, shuffle="never") for i in range(1, 101)]
-    assert min(Counter(trial.actions[0] for trial in trials).values()) > 10
-    for trial in trials[:10]:
-        done = {}
-        for step in trial.steps:
-            assert done.setdefault(step.state, step.joint) == step.joint
-
-
 def share(agent, n, **settings):
     """Of the trials of a study, played without records."""
     return population(agent, trials=n, seed=5, **settings).success
@@ -251,27 +240,6 @@ def test_what_it_is_and_the_probabilities_that_were_drawn_from_stand_in_the_reco
     trial = run_trial(agent=spec, p=0.3)
     assert trial.facts.items() >= facts.items()
     assert all(sum(step.decision.probabilities) == pytest.approx(1) for step in trial.steps)
-
-
-@pytest.mark.parametrize(
-    ("spec", "said"),
-    [
-        ("human-inspired?lapse=1.5", "lapse: got 1.5, expected a number from 0 to 1"),
-        ("human-inspired?lapse=nan", "lapse: got nan"),
-        ("cognitive:softmax-memory?failure=inf", "failure: got inf, expected a finite number"),
-        ("cognitive:random-map?window=4", "window: got 4, expected 0 to 3"),
-        ("cognitive:random-map?window=0&avoid=last", "avoid: got 'last', expected none or failed"),
-        ("ideal-observer?prior=chain", "no prior is called 'chain' (did you mean 'chains'"),
-        ("ideal-observer?priors=chains", "no option of ideal-observer is called 'priors'"),
-        ("ideal-observer?noise=2", "noise: got '2'"),
-        ("ideal-observer?plan=best", "plan: got 'best', expected one of steps, information"),
-        ("ideal-observer?reading=outcome-only", "reading: got 'outcome-only'"),
-    ],
-)
-def test_options_that_cannot_be_are_refused(spec, said):
-    with pytest.raises(UserMistake) as wrong:
-        resolve(spec)
-    assert str(wrong.value).startswith(said)
 
 
 def test_a_box_too_large_for_its_plan_is_refused_at_the_first_step():

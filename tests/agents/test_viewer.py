@@ -82,16 +82,6 @@ def test_it_says_what_the_picture_shows_and_acts_on_it():
     assert fooled.actions != honest.actions
 
 
-def test_where_reports_are_told_it_is_its_strategy_and_claims_what_it_was_told():
-    seen, told = run_trial(agent=f"viewer:{SPEC}", p=0.4), run_trial(agent=SPEC, p=0.4)
-    assert seen.actions == told.actions
-    assert [step.decision for step in seen.steps] == [step.decision for step in told.steps]
-    blind = run_trial(agent="viewer:random", p=0.4)
-    assert blind.actions == run_trial(agent="random", p=0.4).actions
-    said = ["moved" if step.told_moved else "blocked" for step in blind.steps]
-    assert [step.decision.claimed for step in blind.steps[1:]] == said[:-1]
-
-
 class Listener(RandomAgent):
     """A strategy that keeps what it was told."""
 
@@ -184,15 +174,6 @@ def test_the_first_picture_says_how_many_pixels_are_needed(handle):
         found = picture_reader.evidence(shown(positions), places, acuity=acuity)
         assert tuple(sign > 0 for sign in found) == positions
     assert acuity <= 10 or acuity * handle <= 3 * 320
-
-
-def test_on_the_default_scene_ten_pixels_are_enough():
-    seen, same = (
-        run_trial(agent=agent, plant="fast-twin", modality="rgb", p=0, seed=1, max_steps=2)
-        for agent in ("viewer", "viewer?acuity=10")
-    )
-    assert seen.facts["acuity"] is None
-    assert [step.decision for step in seen.steps] == [step.decision for step in same.steps]
 
 
 def test_a_model_of_a_user_is_read_without_an_option():

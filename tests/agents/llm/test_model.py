@@ -77,22 +77,6 @@ def test_a_study_over_http(tmp_path, played, spec):
     assert not any(b"private" in path.read_bytes() for path in tmp_path.iterdir())
 
 
-def test_a_malformed_reply_is_asked_again_and_recorded(played):
-    def answer(request):
-        if len(request["messages"]) == 1:
-            return completion("I would try joint A first!")
-        if "could not be used" in request["messages"][-1]["content"]:
-            return truthful({"messages": request["messages"][:-2]})
-        return truthful(request)
-
-    trials, server = played(answer, trials=1)
-    first = trials[0].steps[0].decision
-    assert (first.replies[0], len(first.replies), first.usage.calls) == ("I would try joint A first!", 2, 2)
-    assert trials[0].solved
-    assert "could not be used (not one JSON object)" in server.requests[1]["messages"][-1]["content"]
-    assert "could not be used" not in str(server.requests[2])  # the repair is not part of the history
-
-
 @dataclass(frozen=True)
 class Photographs:
     """Made-up files for pictures: which configuration they are of stands in them, and is told nowhere else."""
@@ -193,33 +177,6 @@ def test_what_is_sent_is_what_a_reply_is_looked_up_by():
     assert request(repairs=9, known=replace(known, images=False, picture_tokens=9)) == request()
 
 
-def test_a_conversation_that_is_too_long_is_no_reply_and_its_trial_is_owed_again(tmp_path, played):
-    def answer(request):
-        said = {"message": "This model's maximum context length is 9 tokens.", "code": "context_length_exceeded"}
-        return (400, {"error": said}) if len(request["messages"]) > 3 else truthful(request)
-
-    trials, _ = played(answer, trials=1)
-    assert (trials[0].error.boundary, len(trials[0].steps), trials[0].owed_again) == ("model", 2, True)
-    assert trials[0].error.message.startswith("the conversation is longer than the model can read: This model's max")
-    last = list(read_calls(tmp_path))[-1]
-    assert (last.reply, last.error, last.most) == (None, trials[0].error.message, None)
-
-
-def test_a_call_keeps_what_it_took_whether_it_failed_or_not(tmp_path, played):
-    def answer(request):
-        asked.append(request)
-        return (200, b'{"choices": [') if len(asked) in (1, 2, 4, 5, 6) else truthful(request)
-
-    asked = []
-    played(answer, trials=1, max_steps=2)
-    good, failed = list(read_calls(tmp_path))
-    assert (good.retries, good.unanswered, good.usage.input_tokens) == (2, 2, 11)
-    assert (failed.reply, failed.retries, failed.unanswered) == (None, 2, 3)
-    assert failed.seconds > 0
-    assert good.most.input_tokens > 11
-    assert good.most.output_tokens == failed.most.output_tokens > 0
-
-
 def test_another_model_under_the_same_name_is_refused_before_it_is_asked(tmp_path, played, monkeypatch):
     played(truthful)
     sql(tmp_path, "delete from trial where id > 1")  # one is owed again
@@ -244,52 +201,6 @@ def test_marks_and_reasoning_are_kept_in_the_record_and_sent_to_nobody(tmp_path,
     assert "im_end" not in sent
     replies = [json.loads(message["content"]) for message in server.requests[-1]["messages"][1::2]]
     assert [reply["joint"] for reply in replies] == [step.decision.joint for step in trial.steps][:-1]
-
-
-def test_a_refusal_in_the_middle_of_a_trial_keeps_its_steps_and_the_replies_before_it(played):
-    def answer(request):
-        late = len(request["messages"]) >= 5
-        if late and "could not be used" not in words(request["messages"][-1]):
-            return completion("no")
-        return completion(None, refusal="I cannot go on.") if late else truthful(request)
-
-    (trial,), server = played(answer, trials=1)
-    assert (trial.error.boundary, trial.error.step, len(trial.steps)) == ("refusal", 3, 2)
-    assert (trial.error.replies, trial.error.usage.calls) == (("no", "I cannot go on."), 2)
-    assert len(server.requests) == 4
-
-
-@pytest.mark.parametrize(
-    ("message", "tokens", "why"),
-    [
-        ({"content": "<think>Hm.</think>"}, 900, "after 900 tokens, some of them of reasoning"),
-        ({"content": "", "reasoning": "Hm."}, None, "after reasoning"),
-    ],
-)
-def test_an_empty_reply_after_reasoning_names_it_also_when_it_is_read_again(tmp_path, played, message, tokens, why):
-    def answer(request):
-        status, body = completion("", stop="stop")
-        body["choices"][0]["message"] |= message
-        usage = {"prompt_tokens": 11, "completion_tokens": tokens, "total_tokens": 911} if tokens else None
-        return status, body | {"usage": usage}
-
-    (trial,), _ = played(answer, f"{SPEC}?repairs=0", trials=1)
-    assert trial.error.message.endswith(f" ({why})")
-    (call,) = read_calls(tmp_path)
-    assert call.reasoned
-    assert doubted(tmp_path) == []
-
-
-def test_an_impossible_count_of_a_fault_is_charged_as_the_most_that_can_be(tmp_path, played):
-    def answer(request):
-        status, body = completion("")
-        counts = {"prompt_tokens": 10**9, "completion_tokens": 10**9, "total_tokens": 2 * 10**9}
-        return status, body | {"choices": [body["choices"][0] | {"finish_reason": "error"}], "usage": counts}
-
-    played(answer, trials=1)
-    (call,) = read_calls(tmp_path)
-    assert call.claimed.output_tokens == 3 * 10**9
-    assert call.usage.output_tokens == 32_768
 
 
 def counting(read):

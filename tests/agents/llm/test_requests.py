@@ -5,7 +5,6 @@ import json
 import pytest
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.llm.client import ModelClient
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.servers import PROVIDERS, Server, request_body
 from lockprobe.agents.llm.settings import Access, Model
@@ -176,21 +175,6 @@ def test_an_option_that_cannot_be_or_that_a_model_refuses_is_one_line_before_any
     assert str(wrong.value).startswith(message)
 
 
-@pytest.mark.parametrize(
-    "spec",
-    [
-        "openai-api/mine/model?temperature=0&top_p=1&effort=max&max_tokens=999999&schema=strict&images=3&detail=low",
-        "openai/gpt-4o?temperature=0.7&top_p=0.9&schema=loose&images=4",
-        "openai/o1?effort=high&max_tokens=100000",
-        "openai/gpt-5.1?temperature=0",
-        "openai/gpt-5.5?temperature=0&effort=none",
-        "openai/gpt-4o?schema=none",
-    ],
-)
-def test_whatever_else_is_let_through(spec):
-    assert resolve(f"llm:{spec}").engine == "network"
-
-
 def test_a_model_known_to_be_blind_is_refused_where_there_are_only_pictures():
     assert "fast-twin" in known_plants()
     pictured = StudyOptions(study="modalities", plant="fast-twin", modality=["rgb"], agent=["llm:openai/o3-mini"])
@@ -261,13 +245,6 @@ def test_an_environment_that_cannot_be_used_is_one_line_without_keys(monkeypatch
     assert "sk-" not in str(wrong.value)
 
 
-@pytest.mark.parametrize("url", ["localhost:3128", "http://me:word@localhost:3128", "https://[::1]:1", ""])
-def test_proxies_are_urls_with_or_without_a_scheme(monkeypatch, url):
-    monkeypatch.setenv("http_proxy", url)
-    monkeypatch.setenv("NO_PROXY", "localhost,127.0.0.1,::1,.a.org,*.b.org,10.0.0.0/8")
-    assert ModelClient(Model.parse("fake/m"), Access()).server.model == "m"
-
-
 @pytest.mark.parametrize(
     ("setting", "value"),
     [
@@ -278,8 +255,3 @@ def test_proxies_are_urls_with_or_without_a_scheme(monkeypatch, url):
 def test_what_is_out_of_range_is_one_line(setting, value):
     with pytest.raises(BadValue, match=f"^{setting}: got .*, expected "):
         Access(**{setting: value})
-
-
-def test_as_they_come_a_provider_that_is_down_is_given_up_on_after_about_half_a_minute():
-    access = Access()
-    assert 25 <= sum(access.pause * 2**number for number in range(access.retries)) <= 40

@@ -6,18 +6,14 @@ import subprocess
 import sys
 
 import pytest
-from prefixes import repeated_prefix
 
 from lockprobe.agents import weights
-from lockprobe.agents.llm.settings import Access, Model
-from lockprobe.agents.llm.token_bounds import at_most, tokens
-from lockprobe.agents.prompt import conversation
+from lockprobe.agents.llm.settings import Access
 from lockprobe.agents.reply import parse_reply
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import Limits, run_study
-from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Percept, Situation, Task, Turn
 
 pytest.importorskip("xllamacpp")
@@ -80,16 +76,3 @@ def test_every_decision_is_what_the_model_itself_replied_in_the_form_that_was_as
         assert (call.key, call.step, call.turn, call.reply, call.usage) == (
             trial.key, step.step, 1, reply, step.decision.usage,
         )  # fmt: skip
-
-
-def test_what_was_said_of_the_size_of_requests_and_of_their_prefix_holds_for_the_models_own_count(played):
-    trial, _ = played
-    requests = [conversation(situation) for situation in situations(trial)]
-    model = Model.parse(SPEC)
-    for step, messages in zip(trial.steps, requests, strict=True):
-        counted, most = step.decision.usage, at_most(messages, model)
-        assert 200 < counted.input_tokens <= most.input_tokens
-        assert 10 < counted.output_tokens <= most.output_tokens == 120
-        assert counted.input_tokens == pytest.approx(sum(tokens(message.text) for message in messages), rel=0.35)
-    spent = sum((step.decision.usage for step in trial.steps), Usage())
-    assert 0.5 < repeated_prefix(requests) < spent.cached_tokens / spent.input_tokens + 0.1

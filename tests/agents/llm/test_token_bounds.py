@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from prefixes import repeated_prefix
 
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import Model, ModelSettings
@@ -80,15 +79,3 @@ def test_every_block_of_every_picture_counts():
     assert picture_tokens(4096, 4096, picture_tokens=765) == 16 * 765
     bare = replace(ASKED, pictures=(Picture(kind="rgb", png=b"a"),))
     assert most(bare).input_tokens == most(ASKED).input_tokens + MOST_PER_PICTURE
-
-
-def test_the_share_of_requests_that_is_repeated():
-    """Of the reference that estimates are held to."""
-    one, two, three = [ASKED], [ASKED, REPLY, TOLD], [ASKED, REPLY, TOLD, REPLY, TOLD]
-    sizes = [sum(len(message.text) for message in request) for request in (one, two, three)]
-    assert repeated_prefix([one, two, three]) == pytest.approx((sizes[0] + sizes[1]) / sum(sizes))
-    assert repeated_prefix([one]) == repeated_prefix([]) == 0
-    changed = [ASKED, replace(REPLY, text='{"joint": "B"}'), TOLD]
-    same = len(ASKED.text) + len('{"joint": "')
-    assert repeated_prefix([two, changed]) == pytest.approx(same / (2 * sizes[1]))
-    assert repeated_prefix([[ASKED], [replace(ASKED, role="assistant")]]) == 0
