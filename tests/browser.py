@@ -6,16 +6,13 @@ A strategy plays by what the page *shows*: it reads words, names of joints for s
 import asyncio
 import atexit
 import base64
-import json
 import math
 import re
 import shutil
-import subprocess
-from contextlib import asynccontextmanager, contextmanager, suppress
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
 
-import forked
 import pytest
 from axe_playwright_python.async_playwright import Axe
 from playwright.async_api import TimeoutError as Timeout
@@ -415,36 +412,3 @@ async def served(directory, study, **settings):
     door = Address(port=0)
     async with opened(directory, study, experiment, read_words(experiment.language), door) as (where, _):
         yield where.url
-
-
-class Served:
-    """``lockprobe serve`` in a process of its own, which can be killed and started again at the same address."""
-
-    def __init__(self, directory, *arguments):
-        self._command = ["serve", *arguments, "--out", directory, "--json"]
-        self._process = None
-        self.url, self._port = "", 0
-
-    def start(self):
-        """Start it; returns when it answers."""
-        self._process = forked.start([*self._command, "--port", self._port], stdout=subprocess.PIPE)
-        self.url = json.loads(self._process.stdout.readline())["url"]
-        self._port = int(self.url.rstrip("/").rpartition(":")[2])
-
-    def kill(self):
-        """End it as a power cut would."""
-        self._process.kill()
-        self._process.wait()
-        self._process.stdout.close()
-
-
-@contextmanager
-def serving(directory, *arguments):
-    """The same while it is needed."""
-    server = Served(directory, *arguments)
-    server.start()
-    try:
-        yield server
-    finally:
-        with suppress(ValueError):
-            server.kill()

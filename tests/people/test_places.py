@@ -28,15 +28,14 @@ from seated import (
 )
 from stored import acts, rewrite_acts, sql
 
-from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged, UserMistake
-from lockprobe.interventions.conditions import flips, read_condition
+from lockprobe.foundation.errors import BadFile, SettingsChanged, UserMistake
+from lockprobe.interventions.conditions import flips
 from lockprobe.people.diary import Released, read_diaries
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import read_words
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
-from lockprobe.trial.condition import Condition
 
 STUDY, HOURS = people_study(), 3600.0
 
@@ -143,14 +142,6 @@ def test_what_cannot_be_had_is_said_before_anything_is_written(tmp_path, specs, 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_people_cannot_play_is_refused_however_it_is_on_disk(tmp_path):
-    run_study(replace(STUDY, agents=("random",), conditions=(Condition(), read_condition("history?last=3"))), tmp_path)
-    kept = replace(read_study(tmp_path), agents=("random", "participant"))
-    with pytest.raises(BadValue, match="condition: got 'history.last=3', expected what is told or done"):
-        begun(tmp_path, kept)
-    assert not (tmp_path / "people").exists()
-
-
 def forgotten(directory, trials=1):
     """As if the server had been killed after the last act was on disk, and before the trial was."""
     sql(directory, "delete from trial where id in (select id from trial order by id desc limit ?)", trials)
@@ -225,23 +216,6 @@ def test_everybody_goes_on_after_a_restart_and_balance_is_kept(tmp_path):
     slots = [diary.joined.slots for diary in read_diaries(tmp_path)]
     for place in range(3):
         assert Counter(person[place].condition for person in slots) == {one.label: 2 for one in study.conditions}
-
-
-@pytest.mark.parametrize("lost", [False, True])
-def test_a_record_names_the_page_on_which_the_box_was_begun(tmp_path, lost):
-    (left,) = take_part(tmp_path, STUDY, short(), until=at_first_step)
-
-    async def goes_on(page, until):
-        async with opened(tmp_path, STUDY, short(), page=page) as reception:
-            await go_on(reception, Player(tmp_path, STUDY, "round-robin"), await reception.enter(left.token, {}), until)
-
-    asyncio.run(goes_on("2", lambda shown: shown.scene.kind == "over" and shown.scene.number == 2))
-    before = sql(tmp_path, "select * from trial")
-    if lost:
-        forgotten(tmp_path, 2)
-        asyncio.run(goes_on("3", lambda shown: True))
-    assert sql(tmp_path, "select * from trial") == before
-    assert [trial.facts["page"] for trial in load(tmp_path)] == ["1", "2"]
 
 
 @pytest.mark.parametrize(
@@ -332,13 +306,6 @@ def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_w
     for experiment in (short(), short(away_minutes=100_000)):
         assert asyncio.run(comes_back(experiment)) == [0, 0]
     assert len(load(tmp_path)) == 3  # what was finished stays
-
-
-def test_who_has_played_all_boxes_is_never_too_late(tmp_path):
-    clock, asking = Clock(), short(questions=[{"name": "how", "question": "How?"}], participants=1)
-    take_part(tmp_path, STUDY, asking, until=lambda shown: shown.scene.kind == "ask", clock=clock)
-    clock.now += 1000 * HOURS
-    assert take_part(tmp_path, STUDY, asking, clock=clock)[0].scene.why == "full"
 
 
 def test_what_people_left_is_played_by_others_no_luck_is_met_twice_and_orders_stay_balanced(tmp_path):

@@ -6,7 +6,7 @@ What one participant does is on disk before more is shown, or it has not been do
 import asyncio
 import tempfile
 from contextlib import AsyncExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -43,8 +43,6 @@ from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import Timing
-from lockprobe.trial.condition import Condition
 
 STUDY = people_study(max_steps=5)
 CHECK = {"after": 0, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}
@@ -353,20 +351,6 @@ def test_a_trial_that_could_not_be_written_down_is_written_down_later(tmp_path, 
     assert len(load(tmp_path)) == len(records(tmp_path)) == 2
 
 
-def test_what_is_finished_on_record_is_never_written_over(tmp_path):
-    take_part(tmp_path / "there", STUDY, short())
-    comes = load(tmp_path / "there")[0]
-
-    async def plays(reception, shown):
-        shown = await to_first("box", reception, shown)
-        reception.opened.journal.append(comes, Timing(key=comes.key, seconds=1.0, steps=len(comes.steps)))
-        return await to_first("over", reception, shown)
-
-    sitting(tmp_path / "here", STUDY, plays)
-    assert [trial.agent for trial in load(tmp_path / "here")] == [comes.agent]
-    assert len(records(tmp_path / "here")) == 1
-
-
 class _Fragile(SymbolicPlant):
     """Breaks at some of all attempts, and cannot be seen where it is dark."""
 
@@ -433,23 +417,6 @@ def test_a_box_that_cannot_be_shown_is_passed_over_and_a_page_that_shows_it_has_
     lines = diary_of(tmp_path, shown.identity)[1:]
     assert [line.box for line in lines if isinstance(line, Broken)] == [1]
     assert [line.turn for line in lines] == list(range(2, 2 + len(lines)))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Insisting:
-    """Somebody's own intervention, which asks from the second step on for what no page asks."""
-
-    def brief(self, briefing, past, task, rng):
-        return replace(briefing.remarking("Look."), instruction="Open it." * (len(past) > 1))
-
-
-def test_a_box_in_which_more_is_asked_than_the_page_can_ask_breaks_and_the_next_one_comes(tmp_path):
-    study = replace(STUDY, conditions=(Condition(interventions=(Insisting(),), name="insisting"), Condition()))
-    take_part(tmp_path, study, short())
-    insisting, true = sorted(load(tmp_path), key=lambda trial: trial.condition)
-    assert (insisting.ending, insisting.error.boundary, len(insisting.steps)) == ("error", "channel", 1)
-    assert (insisting.steps[0].remark, insisting.owed_again) == ("Look.", True)
-    assert true.ending in ("solved", "budget")
 
 
 def test_nobody_acts_before_they_agree_and_a_code_that_is_wrong_admits_nobody(tmp_path):

@@ -16,7 +16,6 @@ from browser import (
     plan_of,
     run,
     served,
-    serving,
     trials_of,
     without_the_page,
 )
@@ -166,30 +165,6 @@ async def _two_tabs(context, tab, look, address):
     assert again.turn == look.turn  # nothing was done
     await other.page.close()
     return again
-
-
-def test_a_server_that_is_killed_and_started_again_loses_nothing(tmp_path):
-    study = a_study()
-    goes_on = playing(tmp_path, study, "human-inspired")
-    arguments = ("flips", "--box", "chain-4", "--layout", "fixed", "--p", "0,0.4", "--repetitions", 1, "--seed", 7,
-                 "--max-steps", 9, "--trials", 4)  # fmt: skip
-
-    async def killed():
-        with serving(tmp_path, *arguments) as server:
-            async with browser() as chromium:
-                tab = await new_tab(chromium)
-                look = await tab.open(f"{server.url}?PROLIFIC_PID=w1")
-                for step in (1, 4):
-                    look = await goes_on(tab, look, at_step(1, step))
-                    await asyncio.to_thread(server.kill)
-                    doing = asyncio.create_task(goes_on(tab, look, at_step(1, step + 1)))
-                    await tab.page.wait_for_selector("#trouble p")
-                    await asyncio.to_thread(server.start)
-                    look = await doing
-                return await goes_on(tab, look)
-
-    assert run(killed()).scene == "debrief"
-    check_equal(tmp_path, study, "human-inspired", 2)
 
 
 def test_a_box_in_pictures_is_played_with_the_buttons_beside_them(tmp_path):

@@ -219,17 +219,6 @@ def test_what_cannot_be_had_is_said_before_anything_is_written(tmp_path):
     assert not (tmp_path / "study").exists()
 
 
-def test_once_people_can_come_an_error_leaves_all_as_it_is(tmp_path):
-    async def fails():
-        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), Address(port=0)):
-            raise BadFile(tmp_path, "changed")
-
-    with pytest.raises(BadFile):
-        asyncio.run(fails())
-    assert {path.name for path in (tmp_path / "people").iterdir()} >= {"experiment.json", "secret", "server.log"}
-    assert (tmp_path / "study.json").exists()
-
-
 def test_no_address_is_kept(tmp_path, capfd):
     async def visit():
         async with served(tmp_path) as place, visiting(place) as one:
