@@ -10,9 +10,10 @@ from typing import Any
 
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.spec import PEOPLE, group_of
-from lockprobe.studies.costs.call_log import Calls
+from lockprobe.studies.costs.call_log import Calls, logged_calls
 from lockprobe.studies.records.store import STORE, checksum, read, write_acts, written
 from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of
+from lockprobe.trial.model_call import Call
 from lockprobe.trial.trial_reader import TrialReader
 
 
@@ -94,8 +95,13 @@ def rewrite_acts(directory: Path, identity: str, entries: Iterable[dict[str, Any
 @contextmanager
 def call_log(directory: Path) -> Iterator[Calls]:
     """The open log of calls of a directory."""
-    with written(directory) as store, Calls.open(store) as calls:
-        yield calls
+    with written(directory) as store:
+        yield Calls(store)
+
+
+def unanswered(directory: Path) -> list[Call | None]:
+    """The calls that were sent and have no outcome."""
+    return [one.asked for one in logged_calls(directory) if one.answer is None]
 
 
 def contents(directory: Path) -> dict[str, object]:

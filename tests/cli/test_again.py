@@ -60,9 +60,8 @@ def broken(request):
     ],
 )
 def test_the_exit_status_says_whether_trials_are_owed_or_none_is_valid_and_not_which_ended_how(
-    tmp_path, play, monkeypatch, answers, status
+    tmp_path, play, answers, status
 ):
-    monkeypatch.setattr("lockprobe.studies.running.runner._AT_THE_END", 0)  # one trial after the other
     left = iter(answers)
     now = []
 

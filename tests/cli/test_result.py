@@ -7,7 +7,6 @@ import pytest
 from placeholders import undrawn
 from typed import typed
 
-from lockprobe.cli.progress import Progress
 from lockprobe.cli.report import report
 from lockprobe.cli.result import read_result, result_facts, result_lines
 from lockprobe.foundation.spec import PEOPLE
@@ -76,23 +75,6 @@ def test_a_study_of_why_ends_with_the_answer_of_every_agent(tmp_path):
     (answer,) = [line for line in lines if line.startswith("Answer: ")]
     assert all(agent in answer for agent in agents)
     assert [any(line.startswith(f"  {agent} ") for line in lines) for agent in agents] == [True, True]
-
-
-def test_after_ctrl_c_it_is_said_that_the_page_is_older_than_the_records(played, capsys):
-    directory, _ = played
-    found = read_result(directory)
-    plain = Progress()
-    plain.interrupted(directory, found, found.progress.finished)
-    assert "older" not in capsys.readouterr().out
-    plain.interrupted(directory, found, found.progress.finished + 3)
-    said = capsys.readouterr().out.splitlines()
-    assert (
-        f"is older than the records: it has {found.progress.finished} trials of {found.progress.finished + 3}"
-        in said[1]
-    )
-    assert said[2:] == result_lines(found, directory)
-    plain.interrupted(directory, None, 3)
-    assert capsys.readouterr().out.splitlines()[1] == f"No report yet; lockprobe report {directory} writes it"
 
 
 def test_without_results_that_can_be_read_nothing_is_said(tmp_path):

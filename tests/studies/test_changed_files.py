@@ -5,9 +5,10 @@ import shutil
 
 import pytest
 from builders import call_of, make_trial
+from stored import unanswered
 
 from lockprobe.foundation.errors import BadFile, DirectoryBusy
-from lockprobe.studies.costs.call_log import read_calls, unanswered
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal

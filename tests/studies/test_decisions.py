@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from lockprobe.simulation.power.conditions import played_blocks
-from lockprobe.studies.decisions import Family, Question, decisions, wanted
+from lockprobe.studies.decisions import Family, Question, answers, decisions, families, wanted
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study
-from lockprobe.studies.stopping import answers, families
 from lockprobe.studies.until import LOOK_EVERY, Until
 
 DECIDED, WIDTH = Until(rule="decided"), Until(rule="width", points=0.3)

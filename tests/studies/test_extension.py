@@ -7,6 +7,7 @@ import pytest
 from builders import write_study
 
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
+from lockprobe.studies.decisions import block_orders
 from lockprobe.studies.extension import extended, sized_as_there
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.studyfile import study
@@ -15,7 +16,6 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
-from lockprobe.studies.stopping import block_orders
 from lockprobe.studies.until import Until
 
 SMALL = study("flips", agent="random", p=[0, 0.4], repetitions=2, trials=2)

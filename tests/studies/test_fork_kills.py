@@ -10,16 +10,18 @@ from functools import partial
 import pytest
 from killed import KILLS, ended, settled, start
 from provider_server import Manner, account, elsewhere
+from stored import unanswered
 
 from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.costs.call_log import read_calls, unanswered
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import left_out, load
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.running.runner import Limits, run_study
 
 SPEC = "llm:openai-api/fake/model"
@@ -113,7 +115,7 @@ def test_killed_at_random_moments_forks_are_not_lost_and_nothing_is_asked_twice(
         seen = settled(url)
     assert {fork.key: fork for fork in load(forks)} == {fork.key: fork for fork in load(whole / FORKS)}
     assert {fork.key for fork in load(forks)} == {plan.key for plan in wanted.plans(SPEC)}
-    assert left_out(forks).replaced == 0
+    assert len(replaced_records(forks)) == 0
     calls = [call for call in read_calls(forks) if call.reply is not None]
     assert set(Counter((call.key, call.step, call.turn) for call in calls).values()) == {1}
     assert seen["conversations"].keys() == asked["conversations"].keys()

@@ -19,14 +19,16 @@ import forked
 import pytest
 from killed import KILLS, MOMENTS, begun, ended, settled, start
 from provider_server import Manner, account, elsewhere
+from stored import unanswered
 
 from lockprobe.agents.llm.settings import Access
-from lockprobe.studies.costs.call_log import logged_calls, read_calls, unanswered
+from lockprobe.studies.costs.call_log import logged_calls, read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import left_out, load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import read
+from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.trial.model_call import Call
 
@@ -84,7 +86,7 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
         run_study(planned, directory, limits=MANY)
         seen = account(url)
     assert {trial.key: trial for trial in load(directory)} == {trial.key: trial for trial in whole}
-    assert left_out(directory).replaced == 0
+    assert len(replaced_records(directory)) == 0
     calls = [call for call in read_calls(directory) if call.reply is not None]
     broken = [call for call in read_calls(directory) if call.reply is None]
     assert set(Counter((call.key, call.step, call.turn) for call in calls).values()) == {1}
@@ -120,7 +122,7 @@ def test_what_a_run_of_strategies_has_told_of_is_on_disk_when_it_is_killed(tmp_p
         assert told <= set(found)
         assert len(set(found)) == len(found) < planned.size
     assert len({trial.key for trial in run_study(planned, tmp_path / "killed")}) == planned.size
-    assert left_out(tmp_path / "killed").replaced == 0
+    assert len(replaced_records(tmp_path / "killed")) == 0
     print(f"{KILLS} kills, {len(told)} trials told of")
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import make_trial, modality_study, play_study, small_study
+from builders import modality_study, play_study, small_study
 
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
@@ -14,7 +14,6 @@ from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.options.presets import preset
 from lockprobe.studies.options.study_options import StudyOptions, parse_p, read_options_file
 from lockprobe.studies.options.studyfile import study, trial_study
-from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.study import settings_of, study_from
 from lockprobe.trial.condition import Condition, Contrast
 
@@ -200,17 +199,6 @@ def test_a_shuffled_trial_records_its_own_panel():
             assert step.state == bits(configuration)
             configuration, moved = box.attempt(configuration, box.names.index(step.joint))
             assert step.moved == moved
-    assert all(SHUFFLED.asks_for(trial) for trial in trials)
-    assert not all(replace(SHUFFLED, layout="fixed").asks_for(trial) for trial in trials)
-
-
-def test_the_own_trials_of_a_study_keep_their_order_and_sort_as_it_plans():
-    asked = small_study(["random", "round-robin"], p=[0.0, 0.4], trials=2)
-    trials = play_study(asked)[::-1]
-    foreign = [replace(trials[0], seed=9), replace(trials[1], agent="human-inspired")]
-    assert asked.own_trials([*foreign, *trials]) == trials
-    ordered = [(t.agent, t.p, t.repetition, t.trial) for t in sorted(trials, key=asked.place_of)]
-    assert ordered == sorted(ordered, key=lambda one: (asked.agents.index(one[0]), one[1:]))
 
 
 SHOWN = ("rgb", "rgbd", "symbolic?tell=state")
@@ -254,14 +242,6 @@ def test_the_modality_is_a_part_of_the_condition_in_keys():
     assert next(MODAL.plans("random")).key == "modalities/random/symbolic/rep=1/trial=1"
     alone = modality_study(("random",), ("symbolic?tell=state",))
     assert next(alone.plans("random")).key == "modalities/random/truth/rep=1/trial=1"
-
-
-def test_a_trial_of_another_modality_is_not_one_of_the_study():
-    trial = make_trial([3, 2], agent="viewer", modality="rgb", study="modalities", budget=20)
-    assert MODAL.asks_for(trial)
-    assert not MODAL.asks_for(replace(trial, modality="rgbd"))
-    assert not MODAL.asks_for(make_trial([3, 2], agent="random", modality="rgb", study="modalities"))
-    assert not replace(MODAL, conditions=flips((0.0,), modalities=("rgbd", "symbolic"))).asks_for(trial)
 
 
 def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
@@ -387,20 +367,6 @@ def test_a_study_file_runs_no_code(tmp_path, key):
     path.write_text(f'{key} = "python:os:getcwd"')
     with pytest.raises(BadFile, match=f"{key}: python:os:getcwd would run code"):
         read_options_file(path)
-
-
-def test_records_of_conditions_are_those_of_the_study_and_no_others():
-    planned = study("flips", agent="random", sweep="tremble?p=0,0.1", trials=1, repetitions=1)
-    played = [run_trial(agent="random", condition=condition) for condition in planned.conditions]
-    renamed = [
-        replace(trial, key=plan.key, study="flips") for trial, plan in zip(played, planned.plans("random"), strict=True)
-    ]
-    assert all(map(planned.asks_for, renamed))
-    assert [planned.condition_of(trial) for trial in renamed] == list(planned.conditions)
-    assert not planned.asks_for(replace(renamed[1], condition="tremble?p=0.2"))
-    assert not STUDY.asks_for(renamed[1])
-    assert not planned.asks_for(replace(renamed[0], specs=("nudge",)))
-    assert [(trial.p, trial.doses) for trial in renamed] == [(0.0, {}), (None, {"tremble.p": 0.1})]
 
 
 def test_people_play_every_condition_that_reaches_them():

@@ -11,19 +11,21 @@ from functools import partial
 import pytest
 from killed import KILLS, ended, settled, start
 from provider_server import Manner, account, counted, elsewhere, here
+from stored import unanswered
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.costs.call_log import read_calls, unanswered
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.decisions import answers, due
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import left_out, load
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.running.runner import Limits, run, run_study
-from lockprobe.studies.stopping import answers, due
 
 SPEC = "llm:openai-api/fake/model"
 CONNECTIONS = 10
@@ -110,7 +112,7 @@ def test_killed_at_random_moments_it_decides_the_same_and_buys_nothing_twice(tmp
     calls = [call for call in read_calls(directory) if call.reply is not None]
     assert set(Counter((call.key, call.step, call.turn) for call in calls).values()) == {1}
     assert (len(calls), arrived - lost) == (asked, asked)
-    assert (left_out(directory).replaced, unanswered(directory)) == (0, [])
+    assert (len(replaced_records(directory)), unanswered(directory)) == (0, [])
     assert 0 < Ledger(read_study(directory), read_calls(directory)).total.dollars < 50
     print(f"{kills} kills, {len(found)} trials, {len(calls)} calls, {lost} on their way at a kill; {decided(found)}")
 

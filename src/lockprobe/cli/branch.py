@@ -14,7 +14,7 @@ from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.command import AS_RUN, Directory, under_headings
 from lockprobe.cli.printing import print_rows
-from lockprobe.cli.progress import Progress, watch
+from lockprobe.cli.progress import Progress
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
 from lockprobe.foundation.formatting import count
@@ -30,9 +30,7 @@ from lockprobe.studies.next_choice import write_choices
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.running.observer import PassedOn
 from lockprobe.studies.running.runner import Limits
-from lockprobe.studies.study import Study
 
 _AT = "Fork after the reports of these steps, or at onset, first-lie, before-onset, every."
 _TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark, withheld."
@@ -95,15 +93,21 @@ def branch(
 def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | None, *, json: bool) -> None:
     reached: BudgetReached | None = None
     planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
-    observer = watch(json=json, budget=budget, report=False, attended=asked.study.attended)
+    observer = Progress(
+        json=json,
+        budget=budget,
+        attended=asked.study.attended,
+        forks=lambda journal, owed: _lines(asked, journal, len(planned), owed),
+    )
     with Journal.open(directory / FORKS, asked.study) as journal:
         if budget is not None:
             journal.calls.limit(budget)
         try:
             with observer.played():
-                play_forks(asked, journal, limits=limits, observer=_Forks(observer, asked, len(planned)))
+                play_forks(asked, journal, limits=limits, observer=observer)
         except KeyboardInterrupt:
-            observer.interrupted(journal.directory)
+            said = f"Stopped. Every finished fork is in {journal.directory}; run the same command again to go on."
+            observer.tell("interrupted", said, *observer.spent(), directory=str(journal.directory), **observer.cost())
             raise
         except BudgetReached as error:
             reached = error
@@ -118,7 +122,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
     observer.tell("effects", effects=[row.plain() for row in rows])
     if not json:
         _print_effects(rows, rules)
-    failed = bool(observer.tally.broken_of or observer.tally.given_up)
+    failed = bool(observer.broken or observer.abandoned)
     if failed:
         observer.broke()
     if reached is not None:
@@ -126,17 +130,6 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
         raise typer.Exit(BUDGET_REACHED)
     if failed:
         raise typer.Exit(BROKE)
-
-
-class _Forks(PassedOn):
-    """The progress of forks, which say at first what is forked."""
-
-    def __init__(self, progress: Progress, asked: Branching, planned: int) -> None:
-        super().__init__(progress)
-        self._progress, self._asked, self._planned = progress, asked, planned
-
-    def begin(self, study: Study, journal: Journal, owed: int) -> None:
-        self._progress.begin_forks(study, journal, owed, _lines(self._asked, journal, self._planned, owed))
 
 
 def _lines(asked: Branching, journal: Journal, planned: int, owed: int) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from lockprobe.foundation.formatting import count, points
 from lockprobe.report.questions.stopping import decided_said, progress_said
-from lockprobe.studies.stopping import answers_by_agent
+from lockprobe.studies.decisions import answers_by_agent
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 

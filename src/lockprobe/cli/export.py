@@ -15,8 +15,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.interfaces.export.study_tables import TableName, table_of
-from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.record_index import RecordIndex
+from lockprobe.studies.records.results_hash import stored_records
 from lockprobe.studies.records.store import read
 
 Format = Literal["csv", "jsonl", "parquet", "frames"]
@@ -77,7 +76,7 @@ def _export_records(directory: Path, format: Format, out: Path | None) -> None: 
     if format != "jsonl":
         raise BadValue("--format", format, "jsonl, because a record is a JSON object")
     with read(directory) as store:
-        records = (record + b"\n" for record in RecordIndex(store, read_study(directory)).records())
+        records = (record + b"\n" for record in stored_records(store))
         if out is None or str(out) == "-":
             sys.stdout.buffer.writelines(records)
             return

@@ -102,12 +102,10 @@ def run(
                 print(settings_line(planned.settings_hash), file=sys.stderr)
             print_estimates(planned, directory, json=json)
             return
-        from lockprobe.cli.format_cost import say_unlimited
         from lockprobe.cli.run_study import play_study
         from lockprobe.studies.costs.budget import Budget
 
         allowed = None if budget is None else Budget(planned, budget)
-        say_unlimited(planned, budget)
         if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):
             raise typer.Exit(status)
 

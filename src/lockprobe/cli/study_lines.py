@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from lockprobe.agents.catalogue import is_strategy, resolve
@@ -14,9 +14,7 @@ from lockprobe.studies.options.presets import preset
 from lockprobe.studies.records.counted import Invalid
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import LeftOut
 from lockprobe.studies.records.results_hash import StudyHashes
-from lockprobe.studies.records.store import STORE
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import LOOK_EVERY
 
@@ -138,12 +136,11 @@ def results_line(found: StudyHashes) -> str:
     return f"Results: {found.results} (for a paper{so_far}; lockprobe verify DIR --results HASH checks it)"
 
 
-def foreign_in_words(left_out: LeftOut) -> str:
-    """That records of other studies are in the store, how many, and which is the first; empty where none is."""
-    if not left_out.foreign:
+def in_boundaries(errors: Mapping[str, int]) -> str:
+    """Errors by boundary: ``3 errors: model 2, reply 1``; empty where there are none."""
+    if not (number := sum(errors.values())):
         return ""
-    records = count(left_out.foreign, "record")
-    return f"{records} of another study in {STORE} are not counted; the first is {left_out.first_foreign}"
+    return f"{count(number, 'error')}: {', '.join(f'{name} {errors[name]}' for name in sorted(errors))}"
 
 
 def invalid_in_words(found: Sequence[Invalid]) -> str:

@@ -123,7 +123,6 @@ class Session:
 
     def join(self) -> None:
         """Write the first entry, the record of consent."""
-        self._opened.journal.used = True
         write_entry(self._opened.journal.store, self.diary.identity, 1, self.diary.joined)
 
     async def release(self) -> None:

@@ -27,7 +27,7 @@ from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, S
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.statistics.rules import Rules
 from lockprobe.studies.comparable import check_comparable, families, shared_names
-from lockprobe.studies.stopping import planned_now
+from lockprobe.studies.decisions import planned_now
 from lockprobe.trial.record import Trial
 
 _plain = partial(to_jsonable_python, inf_nan_mode="null")

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 from lockprobe.report.rows import EveryLook, Row
 from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.studies.branch import read_forks
+from lockprobe.studies.decisions import block_orders, broken_by_agent, counted
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.read_records import LeftOut, read_records
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import has_joined
-from lockprobe.studies.stopping import block_orders, broken_by_agent, counted
+from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -32,9 +33,8 @@ class OpenedStudy:
     Attributes:
         directory: The directory, for messages.
         study: The same as a study.
-        trials: Those that the settings ask for, by agent in the order of the settings, then by condition.
-        journal: What the journal leaves out.
-        foreign: Number of trials on record that the settings do not ask for; they are in no other number.
+        trials: All, by agent in the order of the settings, then by condition.
+        replaced: Number of records of trials that were played again after an error.
         diaries: What participants did, in the order in which they joined.
         withdrawn: Number of participants who withdrew.
         forks: Forks of these trials on record (``lockprobe branch``).
@@ -45,8 +45,7 @@ class OpenedStudy:
     directory: Path
     study: Study
     trials: tuple[Trial, ...]
-    journal: LeftOut
-    foreign: int
+    replaced: int
     diaries: tuple[Diary, ...]
     withdrawn: int
     forks: tuple[Trial, ...] = ()
@@ -86,7 +85,7 @@ class OpenedStudy:
 
     @property
     def broken(self) -> Mapping[str, int]:
-        """Agent -> its trials that broke and keep nothing open; :func:`lockprobe.studies.stopping.broken_by_agent`."""
+        """Agent -> its trials that broke and keep nothing open; :func:`lockprobe.studies.decisions.broken_by_agent`."""
         return broken_by_agent(self.study, self.trials)
 
     @property
@@ -108,15 +107,13 @@ def open_study(directory: Path) -> OpenedStudy:
 
         diaries, gone = read_diaries(directory), withdrawn(directory)
     study = read_study(directory)
-    everything, left_out = read_records(directory, study)
     forks, choices = read_forks(directory), read_choices(directory)
-    trials = sorted(study.own_trials(everything), key=study.place_of)
+    trials = sorted(load(directory, study), key=study.place_of)
     return OpenedStudy(
         directory=directory,
         study=study,
         trials=tuple(trials),
-        journal=left_out,
-        foreign=len(everything) - len(trials),
+        replaced=len(replaced_records(directory)),
         diaries=tuple(diaries),
         withdrawn=gone,
         forks=tuple(forks),

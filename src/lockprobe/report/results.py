@@ -29,8 +29,8 @@ from lockprobe.report.rows import (
 from lockprobe.report.section import Section
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.course import Course
+from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.results_hash import results_hash
-from lockprobe.studies.stopping import planned_now
 from lockprobe.studies.study import settings_of
 
 

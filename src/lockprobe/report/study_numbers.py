@@ -28,7 +28,7 @@ from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Rules
 from lockprobe.statistics.sequential.contrasts import share_at_every_look
 from lockprobe.statistics.sequential.order import BlockOrder
-from lockprobe.studies.stopping import Answer, answers_by_agent
+from lockprobe.studies.decisions import Answer, answers_by_agent
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 from lockprobe.trial.condition import Condition

@@ -235,7 +235,7 @@ def branching(
     for arm in act:
         if arm in TOLD or arm.partition("=")[0] not in ACTS:
             raise BadValue("act", arm, "one of tremble, random, force=JOINT")
-    own = {trial.key: trial for trial in study.own_trials(records)}
+    own = {trial.key: trial for trial in records}
     chosen = _chosen(own, keys)
     forked, left = _forkable(chosen, at, named=bool(keys))
     arms = tuple(dict.fromkeys([TRUTH, *told, *act]))

@@ -1,20 +1,38 @@
-"""The rule of a study that stops when it is decided, over outcomes alone: what is decided, and what is still played.
+"""A study that stops when it is decided: what it asks, what its outcomes have decided, and what is still played.
 
-The runner applies it to the trials on record. What it says of a block depends on no later block.
+Everything is computed from the trials on record, block by block in the order of the plan. What is said of a block
+depends on no later block, so it does not depend on how many trials were open at once, on the order in which they ended,
+or on where a run was interrupted. The runner, the page and ``lockprobe status`` use this one rule.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look, decided_at_every_look
-from lockprobe.statistics.why.mechanism import NEEDS
-from lockprobe.studies.until import Until
+from lockprobe.foundation.grouping import grouped
+from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.sequential.contrasts import (
+    AtEveryLook,
+    Numbers,
+    at_every_look,
+    decided_at_every_look,
+    held_at_both_ends,
+)
+from lockprobe.statistics.sequential.order import BlockOrder
+from lockprobe.statistics.why.arms import arms_of
+from lockprobe.statistics.why.mechanism import CONTRASTS, NEEDS, PART
+from lockprobe.studies.records.trial_rows import OnRecord
+from lockprobe.studies.study import Study, trials_planned
+from lockprobe.studies.study_design import design_of
+from lockprobe.studies.until import LOOK_EVERY, EarlierSize, Until
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Trial
 
 Array = NDArray[np.float64]
 
@@ -65,7 +83,16 @@ class Family:
     after: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+Finished = Trial | OnRecord
+"""A trial that ended, whole or as the store says it; an agent, a place and an ending are all that is asked for."""
+
+_One = TypeVar("_One", Trial, OnRecord, Finished)
+
+GIVE_UP_AFTER = 10
+"""Trials broken in a row, by something outside the agent, after which a run gives the agent up."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
     """What was decided on a question.
 
@@ -80,6 +107,13 @@ class Decision:
     verdict: Verdict | None
     at: int | None
     way: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answer(Decision):
+    """What was decided on a question, and its estimate after each block, the ``course``."""
+
+    course: AtEveryLook
 
 
 def decisions(families: Iterable[Family], outcomes: Outcomes, until: Until) -> tuple[Decision, ...]:
@@ -140,9 +174,9 @@ def _decided(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decis
         effect = _last([one.effect_at for one in courses]) if len({one.way for one in courses}) == 1 else None
         small = _last([one.small_at for one in courses])
         if effect is not None and effect <= (small or effect):
-            yield Decision(question, "effect", effect, courses[0].way)
+            yield Decision(question=question, verdict="effect", at=effect, way=courses[0].way)
         else:
-            yield Decision(question, None if small is None else "small", small)
+            yield Decision(question=question, verdict=None if small is None else "small", at=small)
 
 
 def _narrow(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decision]:
@@ -151,7 +185,7 @@ def _narrow(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decisi
     for question, course in zip(family.questions, courses, strict=True):
         scale = 2 if question.of_share else 1  # a share is asked for on a scale from -1 to 1
         at = course.narrow_at(scale * until.points)
-        yield Decision(question, None if at is None else "narrow", at)
+        yield Decision(question=question, verdict=None if at is None else "narrow", at=at)
 
 
 _Solved = Mapping[str, Array]
@@ -191,3 +225,219 @@ def numbers_of(family: Family, up: _Solved, down: _Solved) -> list[Numbers]:
 def wanted(found: Iterable[Decision], blocks: int) -> frozenset[str]:
     """The conditions that are played on after this many blocks: those that a question needs which they left open."""
     return frozenset(label for one in found if one.at is None or one.at > blocks for label in one.question.labels)
+
+
+def block_orders(study: Study) -> dict[str, BlockOrder]:
+    """Agent -> the order of its blocks, for what must hold at every look; people have none, who come in any order."""
+    margin = study.until.margin if study.until else None
+    plans: tuple[Study | EarlierSize, ...] = (*study.earlier, study)
+    return {
+        study.label_of(agent): BlockOrder(
+            plans=tuple((one.repetitions, trials_planned(agent, one)) for one in plans), margin=margin
+        )
+        for agent in study.run_agents
+    }
+
+
+def counted(study: Study, trials: Iterable[_One]) -> tuple[_One, ...]:
+    """The trials of every condition up to its first block that is still open, in their order; of people all.
+
+    Later ones have ended early, so that they tell something about how they ended.
+    """
+    found, orders = list(trials), block_orders(study)
+    kept = {id(trial) for trial in found if trial.group not in orders}
+    conditions = {one.label: one for one in study.conditions}
+    for (name, label), own in grouped(found, lambda trial: (trial.group, trial.condition)).items():
+        if name not in orders:
+            continue
+        agent, there = own[0].spec, {(one.repetition, one.trial): one for one in own}
+        for _, block in _places(study, agent, orders[name]):
+            if not study.in_shard(agent, conditions[label], *block):
+                continue
+            if block not in there:
+                break
+            kept.add(id(there[block]))
+    return tuple(trial for trial in found if id(trial) in kept)
+
+
+def _places(study: Study, agent: str, order: BlockOrder) -> list[tuple[int, tuple[int, int]]]:
+    """The blocks of an agent in their order, each with its rank."""
+    blocks = [*study.blocks_of(agent)]
+    return sorted(zip(order.rank(*zip(*blocks, strict=True)).tolist(), blocks, strict=True))
+
+
+def families(study: Study, agent: str) -> tuple[Family, ...]:
+    """What a study asks of an agent: every condition against the control, or the parts of a false report.
+
+    The families are those of the report. With a single condition its success is asked for.
+    """
+    found = _families(study, agent)
+    alike = [one for one in study.run_agents if is_baseline(one) == is_baseline(agent)]
+    many = len(found) * sum(bool(_families(study, one)) for one in alike)
+    if not found:
+        only = [Question(one.label, ((one.label, ""),)) for one in study.conditions_of(agent)]
+        return tuple(Family((one,), 1) for one in only)
+    return tuple(
+        part
+        for family in found
+        for part in (_of_why(family, many) if family[0].name == "total" else [Family(family, many)])
+    )
+
+
+def _families(study: Study, agent: str) -> list[tuple[Question, ...]]:
+    design, played = design_of(study), {one.label for one in study.conditions_of(agent)}
+    found: list[tuple[Question, ...]] = []
+    for modality in design.modalities:
+        if arms := arms_of(design.shown(modality)):
+            parts = _parts(arms[1])
+            asked_for = {label for one in parts for label in one.labels}
+            more = [one.label for one in design.shown(modality) if one.label not in asked_for and one.label in played]
+            found += [parts, *([tuple(Question(one, ((one, arms[1]["truth"]),)) for one in more)] if more else [])]
+            continue
+        of = design.comparisons[modality]
+        axes = [[label for label in axis.doses if label != of.control] for axis in of.axes]
+        for labels in (of.flips, *axes, of.others, of.controls):
+            asked = tuple(Question(one, ((one, of.control),)) for one in labels if {one, of.control} <= played)
+            found += [asked] if asked else []
+    return found
+
+
+def _parts(arms: Mapping[str, str]) -> tuple[Question, ...]:
+    """The total effect, and the contrasts of arms that are played."""
+    pairs = {"total": (("lie", "truth"),), **CONTRASTS}
+    return tuple(
+        Question(name, tuple((arms[more], arms[less]) for more, less in of))
+        for name, of in pairs.items()
+        if all(arm in arms for pair in of for arm in pair)
+    )
+
+
+def _of_why(parts: Sequence[Question], many: int) -> Iterator[Family]:
+    """The total effect at the usual level, and each contrast at its own, as the rule of the study has it."""
+    yield Family(tuple(parts[:1]), many)
+    for one in parts[1:]:
+        yield Family((one,), many * ALPHA / PART, after=parts[0].name)
+
+
+def answers(study: Study, agent: str, trials: Iterable[Finished]) -> tuple[Answer, ...]:
+    """What the trials of an agent have answered, of a study that stops when it is decided.
+
+    Args:
+        study: The study.
+        agent: Spec of the agent.
+        trials: Trials on record, of other agents too; a statement must hold whatever became of broken ones.
+    """
+    assert study.until is not None
+    asked, seen = families(study, agent), outcomes_of(study, agent, trials)
+    at_ends = (
+        [
+            at_every_look(numbers_of(family, *case), agents=family.choices, margin=study.until.margin)
+            for case in cases(seen)
+        ]
+        for family in asked
+    )
+    courses = (
+        held_at_both_ends(found, *ends) if ends else found for of in at_ends for found, *ends in zip(*of, strict=True)
+    )
+    found = decisions(asked, seen, study.until)
+    return tuple(
+        Answer(question=one.question, verdict=one.verdict, at=one.at, way=one.way, course=course)
+        for one, course in zip(found, courses, strict=True)
+    )
+
+
+def answers_by_agent(study: Study, trials: Iterable[Finished]) -> dict[str, tuple[Answer, ...]]:
+    """What is decided of each agent, by its name, of a study that stops when it is decided."""
+    found = list(trials)
+    return {study.label_of(agent): answers(study, agent, found) for agent in study.run_agents}
+
+
+def outcomes_of(study: Study, agent: str, trials: Iterable[Finished]) -> Outcomes:
+    """The outcomes of an agent's trials under each condition, in the order of the blocks."""
+    order, name = block_orders(study)[study.label_of(agent)], study.label_of(agent)
+    own = counted(study, (one for one in trials if one.group == name and not one.owed_again))
+    by_label = grouped(own, lambda trial: trial.condition)
+    size = 1 + max((int(order.rank(one.repetition, one.trial)) for one in own), default=-1)
+    found = {}
+    for condition in study.conditions_of(agent):
+        members = by_label.get(condition.label, [])
+        solved, broken = np.full(size, np.nan), np.zeros(size, dtype=np.bool_)
+        place = order.rank([one.repetition for one in members], [one.trial for one in members])
+        broken[place] = [one.ending == "error" for one in members]
+        solved[place] = [np.nan if one.ending == "error" else one.solved for one in members]
+        found[condition.label] = solved, broken
+    return found
+
+
+def due(study: Study, agent: str, trials: Iterable[Finished]) -> list[Plan]:
+    """The trials that an agent has to play before the next look; none if all is decided, or the most is played.
+
+    A condition that no open question needs is no longer played. Trials of equal repetition and trial share their luck,
+    so this changes nothing for the others.
+    """
+    return next(_owed_by_look(study, agent, trials), [])
+
+
+def at_most(study: Study, agent: str, trials: Iterable[Finished]) -> list[Plan]:
+    """All trials that an agent may still have to play: those that it plays if nothing more is decided."""
+    return [plan for plans in _owed_by_look(study, agent, trials) for plan in plans]
+
+
+def _owed_by_look(study: Study, agent: str, trials: Iterable[Finished]) -> Iterator[list[Plan]]:
+    """Yield the trials that are owed between two looks, as far as the trials on record leave them open."""
+    assert study.until is not None
+    trials = [one for one in trials if one.group == study.label_of(agent)]
+    found = decisions(families(study, agent), outcomes_of(study, agent, trials), study.until)
+    finished = {one.key for one in trials if not one.owed_again}
+    places, conditions = own_places(study, agent), study.conditions_of(agent)
+    for start in range(0, len(places), LOOK_EVERY):
+        kept = wanted(found, places[start][0])
+        if not kept:
+            return
+        plans = [
+            study.plan(agent, condition, *place)
+            for _, place in places[start : start + LOOK_EVERY]
+            for condition in conditions
+            if condition.label in kept
+        ]
+        if owed := [plan for plan in plans if plan.key not in finished]:
+            yield owed
+
+
+def own_places(study: Study, agent: str) -> list[tuple[int, tuple[int, int]]]:
+    """The blocks that an agent plays here, in their order, each with its rank in the whole study."""
+    first = study.conditions_of(agent)[0]
+    found = _places(study, agent, block_orders(study)[study.label_of(agent)])
+    return [one for one in found if study.in_shard(agent, first, *one[1])]
+
+
+def broken_by_agent(study: Study, trials: Iterable[Trial]) -> dict[str, int]:
+    """Agent -> its trials without a valid end, of agents through all of whose trials a run has gone, or gave them up.
+
+    A run plays them again, but nothing of what others play is open because of them.
+    """
+    found, by_agent = dict[str, int](), grouped(trials, lambda trial: trial.group)
+    for agent in study.run_agents:
+        own = by_agent.get(study.label_of(agent), [])
+        ended = {one.key for one in own if not one.owed_again}
+        if len(ended) == len(own):
+            continue
+        plans = study.plans(agent) if study.until is None else due(study, agent, own)
+        owed, played = [plan.key for plan in plans if plan.key not in ended], {one.key for one in own}
+        if played.issuperset(owed) or (not ended and len(own) >= GIVE_UP_AFTER):
+            found[study.label_of(agent)] = len(owed)
+    return found
+
+
+def planned_now(study: Study, trials: Iterable[Trial]) -> int:
+    """The trials of a plan: all, or of a study that stops when it is decided those up to its next look.
+
+    Args:
+        study: The study.
+        trials: Its trials on record.
+    """
+    if study.until is None:
+        return study.size
+    trials = list(trials)
+    owed = sum(len(due(study, agent, trials)) for agent in study.run_agents)
+    return study.places_filled(trials) + owed

@@ -408,40 +408,6 @@ class Study:
                 return one
         raise UnknownName("condition", label, [one.label for one in self.conditions])
 
-    def asks_for(self, trial: Trial) -> bool:
-        """Whether a trial on record is one of this study: key, place, doses, settings and panel agree."""
-        return trial.spec in self.agents and bool(self.own_trials([trial]))
-
-    def own_trials(self, trials: Iterable[Trial]) -> list[Trial]:
-        """Those trials on record that are of this study, in their order; see :meth:`asks_for`.
-
-        Raises:
-            UnknownName: If there is no such agent as one of the study's.
-        """
-        played = {
-            (agent, one.label): ((one.modality, one.doses, one.specs), self.trials_of(agent))
-            for agent in self.agents
-            for one in self.conditions_of(agent)
-        }
-        one_panel = None if self.layout == "shuffled" or len(self.boxes) > 1 else self.panel
-        return [
-            trial
-            for trial in trials
-            if (found := played.get((trial.spec, trial.condition))) is not None and self._is_own(trial, *found)
-            for box in [one_panel or self._laid_out(trial.repetition, trial.trial, self.seed)]
-            if (trial.joints, trial.box) == (box.names, box.name)
-        ]
-
-    def _is_own(self, trial: Trial, acting: tuple[str, Mapping[str, float], tuple[str, ...]], trials: int) -> bool:
-        return (
-            1 <= trial.repetition <= self.repetitions
-            and 1 <= trial.trial <= trials
-            and (trial.modality, trial.doses, trial.specs) == acting
-            and (trial.study, trial.seed, trial.budget) == (self.name, self.seed, self.max_steps)
-            and (trial.assessment, trial.hypothesis) == (self.assessment, self.hypothesis)
-            and (trial.called, trial.key) == (self.names.get(trial.agent, ""), str(trial.name))
-        )
-
     @property
     def place_of(self) -> Callable[[Trial], tuple[int, int, int, int]]:
         """A sort key of this study's trials: by agent, condition, repetition and trial."""

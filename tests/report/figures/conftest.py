@@ -16,7 +16,6 @@ from lockprobe.report.questions import all_sections
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics import rationality
-from lockprobe.studies.records.read_records import LeftOut
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import STATES
 
@@ -96,8 +95,7 @@ def results_of_trials(trials):
         directory=Path(),
         study=planned,
         trials=tuple(sorted(trials, key=planned.place_of)),
-        journal=LeftOut(replaced=0),
-        foreign=0,
+        replaced=0,
         diaries=(),
         withdrawn=0,
     )

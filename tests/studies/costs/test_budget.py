@@ -45,32 +45,6 @@ def test_a_call_that_is_made_again_needs_the_money_once_more(tmp_path):
     assert Ledger(planned(DEAR), read_calls(tmp_path)).total.dollars_unknown == pytest.approx(2)
 
 
-@pytest.mark.parametrize(("allowed", "ends"), [(3.5, [1, 2]), (2.9, [])])
-def test_calls_that_are_made_again_do_not_wait_for_each_other(tmp_path, allowed, ends):
-    """Each had money set aside that the other would wait for."""
-    worst, done = usage(wrote=100_000), []  # $1
-
-    async def one(calls, trial, both):
-        await reserve(calls, worst, trial=trial)
-        await both.wait()
-        try:
-            await reserve(calls, worst, trial=trial, unanswered=1)
-        except BudgetReached:
-            calls.write(call(trial=trial, reply=None, error=BROKEN_OFF))
-            return
-        done.append(trial)
-        calls.write(call(trial=trial, unanswered=1, usage=usage(wrote=10_000)))
-
-    async def all_of_them():
-        with call_log(tmp_path) as calls:
-            calls.limit(Budget(planned(DEAR), allowed))
-            both = asyncio.Barrier(2)
-            await asyncio.wait_for(asyncio.gather(*(one(calls, trial, both) for trial in (1, 2))), 5)
-
-    asyncio.run(all_of_them())
-    assert sorted(done) == ends
-
-
 @pytest.mark.parametrize("allowed", [0, -1, float("nan"), float("inf")])
 def test_a_budget_is_an_amount(allowed):
     with pytest.raises(BadValue, match="budget: got .*, expected US dollars above 0"):

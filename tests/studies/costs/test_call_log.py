@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 from builders import call_of, small_study
-from stored import call_log, contents, sql
+from stored import call_log, contents, sql, unanswered
 
 from lockprobe.foundation.storage.database import Damaged, Database
-from lockprobe.studies.costs.call_log import read_calls, unanswered
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
 
 STUDY = small_study(["llm:a/b"], p=(0.0,))
@@ -66,14 +66,6 @@ def test_equal_requests_of_an_agent_that_forgets_have_their_own_replies_in_the_o
         assert calls.of(PLAN).recall(1, 1, "r") == first
 
 
-def test_a_call_without_a_reply_is_made_again(tmp_path):
-    with call_log(tmp_path) as calls:
-        ask(calls, failed("429"))
-        assert calls.of(PLAN).recall(1, 1, "r") is None
-        ask(calls, replied())
-        assert calls.of(PLAN).recall(1, 1, "r") == replied()
-
-
 def test_what_was_on_its_way_at_a_kill_is_noted_as_broken_off_with_its_worst_case(tmp_path):
     with call_log(tmp_path) as calls:
         ask(calls, replied(step=1))
@@ -122,16 +114,6 @@ def test_a_call_that_is_made_again_is_one_call_and_each_of_its_attempts_can_have
     assert (answered.unpriced, answered.most) == (1, WORST)
     assert (lost.broken_off, lost.unanswered, lost.unpriced, lost.most) == (True, 2, 3, WORST)
     assert unanswered(tmp_path) == []
-
-
-def test_a_call_that_is_broken_off_here_keeps_the_attempts_before(tmp_path):
-    with call_log(tmp_path) as calls:
-        page = calls.of(PLAN)
-        asyncio.run(page.reserve(about(replied())))
-        asyncio.run(page.reserve(about(replied(), unanswered=1)))
-        page.write(failed(BROKEN_OFF))
-    (lost,) = read_calls(tmp_path)
-    assert (lost.unanswered, lost.unpriced, lost.most) == (1, 2, WORST)
 
 
 def test_a_request_is_on_the_disk_itself_before_it_is_sent_and_its_attempts_too(tmp_path, monkeypatch):

@@ -2,23 +2,28 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
-from builders import SOLUTION, call_of, make_trial
+from builders import SOLUTION, make_trial
 from provider_server import here, joints, names, truthful
 
-from lockprobe.agents.llm.model_facts import OWN_FACTS
+from lockprobe.agents.llm.model_facts import OWN_FACTS, ModelFacts
+from lockprobe.agents.llm.settings import Model, ModelSettings
+from lockprobe.agents.llm.token_bounds import tokens
 from lockprobe.boxes.solve import random_curve
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.estimate import SMALLEST_CACHED, estimates
+from lockprobe.studies.costs.estimate import REPLY, estimates, request_sizes
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.trial_rows import Timing, row_of
 from lockprobe.studies.running.runner import run_study
-from lockprobe.trial.model_call import Usage
+from lockprobe.studies.running.single import run_trial
+from lockprobe.testing import ScriptedProvider, replying, words
+from lockprobe.testing import joints as joints_of
 
-SPEC = "llm:openai-api/fake/model"
+SPEC, THINKS = "llm:openai-api/fake/model", "llm:openai-api/fake/thinks"
 FACTS = """
 [[model]]
 match = ["openai-api/fake/model"]
@@ -27,11 +32,8 @@ price = { input = 2, cached = 1, output = 10, date = "2026-01-02", source = "mad
 [[model]]
 match = ["openai-api/fake/thinks"]
 reasons = true
-picture_tokens = 500
 """
-USED = Usage(calls=1, input_tokens=1000, output_tokens=70)
-WITHIN = 1.5
-"""By which factor an estimate may be off, either way, for a model that plays blindly and writes a sentence a step."""
+CURT = Path(__file__).parents[2] / "interventions" / "curt.txt"
 
 
 @pytest.fixture(autouse=True)
@@ -46,15 +48,6 @@ def planned(*agents, **settings):
     )
 
 
-def known(trial):
-    """What the store knows of a trial."""
-    return row_of(trial, Timing(key=trial.key, seconds=1.0, steps=len(trial.steps)), "").known(trial.group)
-
-
-def counted(text):
-    return len(re.findall(r"\w+|[^\w\s]", text))
-
-
 def guessing(request):
     """A reply at random that says something, with a count of what was really sent and written."""
     status, body = truthful(request)
@@ -64,18 +57,14 @@ def guessing(request):
     reply["hypothesis"] = "The joint on the right seems to be free, and the others wait for it."
     text = json.dumps(reply)
     body["choices"][0]["message"]["content"] = text
-    sent = sum(counted(str(message["content"])) for message in request["messages"]) + counted(
-        str(request["response_format"])
-    )
-    body["usage"] = {"prompt_tokens": sent, "completion_tokens": counted(text), "total_tokens": sent + counted(text)}
+    said = "".join(str(message["content"]) for message in request["messages"]) + str(request["response_format"])
+    sent, wrote = (len(re.findall(r"\w+|[^\w\s]", one)) for one in (said, text))
+    body["usage"] = {"prompt_tokens": sent, "completion_tokens": wrote, "total_tokens": sent + wrote}
     return status, body
 
 
-def close(one, other, factor=WITHIN):
-    return other / factor <= one <= other * factor
-
-
 def test_an_estimate_comes_true(tmp_path, monkeypatch):
+    """Within a factor of 1.5, for a model that plays blindly and writes a sentence a step."""
     plan = planned()
     before = estimates(plan, {})[0]
     with here(guessing) as server:
@@ -84,114 +73,76 @@ def test_an_estimate_comes_true(tmp_path, monkeypatch):
         trials = run_study(plan, tmp_path / "study")
     assert all(trial.error is None for trial in trials)
     spent = Ledger(plan, read_calls(tmp_path / "study")).by_agent[SPEC]
-    assert close(before.expected.calls, spent.usage.calls)
-    assert close(before.expected.input_tokens, spent.usage.input_tokens)
-    assert close(before.expected.output_tokens, spent.usage.output_tokens)
-    assert close(before.dollars(before.expected, cached=False), spent.dollars)
-    assert close(before.repeated, spent.repeated_tokens / spent.usage.input_tokens, 1.1)
-    assert spent.dollars < before.dollars(before.most, cached=False) <= before.most_dollars
-    assert spent.usage.calls <= before.full.calls == 200
-
-    half = [trial for trial in trials if trial.trial <= 2]
-    kept = [call for call in read_calls(tmp_path / "study") if call.key in {trial.key for trial in half}]
-    after = estimates(plan, {trial.key: known(trial) for trial in half}, kept)[0]
-    assert (after.trials, after.rests_on) == (6, len(kept))
-    rest = spent.usage.input_tokens - sum(call.usage.input_tokens for call in kept)
-    assert close(after.full.input_tokens / after.full.calls, rest / (spent.usage.calls - len(kept)), 1.4)
-    per_reply = spent.usage.output_tokens / spent.usage.calls
-    assert close(after.expected.output_tokens / after.expected.calls, per_reply, 1.02)
+    for what in ("calls", "input_tokens", "output_tokens"):
+        assert 1 / 1.5 < getattr(before.low, what) / getattr(spent.usage, what) < 1.5
+    low, high = before.dollars()
+    assert 1 / 1.5 < low / spent.dollars < 1.5
+    assert low < high
+    assert spent.usage.calls <= before.high.calls == 200
 
 
-def test_an_agent_that_has_not_played_is_taken_to_be_blind():
+def test_an_agent_is_taken_to_be_blind_or_to_play_to_the_end_and_what_is_done_costs_nothing():
     plan = planned(trials=100)
     blind = sum(1 - solved for solved in random_curve(plan.box, 20)[:-1])
     found = estimates(plan, {})[0]
-    assert (found.trials, found.rests_on) == (200, 0)
-    assert found.expected.calls == round(200 * blind)
-    assert found.full.calls == found.most.calls == 200 * 20
-
-
-def test_one_that_has_played_is_taken_to_go_on_like_that():
-    plan = planned()
-    trials = [make_trial(SOLUTION, agent=SPEC, trial=n) for n in (1, 2, 3)]
-    done = {trial.key: known(trial) for trial in trials}
-    replies = [
-        call_of(trial, step, turn=turn, usage=USED)
-        for trial in trials
-        for step in (1, 2, 3, 4)
-        for turn in ((1, 2) if step == 1 else (1,))
-    ]
-    found = estimates(plan, done, replies)[0]
-    assert (found.trials, found.rests_on) == (7, 15)
-    assert found.expected.calls == 7 * 5  # four steps and a repair each
-    assert found.expected.output_tokens == 7 * 5 * 70
-    assert found.expected.input_tokens == pytest.approx(7 * 5 * 1000, rel=0.01)
-
-
-def test_a_trial_that_was_broken_off_costs_what_is_left_of_it():
-    plan = planned(trials=1, p=[0])
-    trial = next(plan.plans(SPEC))
-    made = [call_of(trial, step, usage=Usage(calls=1)) for step in range(1, 16)]
-    whole, rest = estimates(plan, {})[0], estimates(plan, {}, made)[0]
-    assert (whole.full.calls, rest.full.calls, rest.most.calls) == (20, 5, 5)
-    assert rest.full.input_tokens > whole.full.input_tokens / 4  # the last requests are the longest
-
-
-def lasting(trial, steps):
-    """A trial that is solved in its last step; the joint of the target is locked until then."""
-    return make_trial([0] * (steps - 4) + [*SOLUTION], agent=SPEC, trial=trial)
-
-
-def replied(trial, steps):
-    """The calls of a trial that was broken off."""
-    broken = make_trial([], agent=SPEC, trial=trial, broken="model")
-    return [call_of(broken, step, usage=USED) for step in range(1, steps + 1)]
-
-
-def test_how_far_trials_come_is_told_by_those_that_were_broken_off_too():
-    plan = planned(trials=5, p=[0])
-    done = {trial.key: known(trial) for trial in (lasting(1, 5), lasting(2, 9))}
-    calls = [*replied(3, 4), *replied(4, 6)]
-    found = estimates(plan, done, calls)[0]
-    # step 5 ends one of the three that are known to have been in it and of which it is known how it went
-    # trial 3: steps 5, and 6 to 9 by two thirds; trial 4: steps 7 to 9; trial 5: five steps, and four by two thirds
-    assert found.expected.calls == round((1 + 4 * 2 / 3) + 3 + (5 + 4 * 2 / 3))
-
-
-def test_nothing_is_said_of_agents_that_ask_nobody_or_owe_nothing():
+    assert (found.trials, found.low.calls, found.high.calls) == (200, round(200 * blind), 200 * 20)
+    done = {
+        trial.key: row_of(trial, Timing(key=trial.key, seconds=1.0, steps=1), "").known(trial.group)
+        for trial in (
+            make_trial(SOLUTION, agent=SPEC),
+            make_trial([0], agent=SPEC, trial=2, broken="model"),
+        )
+    }
+    assert estimates(plan, done)[0].trials == 199  # what broke is owed
     assert estimates(planned("random", "human-inspired"), {}) == []
-    plan = planned(trials=1, p=[0])
-    done = make_trial(SOLUTION, agent=SPEC)
-    assert estimates(plan, {done.key: known(done)}) == []
-    broken = make_trial([0], agent=SPEC, broken="model")
-    assert estimates(plan, {broken.key: known(broken)})[0].trials == 1
+    assert estimates(planned(trials=1, p=[0]), done) == []
 
 
-def test_money_follows_cache_and_what_is_known():
-    found = estimates(planned(), {})[0]
-    fresh, cached = (found.dollars(found.full, cached=hits) for hits in (False, True))
-    assert 0 < cached < fresh < found.most_dollars
-    unknown = estimates(planned("llm:openai-api/other/model"), {})[0]
-    assert unknown.dollars(unknown.full, cached=True) is unknown.most_dollars is unknown.price is None
+def test_a_price_that_is_not_known_is_none_and_reasoning_counts_as_written():
+    plain, thinks = (estimates(planned(spec), {})[0] for spec in (SPEC, THINKS))
+    assert (thinks.dollars(), thinks.price) == (None, None)
+    assert thinks.high.output_tokens > 10 * plain.high.output_tokens
+    capped = estimates(planned(f"{THINKS}?max_tokens=50"), {})[0]
+    assert capped.high.output_tokens == 50 * capped.high.calls
+    long = estimates(planned(max_steps=3000, trials=1), {})[0]
+    assert long.high.calls == 2 * 3000
 
 
-def test_only_prefixes_that_providers_keep_count_as_cached():
-    short, long = estimates(planned(max_steps=3), {})[0], estimates(planned(max_steps=60), {})[0]
-    assert short.repeated > 0.5
-    assert short.full.cached_tokens == 0  # never SMALLEST_CACHED tokens long
-    assert long.full.cached_tokens > long.full.input_tokens / 2
-    assert short.full.input_tokens / short.full.calls < SMALLEST_CACHED
+def model(images=0, **facts):
+    return Model(name="openai-api/fake/model", settings=ModelSettings(images=images), facts=ModelFacts(**facts))
 
 
-def test_reasoning_counts_as_written():
-    plain, thinks = (estimates(planned(spec), {})[0] for spec in (SPEC, "llm:openai-api/fake/thinks"))
-    per_reply = thinks.expected.output_tokens / thinks.expected.calls
-    assert per_reply > 10 * plain.expected.output_tokens / plain.expected.calls
-    capped = estimates(planned("llm:openai-api/fake/thinks?max_tokens=50"), {})[0]
-    assert capped.expected.output_tokens == pytest.approx(50 * capped.expected.calls, rel=0.01)
+@pytest.mark.parametrize(
+    "spec",
+    ["truth", "hypothesis?ask=off", "hypothesis?ask=after", "distract?p=1", "history?last=3", f"prompt?file={CURT} + warn"],
+)  # fmt: skip
+def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(spec):
+    """At every step, held against a provider that answers as the made-up trial does; labels are of equal length."""
+    with ScriptedProvider(lambda request: replying(request, joints_of(request)[0], REPLY["hypothesis"])) as provider:
+        trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
+    assert trial.error is None
+    plan = study("flips", agent=provider.agent, condition=spec, max_steps=12)
+    sizes = request_sizes(plan.plan(provider.agent, plan.conditions[-1], 1, 1), model())[1]
+    sent = [sum(tokens(words(message)) + 4 for message in request["messages"]) for request in provider.requests]
+    form = tokens(json.dumps(provider.requests[-1]["response_format"]["json_schema"]["schema"]))
+    taken = (sizes - form)[: len(sent)]
+    assert taken[0] == pytest.approx(sent[0], rel=0.05)
+    assert sum(taken) == pytest.approx(sum(sent), rel=0.08)
 
 
-def test_a_budget_of_very_many_steps_is_estimated_at_once():
-    found = estimates(planned(max_steps=3000, trials=1), {})[0]
-    assert found.full.calls == found.most.calls == 2 * 3000
-    assert found.expected.input_tokens < found.full.input_tokens < found.most.input_tokens
+@pytest.mark.parametrize(("size", "share", "images"), [("width=320&height=240", 0.25, 0), ("width=2048", 1, 2)])
+def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images, size, share):
+    plant = f"fast-twin?{size}"
+    plan = study("modalities", agent=SPEC, modality=["rgb", "rgbd"], trials=1, plant=plant)
+    first, both = plan.plans(plan.agents[0])
+    for shown, pictures in ((first, 1), (both, 2)):
+        more, text = (request_sizes(shown, model(images, picture_tokens=each))[1] for each in (500, 1))
+        assert more[4] - text[4] == pytest.approx(pictures * (images or 5) * 499 * share)
+
+
+@pytest.mark.parametrize("condition", ["tremble?p=1", "force?at=3", "drop?p=0.5", "correction?p=0.4", "history?last=2"])
+def test_the_trial_that_is_counted_lasts_as_long_as_the_budget(condition):
+    plan = study("flips", agent=SPEC, condition=condition, max_steps=50).plan
+    condition = study("flips", agent=SPEC, condition=condition, max_steps=50).conditions[-1]
+    calls, sent, wrote = request_sizes(plan(SPEC, condition, 1, 1), model())
+    assert len(calls) == len(sent) == len(wrote) == 50

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import modality_study, play_study, small_study, write_study
+from builders import modality_study, small_study, write_study
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.studies.options.study_options import StudyOptions
@@ -87,27 +87,6 @@ def test_damaged_settings_are_refused(directory, content):
     (directory / "study.json").write_text(content)
     with pytest.raises(BadFile, match="study.json"):
         read_study(directory)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"seed": 9},
-        {"doses": {"flip.p": 0.3}},
-        {"modality": "symbolic"},
-        {"budget": 19},
-        {"study": "other"},
-        {"condition": "flip?p=0.3"},
-        {"trial": 3},
-        {"trial": 5},
-        {"agent": "random"},
-    ],
-)
-def test_a_trial_of_other_settings_is_not_one_of_the_study(change):
-    study = small_study(["human-inspired"])
-    trial = play_study(study)[0]
-    assert study.asks_for(trial)
-    assert not study.asks_for(replace(trial, **change))
 
 
 def test_a_long_spec_is_refused():

@@ -1,33 +1,165 @@
-"""Conditions without a valid trial, and those in which nothing was changed."""
+"""Counting records says what loading them says, rows say what their records do, and the hash is of all of them."""
 
-from builders import make_trial, play_study
+import tempfile
+from dataclasses import replace
+from pathlib import Path
 
-from lockprobe.studies.options.study_options import StudyOptions
-from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.counted import counted, idle_conditions, invalid_conditions
+import pytest
+from builders import make_trial, play_study, small_study, write_study
+from hypothesis import given
+from hypothesis import strategies as st
+from stored import sql, timings
 
-STUDY = study(StudyOptions(agent=["random"], trials=2, p=[0, 0.4, 0.6], repetitions=1, max_steps=2))
+from lockprobe import run_study, study
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.studies.records.counted import Counted, count_records, idle_conditions, invalid_conditions
+from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.results_hash import StudyHashes, check_hash, results_hash, stored_hash
+from lockprobe.studies.records.store import played_in, read, written
+from lockprobe.studies.records.trial_rows import INSERT, Timing, contradictions, row_of
+from lockprobe.trial.model_call import Usage
+
+STUDY = replace(small_study(["random", "human-inspired", "participant"], p=[0.0, 0.3], trials=3), strategy_trials=3)
+CONDITIONS = {one.p: one for one in STUDY.conditions}
 
 
-def test_a_condition_is_named_once_all_that_was_played_of_it_ended_as_an_error():
+def same_as_loaded(directory, planned=STUDY):
+    """The counts of a directory are held against the loaded trials; returns how many entries are counted together."""
+    trials = load(directory)
+    with read(directory) as store:
+        found = count_records(store, planned)
+        assert stored_hash(store, planned) == results_hash(planned, trials)
+        assert played_in(store)[0] == sum(sql(directory, "select steps from trial"))
+    assert sum(one.number for one in found) == len(trials)
+    assert sum(one.steps for one in found) == sum(len(trial.steps) for trial in trials)
+    for say in (
+        lambda one: one.solved,
+        lambda one: one.owed_again,
+        lambda one: one.changed_steps,
+        lambda one: one.group == "participant",
+        lambda one: sum((step.decision.usage or Usage()).input_tokens for step in one.steps if one.facts),
+    ):
+        assert sum(one.number * say(one.trial) for one in found) == sum(map(say, trials))
+    assert StudyHashes.of(directory).finished == sum(not one.owed_again for one in trials)
+    return len(found)
+
+
+def paid(trial):
+    spent = replace(trial.steps[0].decision, usage=Usage(input_tokens=7, calls=1), replies=("a",))
+    return replace(trial, facts={"model": "x"}, steps=(replace(trial.steps[0], decision=spent), *trial.steps[1:]))
+
+
+MANNERS = {
+    "played": lambda trial: trial,
+    "said": lambda trial: replace(trial, facts={"said": "one\u2028two"}),
+    "paid": paid,
+}
+RECORDS = st.tuples(
+    st.sampled_from(["random", "human-inspired", "participant:aaaa", "participant:bbbb"]),
+    st.sampled_from([0.0, 0.3]),
+    st.integers(1, 3),
+    st.integers(1, 3),
+    st.sampled_from(["model", "reply", None, None]),
+    st.sampled_from([*MANNERS]),
+)
+
+
+@given(st.lists(RECORDS, max_size=25))
+def test_a_study_of_all_kinds_of_records_is_counted_as_it_is_loaded(mixed):
+    """Of agents and people, also broken and replaced."""
+    with tempfile.TemporaryDirectory() as name:
+        directory = write_study(Path(name), replace(STUDY, repetitions=3), [])
+        with written(directory) as store, store.transaction() as writing:
+            for agent, p, repetition, number, broken, manner in mixed:
+                joints = [0] if broken else [number % 4] * 20
+                trial = make_trial(joints, agent=agent, p=p, repetition=repetition, trial=number, broken=broken)
+                trial = MANNERS[manner](trial)
+                identity = STUDY.record_identity(CONDITIONS[p])
+                timing = Timing(key=trial.key, seconds=1, steps=1)
+                writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
+                writing.execute(INSERT, row_of(trial, timing, identity))
+        same_as_loaded(directory, replace(STUDY, repetitions=3))
+
+
+@pytest.mark.parametrize("layout", ["fixed", "shuffled"])
+def test_records_of_strategies_are_counted_together(tmp_path, layout):
+    planned = replace(small_study(p=[0.0], trials=60), boxes=(box("random-5-17"),), layout=layout)
+    run_study(planned, tmp_path)
+    assert same_as_loaded(tmp_path, planned) < planned.size / 2
+    with read(tmp_path) as store:
+        assert list(contradictions(store)) == []
+
+
+OTHER = {
+    "agent": "'human-inspired'", "player": "'participant:aaaa'", "condition": "'flip?p=0.3'", "repetition": "2",
+    "trial": "2", "fork": "'lie'", "ending": "'solved'", "owed": "1", "steps": "19", "alike": "null",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("column", OTHER)
+def test_a_row_that_says_something_else_than_its_record_is_found(tmp_path, column):
+    write_study(tmp_path, STUDY, [make_trial([0] * 20), make_trial([0] * 20, trial=2)])
+    sql(tmp_path, f"update trial set {column} = {OTHER[column]} where id = 1")
+    with read(tmp_path) as store:
+        assert list(contradictions(store)) == [
+            f"flips/random/truth/rep=1/trial=1: its {column} are not those of its record"
+        ]
+
+
+def test_records_that_stand_for_other_trials_or_in_place_of_others_are_found(tmp_path):
+    write_study(tmp_path, STUDY, [make_trial([0], broken="model"), make_trial([0] * 20), make_trial([1] * 20)])
+    with read(tmp_path) as store:
+        assert list(contradictions(store)) == ["flips/random/truth/rep=1/trial=1: a second record of a finished trial"]
+    sql(tmp_path, "delete from trial where id = 3")
+    with read(tmp_path) as store:
+        assert list(contradictions(store)) == ["flips/random/truth/rep=1/trial=1: its last record does not count"]
+    sql(tmp_path, "update trial set key = 'another' where id = 2")
+    with read(tmp_path) as store, pytest.raises(BadFile, match="another: its record is damaged"):
+        list(contradictions(store))
+
+
+def test_conditions_without_a_valid_trial_and_those_that_never_act_are_named():
+    asked = {"agent": "random", "trials": 2, "p": [0, 0.4, 0.6], "repetitions": 1, "max_steps": 2}
     trials = [
         make_trial([0], budget=2, broken="reply"),
         make_trial([0, 0], budget=2, trial=2),
         make_trial([0], budget=2, p=0.4, broken="reply"),
         make_trial([0], budget=2, p=0.4, broken="model", trial=2),
     ]  # and nothing of p = 0.6
-    (found,) = invalid_conditions(STUDY, counted(trials))
+    (found,) = invalid_conditions(study("flips", **asked), [Counted(one, 1, 1) for one in trials])
     assert (found.condition, found.errors, found.owed) == ("flips/random/flip?p=0.4", 2, 1)
     assert found.first.boundary == "reply"
-    assert invalid_conditions(STUDY, []) == []
+    acting = study("flips", agent="random", p=[0, 0.4], condition=["nudge", "history?last=50"], trials=4)
+    counted = [Counted(one, 1, len(one.steps)) for one in play_study(acting)]
+    assert idle_conditions(acting, counted) == ["flips/random/history?last=50"]
 
 
-def test_a_condition_is_named_if_it_should_act_and_never_did():
-    planned = study(
-        "flips", agent=["human-inspired", "random"], p=[0, 0.4], condition=["nudge", "history?last=50"], trials=4
-    )
-    assert idle_conditions(planned, counted(play_study(planned))) == [
-        "flips/human-inspired/history?last=50",
-        "flips/random/history?last=50",
-    ]
-    assert idle_conditions(planned, []) == []
+def planned(**more):
+    asked = {"agent": ["random", "human-inspired"], "p": [0, 0.4], "trials": 2, "repetitions": 1, "max_steps": 6}
+    return study("flips", **(asked | more))
+
+
+def test_the_same_study_twice_has_the_same_hashes_and_every_record_counts(tmp_path):
+    for name in ("one", "other"):
+        run_study(planned(), tmp_path / name)
+    first, second = (StudyHashes.of(tmp_path / name) for name in ("one", "other"))
+    assert first == second
+    assert (len(first.settings), len(first.results), first.finished, first.planned) == (32, 32, 8, 8)
+    took = [timings(tmp_path / name) for name in ("one", "other")]
+    assert took[0] != took[1]
+    trials = load(tmp_path / "one")
+    assert results_hash(planned(), trials[::-1]) == first.results
+    changed = [replace(trials[0], replays=1), *trials[1:]]
+    others = {results_hash(planned(), one) for one in (trials[1:], changed)} | {results_hash(planned(seed=2), trials)}
+    assert len(others | {first.results}) == 4
+    assert read_study(tmp_path / "one").settings_hash == planned().settings_hash == first.settings
+
+
+@pytest.mark.parametrize("given", ["", "abc", "g" * 32, "0" * 31, "0" * 64])
+def test_what_is_no_hash_is_refused(given):
+    check_hash("settings", None)
+    check_hash("settings", f" {'0aF' * 10}00 ")
+    with pytest.raises(BadValue, match="expected the 32 hexadecimal digits that lockprobe run and status print"):
+        check_hash("settings", given)

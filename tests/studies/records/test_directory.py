@@ -102,15 +102,6 @@ def test_an_agent_is_added_to_a_finished_study_and_meets_the_same_luck(tmp_path)
     assert sorted(together, key=lambda t: t.key) == sorted(load(tmp_path), key=lambda t: t.key)
 
 
-def test_the_first_agents_play_on_without_those_that_were_added(tmp_path):
-    write_study(tmp_path, STUDY, [make_trial([0, 1], budget=2, trial=1)])
-    with Journal.open(tmp_path, replace(STUDY, agents=("round-robin",))):
-        pass
-    with Journal.open(tmp_path, STUDY) as journal:
-        assert sum(journal.owes(plan.key) for plan in STUDY.plans("random")) == 3
-    assert read_study(tmp_path).agents == ("random", "round-robin")
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [

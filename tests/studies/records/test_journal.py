@@ -34,39 +34,6 @@ def resume(directory):
     return owed
 
 
-def test_killed_at_any_moment(tmp_path):
-    """A real command, killed from outside again and again until it gets through."""
-    command = ["run", "flips", "--agent", "random", "--trials", "150",
-               "--repetitions", "1", "--p", "0,0.4", "--no-report", "--out", str(tmp_path / "d")]  # fmt: skip
-    kept = 0
-    for attempt in range(60):
-        process = forked.start(command, stdout=subprocess.PIPE)
-        for line in process.stdout:
-            if "trials to play" in line:
-                break
-        try:
-            process.wait(timeout=0.01 + 0.05 * attempt)
-        except subprocess.TimeoutExpired:
-            process.kill()
-        process.communicate()
-        lines = load(tmp_path / "d")
-        assert len(lines) >= kept
-        kept = len(lines)
-        if process.returncode == 0:
-            break
-    assert process.returncode == 0
-    stored = "select key, identity, record from trial order by key"  # several processes end in any order
-    assert len({key for key, *_ in sql(tmp_path / "d", stored)}) == 300
-    again = forked.run([*command[:-1], tmp_path / "e"])
-    assert again.returncode == 0
-    assert sql(tmp_path / "e", stored) == sql(tmp_path / "d", stored)
-
-
-def test_a_finished_study_owes_nothing(tmp_path):
-    assert len(resume(tmp_path)) == STUDY.size
-    assert resume(tmp_path) == []
-
-
 def test_settings_cannot_change_once_somebody_has_joined(tmp_path):
     people = study(StudyOptions(agent=["participant"], trials=4, p=[0]))
     with Journal.open(tmp_path, people):
@@ -80,24 +47,6 @@ def test_settings_cannot_change_once_somebody_has_joined(tmp_path):
     with Journal.open(tmp_path, replace(people, agents=("random",))):
         pass
     assert read_study(tmp_path).agents == ("random", "participant")
-
-
-def test_calls_are_held_until_their_trial_is_finished_and_no_longer(tmp_path):
-    trials = make_trial([0, 1], budget=2), make_trial([0], broken="model", trial=2)
-    plans = [next(plan for plan in PLANS if plan.key == trial.key) for trial in trials]
-    calls = [call_of(trial) for trial in trials]
-
-    def held(journal):
-        return [journal.calls.of(plan).recall(1, 1, "r") for plan in plans]
-
-    with Journal.open(tmp_path, STUDY) as journal:
-        for i, (trial, call) in enumerate(zip(trials, calls, strict=True)):
-            journal.calls.write(call)
-            assert held(journal)[i] == call
-            journal.append(trial, Timing(key=trial.key, seconds=1, steps=1))
-        assert held(journal) == [None, calls[1]]
-    with Journal.open(tmp_path, STUDY) as journal:
-        assert held(journal) == [None, calls[1]]
 
 
 def test_settings_cannot_change_once_a_call_was_paid_for(tmp_path):
@@ -136,7 +85,7 @@ def test_two_writers_are_one_too_many(tmp_path):
 
 
 def test_a_directory_without_a_study(tmp_path):
-    with pytest.raises(BadFile, match=r"no study.db here; is it the directory of a study\?"):
+    with pytest.raises(BadFile, match=r"no study.json here; is it the directory of a study\?"):
         load(tmp_path)
     with pytest.raises(BadFile, match=r"no study.json here"):
         read_study(tmp_path)
@@ -161,7 +110,7 @@ def test_ctrl_c_leaves_a_directory_to_resume_and_says_so(tmp_path):
     assert 0 < len(load(Path(tmp_path))) < 20000
 
 
-INVITING = small_study(["participant"], trials=3)
+INVITING = small_study(["participant", "random"], trials=3)
 ANN, BOB = "participant:aaaa", "participant:bbbb"
 
 

@@ -14,7 +14,6 @@ from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.pictures.picture import Picture
 
 ALL = small_study(p=[0.0, 0.4], trials=2)
@@ -82,28 +81,6 @@ def test_what_two_sources_have_alike_is_no_difference(tmp_path):
     assert (found.taken, found.there, found.different) == (8, 1, 1)
 
 
-def test_a_trial_that_was_broken_off_is_not_taken_and_is_counted_once(tmp_path):
-    trials = play_study(only("random"))
-    broken = make_trial([], broken="model")
-    sources = [
-        source_of_directory(write_study(tmp_path / name, only("random"), [broken, *more]))
-        for name, more in (("a", trials[1:3]), ("b", trials[3:5]))
-    ]
-    gathered = gather(tmp_path / "here", sources)
-    assert (gathered.taken, gathered.unfinished) == (4, 1)
-    assert broken.key == trials[0].key
-    assert broken.key not in {trial.key for trial in load(tmp_path / "here")}
-
-
-def test_the_rest_of_a_study_can_be_played_afterwards(tmp_path):
-    there = write_study(tmp_path / "there", ALL, play_study(ALL)[:5])
-    here = tmp_path / "here"
-    gather(here, [source_of_directory(there)])
-    agents = read_study(here).agents
-    played = run_study(only(*agents), here)
-    assert {trial.key: trial for trial in played} == {trial.key: trial for trial in play_study(only(*agents))}
-
-
 @pytest.mark.parametrize(
     ("other", "said"),
     [
@@ -126,28 +103,9 @@ def test_trials_of_another_study_are_refused_in_one_line(tmp_path, other, said):
     assert len(load(here)) == 8
 
 
-def test_an_import_that_is_interrupted_leaves_all_as_it_was(tmp_path):
-    here, there = (write_study(tmp_path / agent, only(agent)) for agent in ("random", "human-inspired"))
-    before = read_study(here), load(here)
-
-    def stopped(journal):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        gather(here, [source_of_directory(there)], stopped)
-    assert (read_study(here), load(here)) == before
-
-
-def test_columns_that_say_something_else_than_their_record_are_not_taken_over(tmp_path):
-    there = write_study(tmp_path / "there", only("random"))
-    sql(there, "update trial set steps = 999, agent = 'round-robin' where id = 1")
-    gather(tmp_path / "here", [source_of_directory(there)])
-    assert sql(tmp_path / "here", "select count(*) from trial where agent != 'random' or steps > 20") == [0]
-
-
 def test_a_trial_that_is_not_of_its_own_study_is_refused(tmp_path):
     there = write_study(tmp_path / "there", only("random"), [make_trial([0] * 20, p=0.4, trial=3)])
-    with pytest.raises(BadFile, match="no trial of that study"):
+    with pytest.raises(BadFile, match="no trial of the study in study.json"):
         gather(tmp_path / "here", [source_of_directory(there)])
 
 
@@ -173,15 +131,6 @@ def test_pictures_and_calls_come_along(tmp_path):
     assert gathered.pictures_missing == 1
     assert (tmp_path / "here" / "pictures" / png.name).read_bytes() == png.png
     assert list(read_calls(tmp_path / "here")) == [call]
-
-
-def test_a_picture_that_is_not_what_its_name_says_is_missing(tmp_path):
-    name = Picture(kind="rgb", png=b"true").name
-    there = write_study(tmp_path / "there", only("random"), [make_trial([0] * 20, pictures=[{"rgb": name}])])
-    (there / "pictures").mkdir()
-    (there / "pictures" / name).write_bytes(b"false")
-    assert gather(tmp_path / "here", [source_of_directory(there)]).pictures_missing == 1
-    assert not (tmp_path / "here" / "pictures").exists()
 
 
 PLANS = [plan for plan in only("random").plans("random") if plan.label == "truth"]
@@ -247,16 +196,6 @@ def test_of_two_beginnings_the_one_that_is_there_goes_on_and_its_own_continuatio
     assert list(read_calls(here)) == [asked(1), asked(2, reply="mine"), asked(1, 2)]
 
 
-@pytest.mark.parametrize("finished_there", [True, False])
-def test_nothing_is_taken_that_was_asked_for_a_trial_that_is_finished_here(tmp_path, finished_there):
-    trial = make_trial([0] * 20)
-    here = write_study(tmp_path / "here", only("random"), [trial])
-    there = with_calls(tmp_path / "there", [asked(1)], [trial] if finished_there else [])
-    gathered = gather(here, [source_of_directory(there)])
-    assert (gathered.replies, gathered.unfinished) == (0, 0)
-    assert not list(read_calls(here))
-
-
 PEOPLE = only("participant")
 
 
@@ -292,13 +231,3 @@ def test_what_else_is_taken_sees_the_trials_and_nobody_else_may_write_meanwhile(
 
     gather(tmp_path / "here", [source_of_directory(there)], beside)
     assert seen == [{trial.key for trial in load(there)}]
-
-
-def test_settings_that_cannot_be_written_are_one_line_and_no_trial_is_taken(tmp_path):
-    here = write_study(tmp_path / "here", only("random"))
-    before = records(here)
-    there = write_study(tmp_path / "there", only("human-inspired"))
-    (here / ".study.json.draft").mkdir()
-    with pytest.raises(BadFile, match="study.json: cannot be written"):
-        gather(here, [source_of_directory(there)])
-    assert records(here) == before

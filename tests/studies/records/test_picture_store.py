@@ -19,14 +19,6 @@ def test_every_picture_is_kept_under_its_name(tmp_path):
     assert kept == {ONE.name: b"one", TWO.name: b"two"}
 
 
-def test_a_picture_that_is_there_is_not_written_again(tmp_path):
-    album = Album(tmp_path)
-    album.keep(ONE)
-    written = (tmp_path / ONE.name).stat().st_mtime_ns
-    album.keep(ONE)
-    assert (tmp_path / ONE.name).stat().st_mtime_ns == written
-
-
 def test_a_picture_that_a_crash_tore_is_written_again(tmp_path):
     (tmp_path / ONE.name).write_bytes(b"o")
     Album(tmp_path).keep(ONE)

@@ -3,18 +3,21 @@
 import random
 import zlib
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from builders import make_trial, small_study, write_study
 from stored import contents, sql
 
 from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Damaged
 from lockprobe.interventions.conditions import flips, read_condition
 from lockprobe.studies.records import trial_rows
 from lockprobe.studies.records.directory import write_settings
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import left_out, load, read_records
+from lockprobe.studies.records.read_records import load, on_record
+from lockprobe.studies.records.store import read
 from lockprobe.studies.running.runner import run, run_study
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
@@ -25,33 +28,33 @@ def named(label, spec):
 
 
 @pytest.mark.parametrize(
-    ("ours", "theirs", "why"),
+    ("ours", "theirs"),
     [
-        ({}, {"seed": 2}, "seed is 2, not 1"),
-        ({}, {"boxes": (box("chain-3"),)}, "box is 'chain-3', not 'chain-4'"),
-        ({}, {"max_steps": 5}, "budget is 5, not 20"),
-        ({}, {"shuffle": "never"}, "truth did something else there: it is {theirs}, not {ours}"),
-        (named("x", "flip?p=0.1"), named("x", "flip?p=0.9"), "x did something else there: it is {theirs}, not {ours}"),
-        (named("x", "flip?p=0.1"), named("y", "flip?p=0.1"), "its condition y is called x here"),
-        ({}, named("z", "flip?p=0.7"), "its condition is z, which this study does not have"),
+        ({}, {"seed": 2}),
+        ({}, {"boxes": (box("chain-3"),)}),
+        ({}, {"max_steps": 5}),
+        ({}, {"shuffle": "never"}),
+        ({}, {"trials": 3}),
+        ({"agents": ("round-robin",)}, {}),
+        ({"names": {"random": "blind"}}, {}),
+        (named("x", "flip?p=0.1"), named("x", "flip?p=0.9")),
+        (named("x", "flip?p=0.1"), named("y", "flip?p=0.1")),
+        ({}, named("z", "flip?p=0.7")),
     ],
 )
-def test_records_of_other_settings_are_left_out_and_named_and_their_trials_are_played(tmp_path, ours, theirs, why):
+def test_records_of_other_settings_are_refused_wherever_they_are_read(tmp_path, ours, theirs):
     """Somebody has changed ``study.json`` by hand: what the settings do not say, the identity of a record says."""
     here, there = replace(STUDY, **ours), replace(STUDY, **theirs)
-    played, alike = run_study(there, tmp_path / "d"), [] if "conditions" not in theirs else ["truth"]
-    (tmp_path / "d" / "study.json").unlink()
-    write_settings(tmp_path / "d", here)
-    trials, left = read_records(tmp_path / "d")
-    assert trials == [trial for trial in played if trial.condition in alike]
-    assert (left.foreign, left.replaced) == (len(played) - len(trials), 0)
-    changed = next(i for i, one in enumerate(there.conditions) if one.label not in alike)
-    identities = {"ours": here.record_identity(here.conditions[changed])}
-    identities["theirs"] = there.record_identity(there.conditions[changed])
-    first = next(trial.key for trial in played if trial.condition not in alike)
-    assert left.first_foreign == f"{first}: {why.format(**identities)}"
-    found = run_study(here, tmp_path / "d")
-    assert {one.key: one for one in found} == {one.key: one for one in run_study(here, tmp_path / "fresh")}
+    run_study(there, tmp_path)
+    settings = (tmp_path / "study.json").read_bytes()
+    (tmp_path / "study.json").unlink()
+    write_settings(tmp_path, here)
+    with read(tmp_path) as store:
+        for use in (partial(load, tmp_path), partial(on_record, store, here), partial(run_study, here, tmp_path)):
+            with pytest.raises(BadFile, match="which is no trial of the study in study.json: put back the one"):
+                use()
+    (tmp_path / "study.json").write_bytes(settings)
+    assert len(run_study(there, tmp_path)) == there.size
 
 
 def test_records_of_a_study_that_was_added_to_are_of_it():
@@ -65,7 +68,7 @@ def test_records_of_a_study_that_was_added_to_are_of_it():
 def test_the_last_record_of_a_trial_that_was_owed_counts(tmp_path):
     broken, played = make_trial([0], broken="model"), make_trial([0, 1], budget=2)
     directory = write_study(tmp_path, STUDY, [broken, played, make_trial([0, 1], budget=2, trial=2)])
-    assert (left_out(directory).replaced, len(load(directory))) == (1, 2)
+    assert len(load(directory)) == 2
     assert load(directory)[0] == played
     assert trial_rows.replaced_records(directory) == [broken]
 

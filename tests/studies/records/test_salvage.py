@@ -20,7 +20,7 @@ from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.record_index import RecordIndex
+from lockprobe.studies.records.results_hash import stored_hash
 from lockprobe.studies.records.salvage import save_sound_rows
 from lockprobe.studies.records.store import read
 from lockprobe.studies.records.trial_rows import Timing, contradictions, replaced_records
@@ -148,7 +148,7 @@ def _forge(directory, table, schema):
 
 def _indexed(directory):
     with read(directory) as store:
-        RecordIndex(store, STUDY).digest()
+        stored_hash(store, STUDY)
 
 
 def _opened(directory):

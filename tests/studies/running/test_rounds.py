@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.foundation.errors import UserMistake
+from lockprobe.studies.decisions import answers, counted, due
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
-from lockprobe.studies.records.read_records import left_out, load
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.shard import Shard
-from lockprobe.studies.running.rounds import next_plans
-from lockprobe.studies.running.runner import run, run_study
-from lockprobe.studies.stopping import answers, counted, due
+from lockprobe.studies.records.trial_rows import replaced_records
+from lockprobe.studies.running.runner import next_plans, run, run_study
 from lockprobe.studies.until import EarlierSize
 from lockprobe.trial.record import TrialError
 
@@ -146,7 +146,7 @@ def test_trials_that_broke_are_played_again_before_the_next_look_as_long_as_othe
     monkeypatch.syspath_prepend(tmp_path)
     planned = study("flips", agent="python:flaky_until:Agent", box="chain-3", until="±30", p=[0, 0.4], most=40)
     trials = run_study(planned, tmp_path / "d")
-    assert left_out(tmp_path / "d").replaced == 3
+    assert len(replaced_records(tmp_path / "d")) == 3
     assert not any(trial.owed_again for trial in trials)
     assert due(planned, planned.agents[0], trials) == []
     down = study("flips", agent="python:flaky_until:Down", p=[0, 0.5], until="decided", most=4)

@@ -4,6 +4,7 @@ import asyncio
 import re
 import threading
 from collections import Counter
+from contextlib import nullcontext
 from dataclasses import replace
 
 import forked
@@ -286,7 +287,7 @@ def test_a_plant_that_takes_time_has_a_thread_of_its_own_where_calls_wait_and_pl
     settings = {"plant": plant, "max_steps": 3}
     there, _ = hosted(tmp_path / "there", monkeypatch, truthful, trials=3, connections=3, settings=settings)
     assert [name.startswith("plants") for name in seen] == [plant != "symbolic"]
-    monkeypatch.setattr(runner, "_light", lambda study: True)
+    monkeypatch.setattr(runner, "own_thread", lambda: nullcontext(play.here))
     usual, _ = hosted(tmp_path / "usual", monkeypatch, truthful, trials=3, connections=3, settings=settings)
     assert [trial.error for trial in usual] == [None] * 3
     told = [{trial.key: [(step.state, step.told) for step in trial.steps] for trial in ran} for ran in (usual, there)]
@@ -315,9 +316,9 @@ def test_only_what_ended_at_a_reply_is_owed_anew_and_stays_so_however_often_the_
     written(tmp_path)
     with Journal.open(tmp_path, STUDY) as journal:
         assert [journal.owes(trial.key) for trial in (UNUSABLE, BROKEN, SOLVED)] == [False, True, False]
-        assert owe_anew(journal, STUDY, "reply") == 1
+        assert owe_anew(journal, "reply") == 1
         assert [journal.owes(trial.key) for trial in (UNUSABLE, BROKEN, SOLVED)] == [True, True, False]
-        assert owe_anew(journal, STUDY, "reply") == 0
+        assert owe_anew(journal, "reply") == 0
     with Journal.open(tmp_path, STUDY) as journal:
         assert journal.owes(UNUSABLE.key)
 
@@ -325,7 +326,7 @@ def test_only_what_ended_at_a_reply_is_owed_anew_and_stays_so_however_often_the_
 def test_the_new_trial_makes_calls_of_its_own_and_those_of_the_old_one_count_as_spent(tmp_path):
     call = written(tmp_path)
     with Journal.open(tmp_path, STUDY) as journal:
-        owe_anew(journal, STUDY, "reply")
+        owe_anew(journal, "reply")
         assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r") is None
         journal.append(make_trial([0], budget=2, broken="model"), Timing(key=UNUSABLE.key, seconds=1.0, steps=1))
     with Journal.open(tmp_path, STUDY) as journal:  # the replay was broken off

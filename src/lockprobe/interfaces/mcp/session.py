@@ -29,7 +29,7 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.running.playable import CLIENT, check_playable
-from lockprobe.studies.running.rounds import next_plans
+from lockprobe.studies.running.runner import next_plans
 from lockprobe.studies.running.trial_setup import own_thread
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, here
@@ -228,7 +228,6 @@ class ToolSession:
         if trial.trial is not None:
             self._record(trial)
             return
-        self._journal.used = True
         try:
             self._log.begin(plan.key)
         except BadFile:

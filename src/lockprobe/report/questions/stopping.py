@@ -18,7 +18,7 @@ from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.contrast import against_control
 from lockprobe.statistics.inference.difference import each_difference
 from lockprobe.statistics.sequential.contrasts import AtEveryLook
-from lockprobe.studies.stopping import Answer
+from lockprobe.studies.decisions import Answer
 from lockprobe.studies.study import Study
 
 PEOPLE_SAID = "What people did is shown as it holds for one look, at a number of people that was fixed before."

@@ -42,12 +42,10 @@ BOX = Figure("box", _PANEL, _caption, draw="lockprobe.report.figures.boxes:box_o
 
 def _rows(numbers: StudyNumbers) -> Iterator[Estimate | Fact]:
     """What is on record and in no other number, what was played twice, and what agents are."""
-    opened, journal = numbers.opened, numbers.opened.journal
+    opened = numbers.opened
     for of, count, unit in (
         ("ended as error", sum(trial.ending == "error" for trial in opened.trials), "trials"),
-        ("outside the settings", opened.foreign, "trials"),
-        ("of another study", journal.foreign, "records"),
-        ("replaced after an error", journal.replaced, "records"),
+        ("replaced after an error", opened.replaced, "records"),
         ("replayed on request", sum(trial.replays > 0 for trial in opened.trials), "trials"),
     ):
         yield Estimate(quantity="left_out", of=of, value=count, unit=unit)

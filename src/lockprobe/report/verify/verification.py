@@ -31,6 +31,7 @@ from lockprobe.report.verify.made_again import report_held
 from lockprobe.report.verify.replay import ReplayedTrial, is_foreign, kind_of, played_again
 from lockprobe.report.verify.replies import LoggedCalls, replies_held
 from lockprobe.studies.branch import FORKS, fork_plan
+from lockprobe.studies.decisions import due
 from lockprobe.studies.next_choice import next_choice
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
@@ -40,7 +41,6 @@ from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.records.store import STORE, read
 from lockprobe.studies.records.trial_rows import contradictions
 from lockprobe.studies.running.paused_trial import RecordedAttempt
-from lockprobe.studies.stopping import due
 from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
@@ -126,10 +126,7 @@ def _records(of: _PlayedAgain) -> Iterator[Check]:
 
 def _settings(of: _PlayedAgain) -> Iterator[Check]:
     """All records are of this study: its seed, box, budget, conditions and panels."""
-    own, journal, failed = of.study, of.opened.journal, list[str]()
-    if foreign := of.opened.foreign + journal.foreign:
-        first = f"; {journal.first_foreign}" if journal.first_foreign else ""
-        failed.append(f"{foreign} records are of another seed or of other settings{first}")
+    own, failed = of.study, list[str]()
     for condition in own.conditions:
         for spec, doses in condition.acting:
             if is_foreign("intervention", spec):

@@ -33,7 +33,11 @@ class Budget:
         self._lost: dict[str, float] = {}
         for agent in hosted(study):
             if (price := price_of(agent)) is None:
-                raise _unpriced(agent, allowed)
+                copied = f"put these lines with its price into a file of your own and set {OWN_FACTS}=FILE.toml:"
+                expected = f"no budget with {agent}, whose price is not known; {copied}"
+                refusal = BadValue("budget", f"{allowed:g}", expected)
+                refusal.to_copy = price_lines(Spec.parse(agent).name)
+                raise refusal
             self._prices[agent] = price
 
     def reserve(self, call: Call) -> bool:
@@ -64,14 +68,3 @@ class Budget:
         self._lost.pop(call.key, None)
         if (price := self._prices.get(call.agent)) is not None:
             self.spent += price.of(call.usage) + unknown_dollars(call, price)
-
-
-def _unpriced(agent: str, allowed: float) -> BadValue:
-    """The refusal of a budget for a model of unknown price, with the lines that make it known."""
-    expected = (
-        f"no budget with {agent}, whose price is not known; put these lines with its price into a file of your own "
-        f"and set {OWN_FACTS}=FILE.toml:"
-    )
-    refusal = BadValue("budget", f"{allowed:g}", expected)
-    refusal.to_copy = price_lines(Spec.parse(agent).name)
-    return refusal

@@ -10,7 +10,6 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,7 +21,7 @@ from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.records.store import STORE, check_row, checksum, read
-from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
+from lockprobe.trial.model_call import BROKEN_OFF, Call
 from lockprobe.trial.plan import Plan
 
 _adapter: TypeAdapter[Call] = TypeAdapter(Call)
@@ -57,11 +56,6 @@ def logged_calls(directory: Path | str) -> list[LoggedCall]:
 def read_calls(directory: Path | str) -> list[Call]:
     """The calls of :func:`logged_calls` that have an outcome."""
     return [one.answer for one in logged_calls(directory) if one.answer is not None]
-
-
-def unanswered(directory: Path | str) -> list[Call]:
-    """The calls of :func:`logged_calls` without an outcome: in flight now, or when their run was killed."""
-    return [one.asked for one in logged_calls(directory) if one.answer is None and one.asked is not None]
 
 
 def _logged(store: Database) -> Iterator[LoggedCall]:
@@ -117,32 +111,24 @@ def kept_replies(calls: Iterable[Call]) -> dict[str, list[Call]]:
 
 
 class Calls:
-    """The open log of calls of a study. Use :meth:`open`."""
+    """The open log of calls of a study. Calls that a kill left without an answer are settled as broken off.
+
+    Raises:
+        BadFile: If it cannot be read or written.
+    """
 
     def __init__(self, store: Database) -> None:
         self._store = store
         self._on_their_way: dict[str, tuple[int, Call, float]] = {}
         self._budget: Budget | None = None
         self._claimed: Call | None = None
-        self._waiting: list[asyncio.Future[None]] = []
+        self._news = asyncio.Event()
         self._listeners: list[Callable[[Call], None]] = []
-        self._kept: dict[str, list[Call]] = {}
-        self.used = False
-
-    @classmethod
-    @contextmanager
-    def open(cls, store: Database) -> Iterator[Calls]:
-        """Open the log in a store; calls that a kill left without an answer are settled as broken off.
-
-        Raises:
-            BadFile: If it cannot be read or written.
-        """
-        calls, logged = cls(store), list(_logged(store))
+        logged = list(_logged(store))
         for number, asked, answer in logged:
             if answer is None and asked is not None:
-                calls._settle(number, replace(asked, error=BROKEN_OFF))
-        calls._kept = kept_replies(answer for _, _, answer in logged if answer is not None)
-        yield calls
+                self._settle(number, replace(asked, error=BROKEN_OFF))
+        self._kept = kept_replies(answer for _, _, answer in logged if answer is not None)
 
     def limit(self, budget: Budget) -> None:
         """Set the budget that no further call may exceed; calls of earlier runs count."""
@@ -189,12 +175,17 @@ class Calls:
             BudgetReached: If the budget does not cover the call.
             BadFile: If it cannot be written.
         """
-        if self._claimed is not None:
-            raise _incredible(self._claimed)
+        if (one := self._claimed) is not None and one.claimed is not None:
+            raise Missing(
+                f"{one.key}: its provider claims {one.claimed.input_tokens:,} tokens in and "
+                f"{one.claimed.output_tokens:,} out for a call of at most {one.usage.input_tokens:,} and "
+                f"{one.usage.output_tokens:,}",
+                "no more is asked; look at its count, then the same command goes on",
+            )
         while self._budget is not None and not self._budget.reserve(call):
-            await self._news()
+            await self._news.wait()
         number, _, began = self._on_their_way.get(call.key, (None, call, time.monotonic()))
-        self.used, asked = True, _said(call)
+        asked = _said(call)
         with self._store.transaction(sync=True) as writing:
             row = asked, checksum(call.key, asked, None)
             if number is None:
@@ -224,25 +215,13 @@ class Calls:
         self._claimed = self._claimed or (call if call.claimed is not None else None)
         if self._budget is not None:
             self._budget.settle(call)
-        self._wake()
+        self._news.set()  # whoever waits asks the budget again
+        self._news = asyncio.Event()
         for listener in self._listeners:
             listener(call)
 
-    async def _news(self) -> None:
-        """Wait until a call has returned or a trial has ended."""
-        news = asyncio.get_running_loop().create_future()
-        self._waiting.append(news)
-        await news
-
-    def _wake(self) -> None:
-        waiting, self._waiting = self._waiting, []
-        for news in waiting:
-            if not news.done():
-                news.set_result(None)
-
     def _settle(self, number: int | None, call: Call) -> None:
         """Write the outcome of a call; without its number it was made elsewhere."""
-        self.used = True
         key, answer = call.key, _said(call)
         with self._store.transaction(sync=True) as writing:
             if number is None:
@@ -260,16 +239,6 @@ class Calls:
 
 def _said(call: Call) -> str:
     return _adapter.dump_json(call, exclude_defaults=True).decode()
-
-
-def _incredible(call: Call) -> Missing:
-    """The error for an impossible count of tokens."""
-    claimed = call.claimed or Usage()
-    return Missing(
-        f"{call.key}: its provider claims {claimed.input_tokens:,} tokens in and {claimed.output_tokens:,} out for a "
-        f"call of at most {call.usage.input_tokens:,} and {call.usage.output_tokens:,}",
-        "no more is asked; look at its count, then the same command goes on",
-    )
 
 
 class _TrialCalls:

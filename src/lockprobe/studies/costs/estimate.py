@@ -1,38 +1,66 @@
-"""Cost estimates of the trials that a study still owes, before any request is made.
+"""The price of the trials that a study still owes, before any request is made.
 
-The number of steps is not known in advance. An agent with finished trials is assumed to continue at its observed
-rate; interrupted trials are censored observations (Kaplan and Meier, JASA 1958). For steps that no trial has reached,
-the agent is assumed to perform like a random agent, computed exactly. The size of the requests is counted in a made-up
-trial of each condition (:mod:`lockprobe.studies.costs.dry_trial`).
+A trial of each condition goes through the loop of all trials, with an agent that replies as much as most models do and
+counts what a model would be sent. How many steps trials take is not known in advance: at the least as many as those of
+a random agent, computed exactly; at the most all.
 """
 
 from __future__ import annotations
 
+import json
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import ceil
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.agents.llm.model_facts import Price, price_of
 from lockprobe.agents.llm.settings import Model
+from lockprobe.agents.llm.token_bounds import tokens
+from lockprobe.agents.prompt import conversation, reply_schema
+from lockprobe.boxes.box import Lockbox, bits
 from lockprobe.boxes.solve import random_curve
-from lockprobe.studies.costs.dry_trial import Array, DryTrial
-from lockprobe.studies.costs.spending import hosted, most_dollars
+from lockprobe.foundation.errors import ChannelFault
+from lockprobe.interventions.camera import CameraChannel
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.studies.costs.spending import hosted
+from lockprobe.studies.decisions import at_most
+from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.records.trial_rows import OnRecord
-from lockprobe.studies.stopping import at_most
 from lockprobe.studies.study import Study
-from lockprobe.trial.condition import Condition
-from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.loop import play
+from lockprobe.trial.model_call import Usage
+from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Decision, Fact, Moment, Outcome, Percept, Situation, Snapshot, Task
+from lockprobe.trial.source import CAMERA, VERDICT
 
-SMALLEST_CACHED = 1024
-"""Tokens below which providers keep no prefix (OpenAI's and Anthropic's guides to prompt caching; some models 2048)."""
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+Array = NDArray[np.float64]
+
+REPLY = {
+    "last_action": "did not move",
+    "hypothesis": "The target seems to be locked by the joint beside it, which has to be moved first.",
+    "joint": "A",
+}
+"""A reply of typical length, by what a model is asked for."""
+
+_MARKS = 4
+"""Tokens around a message."""
+
+_PICTURE = 1000
+"""Assumed tokens of a picture for an unknown model; known counts are for four tiles of 512 x 512 pixels."""
 
 _REASONING = 1000
-"""Assumed tokens of reasoning before a reply without history; models differ by more than tenfold."""
+"""Assumed tokens of reasoning before a reply; models differ by more than tenfold."""
 
-_Stand = tuple[Condition, int, int]
-"""Where trials stand: their condition, the replies that are on record, and the step that was reached."""
+_COUNTED = 50
+"""Requests that are counted. Of a longer trial they are spread evenly, and the others lie between them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,177 +69,147 @@ class Estimate:
 
     Attributes:
         agent: Agent spec.
-        trials: Trials owed.
-        rests_on: Number of recorded replies behind the estimate; 0 for an agent without history.
-        expected: Expected usage. Cached and stored tokens assume the provider's cache at its best.
-        full: Usage if no trial is solved within its budget of steps.
-        most: Upper bound of the usage, whatever the replies; retries of malformed replies are extra.
-        repeated: Share of the input tokens that repeat the start of the request before.
-        price: The provider's price; None if it is not known.
         called: What the study calls the agent.
+        trials: Trials owed.
+        low: Usage if trials take as many steps as those of a random agent.
+        high: Usage if no trial is solved within its budget of steps.
+        price: The provider's price; None if it is not known.
         until: When the study stops, if that is before all trials are played; else empty.
     """
 
     agent: str
     called: str
     trials: int
-    rests_on: int
-    expected: Usage
-    full: Usage
-    most: Usage
-    repeated: float
+    low: Usage
+    high: Usage
     price: Price | None
     until: str = ""
 
-    def dollars(self, usage: Usage, *, cached: bool) -> float | None:
-        """The cost of a usage in US dollars, with the provider's cache at its best or without; None if not known."""
-        if self.price is None:
-            return None
-        usage = usage if cached else replace(usage, cached_tokens=0, stored_tokens=0)
-        return self.price.of(usage)
-
-    @property
-    def most_dollars(self) -> float | None:
-        """Upper bound of the cost in US dollars, whatever the replies; None if the price is not known."""
-        return None if self.price is None else most_dollars(self.most, self.price)
+    def dollars(self) -> tuple[float, float] | None:
+        """The cost from low to high in US dollars, if the provider keeps no prefix; None if the price is not known."""
+        return None if self.price is None else (self.price.of(self.low), self.price.of(self.high))
 
 
-def estimates(study: Study, done: Mapping[str, OnRecord], calls: Iterable[Call] = ()) -> list[Estimate]:
+def estimates(study: Study, done: Mapping[str, OnRecord]) -> list[Estimate]:
     """The estimated cost of the owed trials of every hosted agent; agents that owe nothing are left out.
+
+    A trial that was begun counts as a whole one.
 
     Args:
         study: The study.
         done: Its recorded trials, by key.
-        calls: Its recorded calls.
     """
-    agents = [_AgentEstimator(study, agent, done) for agent in hosted(study)]
-    owners = {key: agent for agent in agents for key in agent.keys}
-    for call in calls if agents else ():
-        if (agent := owners.get(call.key)) is not None:
-            agent.note(call)
-    found = (agent.estimate() for agent in agents)
-    return [estimate for estimate in found if estimate.trials]
-
-
-class _AgentEstimator:
-    """Collects what is known about one agent: sizes of its prompts and its finished play."""
-
-    def __init__(self, study: Study, agent: str, done: Mapping[str, OnRecord]) -> None:
-        self._study, self._agent = study, agent
-        self._model = Model.parse(agent)
-        self._price = price_of(self._model.name)
-        self._shown = {plan.key: plan.condition for plan in study.plans(agent)}
-        self._trials = done
-        self._done = {
-            # a malformed reply ends a trial in a step that is not played
-            key: trial.length + (trial.ending == "error")
-            for key, trial in done.items()
-            if key in self._shown and not trial.owed_again
-        }
-        self._dry = {
-            condition: DryTrial.of(study.plan(agent, condition, 1, 1), self._model)
-            for condition in study.conditions_of(agent)
-        }
-        self._made: Counter[str] = Counter()
-        self._reached: Counter[str] = Counter()
-        self._replies = self._counted = self._first = self._output = self._input = 0
-        self._taken = 0.0
-
-    @property
-    def keys(self) -> Iterable[str]:
-        """The keys of its trials."""
-        return self._shown
-
-    def note(self, call: Call) -> None:
-        """Use one recorded call: the step at which an interrupted trial resumes, and the sizes of request and reply."""
-        if call.owed_anew:
-            self._made[call.key] = self._reached[call.key] = 0
-            return
-        self._reached[call.key] = max(self._reached[call.key], min(call.step, self._study.max_steps))
-        if call.reply is None:
-            return
-        self._replies += 1
-        self._made[call.key] = max(self._made[call.key], call.step)
-        if not call.usage.input_tokens:
-            return
-        self._counted += 1
-        self._output += call.usage.output_tokens
-        if call.turn == 1 and call.step <= self._study.max_steps:
-            self._first += 1
-            self._input += call.usage.input_tokens
-            self._taken += float(self._dry[self._shown[call.key]].input[call.step - 1])
-
-    def estimate(self) -> Estimate:
-        """The estimate for the owed trials, by condition and by the step at which they resume."""
-        if self._study.until is None:
-            keys = [key for key in self._shown if key not in self._done]
-        else:  # those that it owes at most
-            keys = [plan.key for plan in at_most(self._study, self._agent, self._trials.values())]
-        owed = Counter((self._shown[key], self._made[key], self._reached[key]) for key in keys)
-        expected, full = self._decisions(owed)
-        usage, repeated = self._usage(expected)
-        return Estimate(
-            agent=self._agent,
-            called=self._study.label_of(self._agent),
-            trials=owed.total(),
-            rests_on=self._replies,
-            expected=usage,
-            full=self._usage(full)[0],
-            most=Usage(
-                calls=round(sum(float(times.sum()) for times in full.values())),
-                input_tokens=round(sum(float(self._dry[one].most_input @ times) for one, times in full.items())),
-                output_tokens=round(sum(float(self._dry[one].most_output @ times) for one, times in full.items())),
-            ),
-            repeated=repeated,
-            price=self._price,
-            until=str(self._study.until or ""),
+    found = []
+    solved = np.mean([random_curve(box, study.max_steps) for box in study.boxes], axis=0)
+    for agent in hosted(study):
+        if study.until is None:
+            plans = [plan for plan in study.plans(agent) if plan.key not in done or done[plan.key].owed_again]
+        else:
+            plans = at_most(study, agent, done.values())
+        if not plans:
+            continue
+        model, low, high = Model.parse(agent), np.zeros(3), np.zeros(3)
+        for condition, trials in Counter(plan.condition for plan in plans).items():
+            sizes = request_sizes(study.plan(agent, condition, 1, 1), model)
+            low += trials * sizes @ (1 - solved[:-1])
+            high += trials * sizes.sum(axis=1)
+        found.append(
+            Estimate(
+                agent=agent,
+                called=study.label_of(agent),
+                trials=len(plans),
+                low=_usage(low),
+                high=_usage(high),
+                price=price_of(model.name),
+                until=str(study.until or ""),
+            )
         )
+    return found
 
-    def _decisions(self, owed: Mapping[_Stand, int]) -> tuple[dict[Condition, Array], dict[Condition, Array]]:
-        """Condition -> expected decisions in each step, and those of trials that are all played to the last step."""
-        coming_to = np.array(self._survival())
-        expected, full = ({one: np.zeros(self._study.max_steps) for one in self._dry} for _ in range(2))
-        for (shown, begun, reached), trials in owed.items():
-            share = np.ones(self._study.max_steps)
-            share[reached:] = coming_to[reached + 1 :] / coming_to[reached]
-            full[shown][begun:] += trials
-            expected[shown][begun:] += trials * share[begun:]
-        return expected, full
 
-    def _usage(self, decisions: Mapping[Condition, Array]) -> tuple[Usage, float]:
-        """The usage of decisions, and the share of their input that repeats the request before."""
-        longer = self._input / self._taken if self._taken else 1.0  # requests relative to the dry trial
-        repairs = self._counted / self._first if self._taken else 1.0  # calls per decision
-        sums, again = np.zeros(5), 0.0
-        for shown, times in decisions.items():
-            dry = self._dry[shown]
-            size, repeated = longer * dry.input, longer * dry.repeated
-            cached = np.where(repeated >= SMALLEST_CACHED, repeated, 0.0)
-            stored = np.where(size >= SMALLEST_CACHED, size - cached, 0.0)
-            written = self._output / self._counted if self._taken else self._assumed_output(dry)
-            each = [np.ones_like(size), size, np.full_like(size, written), cached, stored]
-            sums += repairs * np.array(each) @ times
-            again += repairs * float(repeated @ times)
-        names = ("calls", "input_tokens", "output_tokens", "cached_tokens", "stored_tokens")
-        usage = Usage(**dict(zip(names, map(round, sums.tolist()), strict=True)))
-        return usage, again / sums[1] if sums[1] else 0.0
+def _usage(sums: Array) -> Usage:
+    return Usage(**dict(zip(("calls", "input_tokens", "output_tokens"), map(round, sums.tolist()), strict=True)))
 
-    def _assumed_output(self, dry: DryTrial) -> float:
-        """Assumed tokens of a reply for an agent without history."""
-        reasons = self._model.facts.reasons or self._model.settings.effort not in (None, "none")
-        output = dry.output + (_REASONING if reasons else 0)
-        return min(output, self._model.most_tokens or output)
 
-    def _survival(self) -> list[float]:
-        """Kaplan-Meier survival: for every step from 0 the share of trials that reach it."""
-        steps = self._study.max_steps
-        blind = 1 - np.mean([random_curve(box, steps) for box in self._study.boxes], axis=0)
-        ended = Counter(self._done.values())
-        stands = Counter(step for key, step in self._reached.items() if key not in self._done)
-        playing, shares = ended.total() + stands.total(), [1.0, 1.0]
-        for step in range(1, steps):
-            playing -= stands[step]  # whether they end in this step is not known
-            seen = 1 - ended[step] / playing if playing else blind[step] / (blind[step - 1] or 1.0)
-            playing -= ended[step]
-            shares.append(shares[-1] * seen)
-        return shares
+def request_sizes(plan: Plan, model: Model) -> Array:
+    """Calls, tokens of the request and tokens of the reply in each step of a trial; shape (3, budget)."""
+    steps = np.unique(np.linspace(1, plan.budget, _COUNTED).round()).astype(int)
+    width, height = resolve_plant(plan.plant).picture_size or (1024, 1024)
+    tiles = min(4, ceil(width / 512) * ceil(height / 512))
+    agent = _CountingAgent(model, {*steps.tolist()}, (model.facts.picture_tokens or _PICTURE) * tiles / 4)
+    shown = [_Placeholder(one) if isinstance(one, CameraChannel) else one for one in interventions_for(plan.condition)]
+    loop = play(plan, plant=_LockedPlant(plan.box), interventions=shown, agent=agent)
+    try:
+        loop.send(None)  # nothing in it waits
+    except StopIteration as end:
+        if end.value.error is not None:
+            raise ChannelFault(end.value.error.message) from None
+    reasons = model.facts.reasons or model.settings.effort not in (None, "none")
+    written = agent.written + (_REASONING if reasons else 0)
+    written = min(written, model.most_tokens or written)
+    every = np.arange(1, plan.budget + 1)
+    return np.array([np.ones(plan.budget), np.interp(every, steps, agent.sent), np.full(plan.budget, written)])
+
+
+class _CountingAgent:
+    """It attempts the other joints than the target in turn, and counts the tokens that a model would be sent."""
+
+    facts: ClassVar[Mapping[str, Fact]] = {}
+
+    def __init__(self, model: Model, steps: set[int], picture: float) -> None:
+        self.sent, self.written = list[float](), 0.0
+        self._model, self._steps, self._picture, self._step = model, steps, picture, 0
+
+    async def decide(self, situation: Situation, rng: Generator) -> Decision:
+        form, self._step = reply_schema(situation), self._step + 1
+        asked = form["properties"]
+        assert isinstance(asked, dict)
+        reply = json.dumps({key: REPLY[key] for key in asked})
+        self.written = tokens(reply)
+        if self._step in self._steps:
+            talk = conversation(situation, images=self._model.settings.images)
+            text = sum(tokens(one.text) + _MARKS + self._picture * len(one.pictures) for one in talk)
+            self.sent.append(text + (0.0 if self._model.form == "none" else tokens(json.dumps(form))))
+        joints = [joint for joint in situation.task.joints if joint != situation.task.target]
+        return Decision(joint=joints[self._step % len(joints)], replies=(reply,))
+
+
+class _LockedPlant:
+    """A box on which every second attempt moves its joint, but never the target, so that the trial goes on.
+
+    A robot's verdict and a camera's reading are right.
+    """
+
+    facts: ClassVar[Mapping[str, Fact]] = {}
+
+    def __init__(self, box: Lockbox) -> None:
+        self._now, self._target, self._attempts = box.initial, box.target_index, 0
+
+    def observe(self) -> Snapshot:
+        return Snapshot(configuration=self._now, sensed={CAMERA: bits(self._now)})
+
+    def attempt(self, joint: int) -> Snapshot:
+        self._attempts += 1
+        moves = self._attempts % 2 == 1 and joint != self._target
+        self._now = tuple(at ^ (i == joint and moves) for i, at in enumerate(self._now))
+        outcome: Outcome = "moved" if moves else "blocked"
+        sensed = {CAMERA: bits(self._now), VERDICT: outcome}
+        return Snapshot(configuration=self._now, joint=joint, outcome=outcome, sensed=sensed)
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+@dataclass(frozen=True)
+class _Placeholder:
+    """A camera whose pictures show nothing; there is none where no positions are told."""
+
+    camera: CameraChannel
+    shows: ClassVar[bool] = True
+
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: Generator) -> Percept:
+        if percept.positions is None:
+            return replace(percept, outcome=None, text="")
+        kinds: tuple[PictureKind, ...] = ("rgb",) if self.camera.depth == "none" else ("rgb", "depth")
+        pictures = tuple(Picture(kind=kind, png=b"") for kind in kinds)
+        return Percept(joint=percept.joint, text=self.camera.caption(percept.joint), pictures=pictures)

@@ -1,4 +1,8 @@
-"""Records of a study counted by agent and condition, and the conditions with which something is wrong."""
+"""Records of a study counted by agent and condition, and the conditions with which something is wrong.
+
+Records that are alike but for their places are counted together in the store, without their steps. Those with what adds
+up over steps, as usage, are read whole.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +10,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.storage.database import Database
 from lockprobe.statistics.outcomes import ended
+from lockprobe.studies.records.read_records import Own
+from lockprobe.studies.records.trial_rows import trial_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial, TrialError
+from lockprobe.trial.trial_reader import TrialReader
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +24,7 @@ class Counted:
     """Records that are alike but for their places.
 
     Attributes:
-        trial: One of them; without its steps and its own place if it stands for several.
+        trial: One of them.
         number: How many there are.
         steps: The steps of all of them.
     """
@@ -26,9 +34,26 @@ class Counted:
     steps: int
 
 
-def counted(trials: Iterable[Trial]) -> list[Counted]:
-    """Each of the trials by itself."""
-    return [Counted(trial, 1, len(trial.steps)) for trial in trials]
+def count_records(store: Database, study: Study) -> list[Counted]:
+    """The records of a study that count, of each trial the last one.
+
+    Raises:
+        BadFile: If one that is read is damaged or of another study.
+    """
+    own, reader, found = Own(store, study), TrialReader(), list[Counted]()
+    select = (
+        "select min(id), identity, count(*), sum(steps) from trial "
+        "where current and fork is null and alike is {} group by {}"
+    )
+    groups = [
+        *store.rows(select.format("not null", "alike, identity")),
+        *store.rows(select.format("null", "id")),
+    ]
+    for number, identity, many, steps in sorted(groups):
+        trial = trial_in(store, reader, *store.one("select key, record from trial where id = ?", number))
+        own.check(trial.key, trial.spec, trial.condition, trial.repetition, trial.trial, identity)
+        found.append(Counted(trial, many, steps))
+    return found
 
 
 def played_cells(study: Study, records: Iterable[Counted]) -> dict[str, list[Counted]]:
@@ -61,10 +86,6 @@ def invalid_conditions(study: Study, records: Iterable[Counted]) -> list[Invalid
     """The conditions of a study that have errors and no valid trial, in the order of the study.
 
     Conditions that nobody has played yet, and those of people, are left out.
-
-    Args:
-        study: The study.
-        records: Of its own trials.
     """
     found = []
     for cell, trials in played_cells(study, records).items():
@@ -86,10 +107,6 @@ def idle_conditions(study: Study, records: Iterable[Counted]) -> list[str]:
     """The conditions in which nothing was changed although something should act, as ``flips/random/nudge``.
 
     In the order of the study.
-
-    Args:
-        study: The study.
-        records: Of its own trials.
     """
     acting = {one.label for one in study.conditions if not (one.does_nothing or one.plant.options)}
     return [

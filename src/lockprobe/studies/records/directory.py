@@ -27,7 +27,6 @@ from lockprobe.studies.study import SIZES, WHO, Study, settings_of, study_from
 _MADE = (SETTINGS, STORE)
 """Files that a start creates."""
 
-
 _LOCK = ".lock"
 """The file that is locked where directories are not."""
 
@@ -36,10 +35,10 @@ class StudyDirectory:
     """A study directory locked for writing by this process; created if missing.
 
     The lock is on the directory itself, so it is independent of the files. If an error occurs before anything was
-    played, asked or joined, new files and directories are removed and the settings are restored.
+    recorded, new files and directories are removed and the settings are restored.
 
     Attributes:
-        used: Whether something was played or asked; set it to True, and an error removes nothing.
+        used: Whether something was recorded; set it to True, and an error removes nothing.
 
     Raises:
         BadFile: On entering, if it cannot be made, or a link inside it leads elsewhere.
@@ -48,7 +47,7 @@ class StudyDirectory:
 
     def __init__(self, path: Path) -> None:
         self.used = False
-        self._path = path
+        self._path, self._locked = path, list[int]()
         self._new = [one for one in (path, *path.parents) if not one.exists()]
 
     def __enter__(self) -> Self:
@@ -57,18 +56,13 @@ class StudyDirectory:
             refuse_links(self._path / name, within=self._path)
         try:
             self._path.mkdir(parents=True, exist_ok=True)
-            self._handle = os.open(self._path, os.O_RDONLY)
-        except OSError as error:
-            self._remove_new()
-            raise BadFile(self._path, f"cannot be written ({error.strerror})") from error
-        self._locked = [self._handle]
-        try:
-            self._lock()
+            self._lock(self._path, os.O_RDONLY)
         except BlockingIOError:
             self._close()
             raise DirectoryBusy(self._path) from None
-        except OSError:  # a file system without locks
-            pass
+        except OSError as error:
+            self._remove_new()
+            raise BadFile(self._path, f"cannot be written ({error.strerror})") from error
         self._there = {name for name in (*_MADE, PEOPLE_DIRECTORY) if (self._path / name).exists()}
         settings = self._path / SETTINGS
         self._settings = settings.read_bytes() if settings.is_file() else None
@@ -77,41 +71,37 @@ class StudyDirectory:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        try:
-            failed = kind is not None and not issubclass(kind, KeyboardInterrupt | DirectoryBusy)
-            if failed and not self.used:
+        if kind is not None and not self.used:
+            with suppress(OSError, BadFile):
                 self._undo()
-        finally:
-            self._close()
+        self._close()
 
-    def _lock(self) -> None:
+    def _lock(self, path: Path, flags: int) -> None:
         """Lock the directory against other writers, or a file in it where the file system locks no directories."""
+        self._locked.append(os.open(path, flags, 0o600))
         try:
-            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(self._locked[-1], fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise
-        except OSError:
-            file = os.open(self._path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
-            self._locked.append(file)
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:  # a file system without any locks writes without them
+            if path == self._path:
+                self._lock(path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW)
 
     def _close(self) -> None:
         for handle in self._locked:
             os.close(handle)
 
     def _undo(self) -> None:
-        """Restore the directory, unless it was replaced or people were invited."""
-        with suppress(OSError, BadFile):
-            invited = PEOPLE_DIRECTORY not in self._there and (self._path / PEOPLE_DIRECTORY).exists()
-            if invited or not os.path.samestat(os.fstat(self._handle), self._path.stat()):
-                return
-            for name in (*_MADE, _LOCK):
-                if name not in self._there:
-                    (self._path / name).unlink(missing_ok=True)
-            settings = self._path / SETTINGS
-            if self._settings is not None and settings.read_bytes() != self._settings:
-                write_file(settings, self._settings)
-            self._remove_new()
+        """Restore the directory, unless people were invited."""
+        if PEOPLE_DIRECTORY not in self._there and (self._path / PEOPLE_DIRECTORY).exists():
+            return
+        for name in (*_MADE, _LOCK):
+            if name not in self._there:
+                (self._path / name).unlink(missing_ok=True)
+        settings = self._path / SETTINGS
+        if self._settings is not None and settings.read_bytes() != self._settings:
+            write_file(settings, self._settings)
+        self._remove_new()
 
     def _remove_new(self) -> None:
         for path in self._new:

@@ -16,9 +16,9 @@ from pathlib import Path
 
 from lockprobe.foundation.storage.database import Database, rescued_files
 from lockprobe.studies.costs.call_log import Calls
-from lockprobe.studies.records.directory import StudyDirectory, claim
+from lockprobe.studies.records.directory import StudyDirectory, claim, read_study
 from lockprobe.studies.records.read_records import on_record
-from lockprobe.studies.records.store import SCHEMA, STORE, written
+from lockprobe.studies.records.store import SCHEMA, STORE, last_rows, written
 from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of, trial_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
@@ -40,13 +40,10 @@ class Journal:
         trials: Finished and broken trials by key.
         calls: The log of provider calls.
         identities: Label of a condition -> the identity of its records (:meth:`Study.record_identity`).
-        left_out: The other records when it was opened.
-        used: Whether steps of a trial are on disk or somebody joined; set it to True, and an error removes nothing.
     """
 
     def __init__(self, directory: Path, study: Study, store: Database, calls: Calls) -> None:
-        self.trials, self.left_out = on_record(store, study)
-        self.used = False
+        self.trials = on_record(store, read_study(directory))
         self.directory, self.store, self.calls = directory, store, calls
         for key in self.trials:
             if not self.owes(key):
@@ -65,14 +62,14 @@ class Journal:
         """
         directory = Path(directory)
         with StudyDirectory(directory) as here, written(directory) as store:
-            claim(directory, study)
-            with Calls.open(store) as calls:
-                journal = cls(directory, study, store, calls)
+            before = last_rows(store)
+            try:
+                claim(directory, study)
+                journal = cls(directory, study, store, Calls(store))
                 journal.erase()
-                try:
-                    yield journal
-                finally:
-                    here.used = journal.used or calls.used
+                yield journal
+            finally:
+                here.used = last_rows(store) != before
 
     def owes(self, key: str) -> bool:
         """Whether a trial is owed: not finished, or broken by something outside the agent."""
@@ -93,7 +90,6 @@ class Journal:
             BadFile: If they cannot be written, or somebody else deleted or replaced the file; see :class:`Database`.
         """
         kept = [self._kept(*one) for one in finished]
-        self.used = True
         with self.store.transaction() as writing:
             writing.executemany("update trial set current = 0 where current and key = ?", [(r.key,) for _, r in kept])
             writing.executemany(INSERT, [row for _, row in kept])

@@ -10,18 +10,16 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 from pathlib import Path
 
 from lockprobe.agents.outside import check_participant
-from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
+from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.attempt_log import AttemptLog
-from lockprobe.studies.records.directory import read_study, write_settings
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.picture_store import ALBUM, Album
@@ -31,11 +29,7 @@ from lockprobe.studies.records.trial_rows import COLUMNS, OnRecord, TrialRow, tr
 from lockprobe.studies.study import WHO, Study
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_reader import TrialReader
-
-_TOGETHER = 1000
-"""Records that are checked together."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +102,7 @@ def source_of_directory(directory: Path, album: Path | None = None) -> MergeSour
     with read(directory) as store:
         for key, record in store.rows("select key, record from trial"):
             trial_in(store, reader, key, record)
-        trials, _ = on_record(store, study)
+        trials = on_record(store, study)
     AttemptLog.read(directory)
     calls = tuple(read_calls(directory))
     return MergeSource(directory=directory, album=album or directory / ALBUM, study=study, trials=trials, calls=calls)
@@ -121,73 +115,53 @@ def gather(
 
     Args:
         directory: The directory of the study.
-        sources: The sources; earlier ones have precedence.
+        sources: One or more; earlier ones have precedence.
         beside: Called with the journal of the merged directory while it is still open.
 
     Raises:
-        BadValue: If there is no source.
         BadFile: If trials belong to another study, two agents have the same name, or there is neither a study nor a
             source to create it from.
         DirectoryBusy: If another process is writing there.
     """
-    if not sources:
-        raise BadValue("sources", 0, "at least one")
     known = read_study(directory) if (directory / SETTINGS).exists() else None
-    names = {spec: name for source in reversed(sources) for spec, name in source.study.names.items()}
-    names |= known.names if known else {}
-    coming = tuple(dict.fromkeys(agent for source in sources for agent in source.agents))
-    first = known or replace(sources[0].study, agents=coming or sources[0].study.agents, names=names)
-    sizes = [one.earlier for one in (*([known] if known else ()), *(one.study for one in sources))]
-    first = replace(first, shard=None, earlier=max(sizes, key=len))  # of the study that was extended most often
-    joined = replace(first, agents=tuple(dict.fromkeys((*first.agents, *coming))), names=names)
+    studies = [*([known] if known else []), *(source.study for source in sources)]
+    names = {spec: name for one in reversed(studies) for spec, name in one.names.items()}
+    here = known.agents if known else ()
+    agents = tuple(dict.fromkeys((*here, *(agent for source in sources for agent in source.agents))))
+    earlier = max((one.earlier for one in studies), key=len)  # of the study that was extended most often
+    joined = replace(studies[0], agents=agents or studies[0].agents, names=names, shard=None, earlier=earlier)
     for source in sources:
-        _refuse_another_study(source, joined, directory)
+        for name, values in (joined.differences(source.study, but=WHO) | joined.renamed(source.study)).items():
+            there, asked = (repr(one)[:200] for one in values)
+            raise BadFile(
+                source.directory, f"trials of another study than {directory} ({name} is {there}, not {asked})"
+            )
+        for one in source.finished.values():
+            try:
+                if one.player:
+                    check_participant(one.player)
+            except UserMistake as mistake:
+                raise BadFile(source.directory, f"{one.key}: {mistake}") from None
     if known is None and not any(source.finished or source.begun for source in sources):
         raise BadFile(sources[0].directory, f"no trial in it is finished, so {directory} is not made")
-    with Journal.open(directory, first) as journal:
-        settings, kept = (directory / SETTINGS).read_bytes(), False
-        if joined.agents != first.agents:
-            write_settings(directory, joined)
-        try:
-            with journal.store.transaction(sync=True):
-                merger = _Merger(journal, joined)
-                for source in sources:
-                    merger.take(source)
-                merger.take_pictures()  # before the records that name them
-                replies = sum(map(merger.take_begun, sources))
-                unfinished = sum(map(journal.owes, {key for source in sources for key in _unfinished(source)}))
-                beside(journal)
-            kept = True
-        finally:
-            journal.used = journal.calls.used = kept
-            if not kept:  # also after Ctrl-C: no agent without the trials that came with it
-                write_file(directory / SETTINGS, settings)
+    with Journal.open(directory, joined) as journal, journal.store.transaction(sync=True):
+        merger = _Merger(journal)
+        for source in sources:
+            merger.take(source)
+        merger.take_pictures()  # before the records that name them are committed
+        replies = sum(map(merger.take_begun, sources))
+        begun = {key for source in sources for key in (*source.begun, *(source.trials.keys() - source.finished.keys()))}
+        unfinished = sum(map(journal.owes, begun))
+        beside(journal)
     return Gathered(
         taken=merger.taken,
         there=merger.there,
         different=merger.different,
         unfinished=unfinished,
         replies=replies,
-        agents=joined.labels if known is None else joined.labels[len(first.agents) :],
+        agents=joined.labels[len(here) :],
         pictures_missing=merger.missing,
     )
-
-
-def _unfinished(source: MergeSource) -> set[str]:
-    """The keys of trials that were begun in a source, with a call or until they broke, and not finished."""
-    return {*source.begun, *(key for key, one in source.trials.items() if one.owed_again)}
-
-
-def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -> None:
-    for name, values in (joined.differences(source.study, but=WHO) | joined.renamed(source.study)).items():
-        there, here = (repr(one)[:200] for one in values)
-        raise BadFile(source.directory, f"trials of another study than {directory} ({name} is {there}, not {here})")
-    for one in source.finished.values():
-        try:
-            if one.player:
-                check_participant(one.player)
-        except UserMistake as mistake:
-            raise BadFile(source.directory, f"{one.key}: {mistake}") from None
 
 
 class _Merger:
@@ -199,9 +173,9 @@ class _Merger:
         taken, there, different, missing: The counts of :class:`Gathered`, the last of pictures.
     """
 
-    def __init__(self, journal: Journal, joined: Study) -> None:
+    def __init__(self, journal: Journal) -> None:
         self.taken = self.there = self.different = self.missing = 0
-        self._journal, self._joined, self._pictures = journal, joined, dict[str, Path]()
+        self._journal, self._pictures = journal, dict[str, Path]()
         self._facts, self._log = KnownFacts(journal.kinds()), AttemptLog(journal.store)
         self._calls: defaultdict[str, Counter[Call]] = defaultdict(Counter)
         for call in read_calls(journal.directory):
@@ -211,25 +185,31 @@ class _Merger:
         """Merge the finished trials of a source, each with its calls and attempts.
 
         Raises:
-            BadFile: If one of them is not of the study, or another agent or plant played it; nothing is taken then.
+            BadFile: If another agent or plant played one of them; nothing is taken then.
         """
-        reader, finished = TrialReader(), source.finished
+        journal, reader, finished = self._journal, TrialReader(), source.finished
         calls, attempts = grouped(source.calls, lambda call: call.key), AttemptLog.read(source.directory)
         with read(source.directory) as store:
-            rows = map(TrialRow._make, store.rows(f"select {COLUMNS} from trial where current order by id", nulls=True))  # noqa: S608
-            own = (row for row in rows if row.key in finished)
-            while part := [(trial_in(store, reader, row.key, row.record), row) for row in islice(own, _TOGETHER)]:
-                self._check(source, [trial for trial, _ in part])
-                for trial, row in part:
-                    if self._journal.owes(trial.key):
-                        self._write(calls.get(trial.key, ()))
-                        self._log.replace(trial.key, attempts.get(trial.key, ()))
-                        self._pictures.update(dict.fromkeys(trial.picture_names, source.album))
-                        self._journal.append(trial, row.timing)
-                        self.taken += 1
-                    else:
-                        self.there += 1
-                        self.different += self._differs(trial, row)
+            select = f"select {COLUMNS} from trial where current order by id"  # noqa: S608 - our own columns
+            for row in map(TrialRow._make, store.rows(select, nulls=True)):
+                if row.key not in finished:
+                    continue
+                trial = trial_in(store, reader, row.key, row.record)
+                for (who, name), (here, there) in self._facts.differences(trial).items():
+                    why = f"{who} is not the same there ({name} is {there!r}, {here!r} in {journal.directory})"
+                    raise BadFile(source.directory, f"0 trials taken: {why}; import it into another directory")
+                self._facts.note(trial)
+                if journal.owes(trial.key):
+                    self._write(calls.get(trial.key, ()))
+                    self._log.replace(trial.key, attempts.get(trial.key, ()))
+                    self._pictures.update(dict.fromkeys(trial.picture_names, source.album))
+                    journal.append(trial, row.timing)
+                    self.taken += 1
+                    continue
+                self.there += 1
+                (record,) = journal.store.one("select record from trial where current and key = ?", row.key)
+                if record != row.record:  # how often it was replayed says only what its journal held before
+                    self.different += replace(journal.read(row.key)[0], replays=0) != replace(trial, replays=0)
 
     def take_begun(self, source: MergeSource) -> int:
         """Merge the replies of unfinished trials and count them; a trial begun differently here keeps its own."""
@@ -252,16 +232,6 @@ class _Merger:
             else:
                 self.missing += 1
 
-    def _check(self, source: MergeSource, trials: Sequence[Trial]) -> None:
-        own = {trial.key for trial in self._joined.own_trials(trials)}
-        for trial in trials:
-            if trial.key not in own:
-                raise BadFile(source.directory, f"{trial.key} is no trial of that study")
-            for (who, name), (here, there) in self._facts.differences(trial).items():
-                why = f"{who} is not the same there ({name} is {there!r}, {here!r} in {self._journal.directory})"
-                raise BadFile(source.directory, f"0 trials taken: {why}; import it into another directory")
-            self._facts.note(trial)
-
     def _write(self, calls: Sequence[Call]) -> list[Call]:
         """Write those calls of one trial that are missing here, and return them."""
         found, left = [], self._calls[calls[0].key].copy() if calls else Counter[Call]()
@@ -273,8 +243,3 @@ class _Merger:
             self._calls[call.key][call] += 1
             found.append(call)
         return found
-
-    def _differs(self, trial: Trial, row: TrialRow) -> bool:
-        """Whether a trial is another one here; how often it was replayed says only what its journal held before."""
-        (record,) = self._journal.store.one("select record from trial where current and key = ?", row.key)
-        return record != row.record and replace(self._journal.read(row.key)[0], replays=0) != replace(trial, replays=0)

@@ -9,18 +9,19 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.storage.database import Database
+from lockprobe.studies.decisions import planned_now
+from lockprobe.studies.records.counted import Counted, count_records
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.record_index import RecordIndex
 from lockprobe.studies.records.store import read
-from lockprobe.studies.stopping import planned_now
+from lockprobe.studies.records.trial_rows import unpacked
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_to_json
@@ -54,14 +55,18 @@ class StudyHashes:
         """
         study = read_study(directory)
         with read(directory) as store:
-            index = RecordIndex(store, study)
-            results, found = stored_hash(store, study, index), index.counted()
+            results, found = stored_hash(store, study), count_records(store, study)
         return cls(
             settings=study.settings_hash,
             results=results,
-            finished=sum(one.number for one in found if not one.trial.owed_again),
-            planned=planned_now(study, study.own_trials(load(directory)) if study.until else ()),
+            finished=finished_of(found),
+            planned=planned_now(study, load(directory, study) if study.until else ()),
         )
+
+
+def finished_of(records: Iterable[Counted]) -> int:
+    """How many trials are not owed."""
+    return sum(one.number for one in records if not one.trial.owed_again)
 
 
 def check_hash(what: str, given: str | None) -> None:
@@ -74,7 +79,13 @@ def check_hash(what: str, given: str | None) -> None:
         raise BadValue(what, given, f"the {_DIGITS} hexadecimal digits that lockprobe run and status print")
 
 
-def stored_hash(store: Database, study: Study, index: RecordIndex) -> str:
+def stored_records(store: Database) -> Iterator[bytes]:
+    """The records of a store that count as JSON, in the order of their keys: what the hash covers."""
+    for key, record in store.rows("select key, record from trial where current and fork is null order by key"):
+        yield unpacked(store, key, record)
+
+
+def stored_hash(store: Database, study: Study) -> str:
     """:func:`results_hash` of a store; where nothing was recorded since a run has noted it, as it was noted.
 
     Raises:
@@ -84,7 +95,7 @@ def stored_hash(store: Database, study: Study, index: RecordIndex) -> str:
     state = _state(store, study.settings_hash)
     if noted is not None and str(noted[0]).startswith(state):
         return str(noted[0]).removeprefix(state)
-    return hash_of_digest(study, index.digest())
+    return _hash(study, stored_records(store))
 
 
 def note_hash(store: Database, found: StudyHashes) -> None:
@@ -109,19 +120,14 @@ def results_hash(study: Study, trials: Iterable[Trial]) -> str:
 
     Args:
         study: The study.
-        trials: Its own trials on record (:meth:`Study.own_trials`), in any order.
+        trials: Its trials on record, in any order.
     """
-    return hash_of_digest(study, records_digest(trials))
+    return _hash(study, map(trial_to_json, sorted(trials, key=lambda trial: trial.key)))
 
 
-def hash_of_digest(study: Study, digest: str) -> str:
-    """:func:`results_hash` of the digest of the records."""
-    return hashlib.sha256(f"{study.settings_hash} {digest}".encode()).hexdigest()[:_DIGITS]
-
-
-def records_digest(trials: Iterable[Trial]) -> str:
-    """The SHA-256 of the records of trials, a line each in the order of their keys: of ``export --table records``."""
+def _hash(study: Study, records: Iterable[bytes]) -> str:
+    """The hash of the settings and of the records, a line each: of ``export --table records``."""
     found = hashlib.sha256()
-    for trial in sorted(trials, key=lambda trial: trial.key):
-        found.update(trial_to_json(trial) + b"\n")
-    return found.hexdigest()
+    for record in records:
+        found.update(record + b"\n")
+    return hashlib.sha256(f"{study.settings_hash} {found.hexdigest()}".encode()).hexdigest()[:_DIGITS]

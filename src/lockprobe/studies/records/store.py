@@ -107,18 +107,32 @@ def write_acts(writing: Connection, participant: str, first: int, entries: Itera
 
 def holds_records(directory: Path) -> bool:
     """Whether trials, paid calls or steps are stored in a directory, so that its settings are no longer free."""
-    if not is_there(directory / STORE):
-        return False
-    with read(directory) as store:
-        return any(
-            store.one(f"select exists (select 1 from {table})")[0]  # noqa: S608 - our own tables
-            for table in ("trial", "call", "attempt")
-        )
+    return any(_last_rows_in(directory)[:3])
 
 
 def has_joined(directory: Path) -> bool:
     """Whether somebody takes part in a directory."""
+    return any(_last_rows_in(directory)[3:])
+
+
+def _last_rows_in(directory: Path) -> tuple[int, ...]:
     if not is_there(directory / STORE):
-        return False
+        return ()
     with read(directory) as store:
-        return bool(store.one("select exists (select 1 from act)")[0])
+        return last_rows(store)
+
+
+def last_rows(store: Database) -> tuple[int, ...]:
+    """The numbers of the last trial, call, attempt and act; 0 without one."""
+    tables = ("trial", "call", "attempt", "act")
+    return tuple(int(store.one(f"select coalesce(max(id), 0) from {one}")[0]) for one in tables)  # noqa: S608 - ours
+
+
+def played_in(store: Database) -> tuple[int, float]:
+    """The steps and seconds of all playing, that of trials that were played again too."""
+    parts = [store.one(f"select total(steps), total(seconds) from trial where {one}") for one in _PARTS]  # noqa: S608
+    return int(sum(steps for steps, _ in parts)), sum(seconds for _, seconds in parts)
+
+
+_PARTS = ("current and alike is null", "current and alike is not null", "not current")
+"""Each has an index that holds what is summed, so that no record is read."""

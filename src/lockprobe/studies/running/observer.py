@@ -26,38 +26,7 @@ class Observer:
         """Called when a trial is on disk."""
 
     def more(self, owed: int) -> None:
-        """Called after a look that has not decided all, with the trials to be played before the next."""
+        """Called after trials of an agent, with those that follow, as those before the next look of a study."""
 
     def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
         """Called if no further trial of an agent is played, with the number that it still owes."""
-
-
-class PassedOn(Observer):
-    """Passes on to another observer what it does not override."""
-
-    def __init__(self, observer: Observer) -> None:
-        self._observer = observer
-
-    def begin(self, study: Study, journal: Journal, owed: int) -> None:
-        """Pass it on."""
-        self._observer.begin(study, journal, owed)
-
-    def agent(self, source: AgentSource, owed: int) -> None:
-        """Pass it on."""
-        self._observer.agent(source, owed)
-
-    def step(self, key: str, step: Step) -> None:
-        """Pass it on."""
-        self._observer.step(key, step)
-
-    def trial(self, trial: Trial, timing: Timing) -> None:
-        """Pass it on."""
-        self._observer.trial(trial, timing)
-
-    def more(self, owed: int) -> None:
-        """Pass it on."""
-        self._observer.more(owed)
-
-    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
-        """Pass it on."""
-        self._observer.given_up(source, owed, why)

@@ -5,10 +5,6 @@ place differs. Trials of hosted models are open at the same time in this process
 Local models and simulated plants need a processor, so they play in worker processes, or on a cluster
 (:mod:`lockprobe.studies.running.elsewhere`). Strategies begin in this process, and go on there if it takes longer. If
 somebody attends the plant, everything plays in this process, one trial after the other.
-
-Open trials cost memory, not connections: each request queues for a free connection. A run opens as many trials as it
-has connections, so that finished ones come early. It opens the last ones all at once, so that they end together and no
-connection stays idle.
 """
 
 from __future__ import annotations
@@ -16,7 +12,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -39,18 +35,17 @@ from lockprobe.foundation.interrupts import interruptible
 from lockprobe.foundation.workers import Cluster, Pool, Processes
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.decisions import GIVE_UP_AFTER, due
 from lockprobe.studies.extension import extended
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import Timing, TrialRow
 from lockprobe.studies.running.elsewhere import can_travel, play_elsewhere
-from lockprobe.studies.running.lanes import play_in_lanes
 from lockprobe.studies.running.observer import Observer
-from lockprobe.studies.running.rounds import next_plans, owed_plans, rounds
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
-from lockprobe.studies.stopping import GIVE_UP_AFTER
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor
 from lockprobe.trial.loop import here as in_this_thread
@@ -59,17 +54,15 @@ from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Closable
 from lockprobe.trial.record import Fact, Step, Trial
 
-_AT_THE_END = 2
-"""By the number of connections, the last trials that are all opened at once. In simulations with latencies as providers
-have them it leaves 2 % of the bound unused at 32 connections, where opening none more leaves 9 % and opening all at
-once from the start leaves 1 %, but has no trial finished until the very end."""
-
 _ALONE = 2.0
 """Seconds for which this process plays a strategy alone. Then others go on if as much is left; each takes a second to
 start."""
 
 _TOGETHER = 0.05
 """Seconds for which a strategy's finished trials may wait for others to be written with; a kill leaves them owed."""
+
+_UNHEARD = 0.05
+"""Seconds after which a run of trials that wait for nothing hears Ctrl-C, when the next trial ends."""
 
 _INTERRUPTIBLE = 0.1
 """Seconds after which a thread that waits for another one notices an interrupt at the latest."""
@@ -81,13 +74,30 @@ class Limits:
 
     Attributes:
         workers: Processes for local models, simulated plants, and strategies with many trials.
-        access: How hosted models are reached.
+        access: How hosted models are reached. As many of their trials are open at once as there are connections.
         cluster: Other machines for agents and plants that come with Lockprobe; None for this one alone.
     """
 
     workers: int = 1
     access: Access = field(default_factory=Access)
     cluster: Cluster | None = None
+
+
+def next_plans(study: Study, journal: Journal) -> Callable[[str], Iterable[Plan]]:
+    """Function from an agent to its plans: all, or those before the next look of a study that may stop there.
+
+    All agents of the directory are judged together, those too that are not run now.
+    """
+    if study.until is None:
+        return study.plans
+    whole = replace(read_study(journal.directory), shard=study.shard)
+    return lambda agent: due(whole, agent, journal.trials.values())
+
+
+def _owed_plans(plans: Iterable[Plan], journal: Journal) -> list[Plan]:
+    """The plans that a journal owes; those that were begun first, so that a small budget ends them."""
+    owed = [plan for plan in plans if journal.owes(plan.key)]
+    return sorted(owed, key=lambda plan: not journal.calls.has_replies(plan.key))
 
 
 def run(
@@ -100,6 +110,9 @@ def run(
     known: Iterable[Trial] = (),
 ) -> None:
     """Play what the journal owes of a study.
+
+    Before a look of a study that stops when it is decided, all trials have to end. So those that broke are played
+    again, as long as others end meanwhile.
 
     Args:
         study: The study.
@@ -120,21 +133,26 @@ def run(
     limits, observer = limits or Limits(), observer or Observer()
     of = plans or next_plans(study, journal)
     facts = KnownFacts((*known, *journal.kinds()))
-    sources = [resolve(spec, limits.access) for spec in study.agents]
-    study.check_agents()
-    sources = _run_here(sources)
-    owed = {source.spec: owed_plans(of(source.spec), journal) for source in sources}
-    _check(study, [source for source in sources if owed[source.spec]])
+    sources = _run_here(study, limits)
+    owed = {source.spec: _owed_plans(of(source.spec), journal) for source in sources}
+    sources = [source for source in sources if owed[source.spec]]
+    for source in sources:
+        source.check()
+    plants = {study.plant_of(one): None for source in sources for one in study.conditions_of(source.spec)}
+    for plant, box in product(plants, study.boxes):
+        resolve_plant(plant).check(box)
     observer.begin(study, journal, sum(map(len, owed.values())))
     spent: BudgetReached | None = None
     given_up: dict[str, UserMistake] = {}
-    for source in sorted(sources, key=lambda source: source.engine != "inline"):
-        if not owed[source.spec]:
-            continue
-        observer.agent(source, len(owed[source.spec]))
+    for source in sources:
+        now = owed[source.spec]
+        observer.agent(source, len(now))
         try:
-            for plans_now in rounds(study, owed[source.spec], partial(of, source.spec), journal, observer.more):
-                _play(study, source, plans_now, journal, limits, observer, facts)
+            while now:
+                _play(study, source, now, journal, limits, observer, facts)
+                ended = any(not journal.owes(plan.key) for plan in now)
+                now = _owed_plans(of(source.spec), journal) if study.until and ended else []
+                observer.more(len(now))
         except BudgetReached as reached:
             spent = reached
         except (BadFile, SettingsChanged):
@@ -143,34 +161,24 @@ def run(
             if study.attended:  # whoever answers at the terminal answers for all agents
                 raise
             given_up[source.spec] = why
-            observer.given_up(source, len(owed_plans(owed[source.spec], journal)), why)
-    if spent is not None:
-        raise spent
-    if given_up:
-        raise AgentsGivenUp(given_up)
+            observer.given_up(source, len(_owed_plans(owed[source.spec], journal)), why)
+    if spent or given_up:
+        raise spent or AgentsGivenUp(given_up)
 
 
-def _check(study: Study, sources: Sequence[AgentSource]) -> None:
-    """Refuse agents that are not available, and a plant that is not, before the first trial."""
-    for source in sources:
-        source.check()
-    played = {study.plant_of(one): None for source in sources for one in study.conditions_of(source.spec)}
-    for plant, box in product(played, study.boxes):
-        resolve_plant(plant).check(box)
-
-
-def _run_here(sources: Sequence[AgentSource]) -> list[AgentSource]:
-    """The agents to run: all except people (who are invited) and clients (which connect).
+def _run_here(study: Study, limits: Limits) -> list[AgentSource]:
+    """The agents to run, strategies first: all except people (who are invited) and clients (which connect).
 
     Raises:
-        BadValue: If no agent remains.
+        BadValue: If no agent remains, or one would have nothing to play.
     """
-    found = [source for source in sources if source.engine not in ("person", "client")]
-    clients = [source.spec for source in sources if source.engine == "client"]
-    if clients and len(clients) == len(sources):
+    sources = [resolve(spec, limits.access) for spec in study.agents]
+    study.check_agents()
+    if all(source.engine == "client" for source in sources):
         expected = "an agent that can be run; this one connects to the server that `lockprobe mcp` starts"
-        raise BadValue("agent", clients[0], expected)
-    return found
+        raise BadValue("agent", sources[0].spec, expected)
+    here = [source for source in sources if source.engine not in ("person", "client")]
+    return sorted(here, key=lambda source: source.engine != "inline")
 
 
 def _play(
@@ -184,7 +192,8 @@ def _play(
 ) -> None:
     """Play the owed trials of one agent, at least one: here, elsewhere, or first here and then there."""
     album, queue, began = Album(journal.directory / ALBUM), deque(plans), time.monotonic()
-    lanes, at_the_end = _lanes(study, source, limits.access)
+    hosted = source.engine == "network" and not study.attended
+    lanes = limits.access.connections if hosted else 1
     finish = _TrialWriter(source, journal, observer, lanes, known)
     quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
     pool: Pool | None = None
@@ -206,7 +215,7 @@ def _play(
         try:
             if source.engine == "network":
                 finish.expect(agent.facts)
-            await play_in_lanes(queue, play, finish, lanes=lanes, at_the_end=at_the_end, leave=takes_long)
+            await _in_lanes(queue, play, finish, lanes, takes_long)
         finally:
             if isinstance(agent, Closable):
                 with closed_in_one_line("agent", source.spec):
@@ -214,7 +223,7 @@ def _play(
 
     try:
         if pool is None or (quick and isinstance(pool, Processes)):
-            threaded = source.engine == "network" and not study.attended and not _light(study)
+            threaded = hosted and (study.simulated or study.has_pictures)
             with own_thread() if threaded else nullcontext(in_this_thread) as place:
                 asyncio.run(here(place))
         if pool is not None and queue:
@@ -224,12 +233,49 @@ def _play(
         finish.write()
 
 
+async def _in_lanes(
+    queue: deque[Plan],
+    play: Callable[[Plan], Awaitable[tuple[Trial, Timing]]],
+    finish: Callable[[Trial, Timing], None],
+    lanes: int,
+    leave: Callable[[], bool],
+) -> None:
+    """Play plans in order, with so many open at once. Once ``leave`` says so, the others stay in the queue.
+
+    An error other than a broken trial ends all trials, and those under way are cancelled. If the budget is reached, no
+    trial is opened any more, and each open one goes on until it is refused a call itself.
+    """
+    spent = list[BudgetReached]()
+
+    async def lane() -> None:
+        heard = time.monotonic()
+        while queue and not spent and not leave():
+            try:
+                finish(*await play(queue.popleft()))
+            except BudgetReached as reached:
+                spent.append(reached)
+            if time.monotonic() - heard > _UNHEARD:
+                await asyncio.sleep(0)
+                heard = time.monotonic()
+
+    opened = [asyncio.ensure_future(lane()) for _ in range(min(lanes, len(queue)))]
+    try:
+        await asyncio.gather(*opened)
+    finally:
+        for task in opened:
+            task.cancel()
+        await asyncio.gather(*opened, return_exceptions=True)
+    if spent:
+        raise spent[-1]
+
+
 def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
     """Play a study, or resume it, in a directory, and return all its trials.
 
     A directory of a smaller study of the same settings is extended, as by ``lockprobe run``.
 
-    It also works in a notebook, whose thread already runs an event loop: the study is then played in another thread.
+    It also works in a notebook, whose thread already runs an event loop: the study is then played in another thread,
+    which an interrupt here ends at its next step.
 
     Raises:
         UserMistake: As :func:`run`, and if the directory holds another study.
@@ -239,39 +285,27 @@ def run_study(study: Study, directory: Path | str, *, limits: Limits | None = No
         raise BadValue("study", study, "a study, as lockprobe.study makes one")
     study = extended(study, Path(directory))
     with Journal.open(directory, study) as journal:
-        if _in_event_loop():
-            _run_in_thread(study, journal, limits)
-        else:
-            run(study, journal, limits=limits)
-    return load(directory)
-
-
-def _in_event_loop() -> bool:
-    try:
-        asyncio.get_running_loop()
-    except RuntimeError:
-        return False
-    return True
-
-
-def _run_in_thread(study: Study, journal: Journal, limits: Limits | None) -> None:
-    """Run a study in another thread and wait for it. An interrupt here ends it at its next step."""
-    stoppable = _Stoppable()
-    with interruptible(), ThreadPoolExecutor(max_workers=1, thread_name_prefix="study") as thread:
-        played = thread.submit(run, study, journal, limits=limits, observer=stoppable)
         try:
-            while not played.done():
-                wait((played,), timeout=_INTERRUPTIBLE)
-        finally:
-            stoppable.stopped = True
-        played.result()
+            asyncio.get_running_loop()
+        except RuntimeError:
+            run(study, journal, limits=limits)
+            return load(directory)
+        stoppable = _Stoppable()
+        with interruptible(), ThreadPoolExecutor(max_workers=1, thread_name_prefix="study") as thread:
+            played = thread.submit(run, study, journal, limits=limits, observer=stoppable)
+            try:
+                while not played.done():
+                    wait((played,), timeout=_INTERRUPTIBLE)
+            finally:
+                stoppable.stopped = True
+            played.result()
+    return load(directory)
 
 
 class _Stoppable(Observer):
     """An observer through which another thread ends a run."""
 
-    def __init__(self) -> None:
-        self.stopped = False
+    stopped = False
 
     def step(self, key: str, step: Step) -> None:
         if self.stopped:
@@ -332,19 +366,7 @@ class _TrialWriter:
             raise SettingsChanged(self._journal.directory, said)
 
 
-def _lanes(study: Study, source: AgentSource, access: Access) -> tuple[int, int]:
-    """Concurrency: the number of open trials, and the number of last trials to open all at once if memory is cheap."""
-    if source.engine != "network" or study.attended:
-        return 1, 0
-    return access.connections, _AT_THE_END * access.connections if _light(study) else 0
-
-
-def _light(study: Study) -> bool:
-    """Whether the study's plants need little time and memory."""
-    return not study.simulated and not study.has_pictures
-
-
-def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
+def owe_anew(journal: Journal, boundary: str) -> int:
     """Owe again every trial of a study that ended at a final error (``lockprobe run … --again``), and count them.
 
     An agent that never gave a usable reply, or refused, is a finding, so its trial is final. If the set-up was at
@@ -354,7 +376,6 @@ def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
 
     Args:
         journal: The open journal of the study.
-        study: The study.
         boundary: ``reply`` or ``refusal``, whose errors are final.
 
     Raises:
@@ -368,7 +389,7 @@ def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
     for key in [key for key, one in journal.trials.items() if one.ending == "error" and not one.owed_again]:
         trial, timing = journal.read(key)
         error = trial.error
-        if error is None or error.boundary != boundary or trial.player or not study.asks_for(trial):
+        if error is None or error.boundary != boundary or trial.player:
             continue
         if trial.key in asked:
             nothing = Call(
