@@ -133,7 +133,6 @@ class ServerState:
                 diary.check_slots(study, directory)
                 state._sessions[diary.joined.token] = session = Session(opened, diary)
                 await session.record_owed()
-            journal.used = True  # if the server fails later, all of the study stays
             try:
                 yield state
             finally:

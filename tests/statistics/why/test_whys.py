@@ -28,7 +28,12 @@ def as_arms(arms=ARMS, p=0.4, reading=""):
     """These arms at a rate, as an analysis sees them."""
     found = [read_condition(EVERY[arm].format(p=p, reading=reading), arm) for arm in arms]
     return [
-        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=tuple(names for _, names in one.acting), modality=one.modality)
+        SeriesArm(
+            label=one.label,
+            specs=tuple(map(Spec.parse, one.specs)),
+            doses=tuple(names for _, names in one.acting),
+            modality=one.modality,
+        )
         for one in found
     ]
 
