@@ -24,7 +24,6 @@ import pytest
 import strangers
 import typer
 from builders import play_study, small_study, write_study
-from lockprobe.interventions.drop import Drop
 from placeholders import undrawn
 from stored import rewrite, sql
 
@@ -32,6 +31,7 @@ from lockprobe.boxes.families import box
 from lockprobe.cli import build, every_command, main
 from lockprobe.foundation import plugins
 from lockprobe.interventions.conditions import flips
+from lockprobe.interventions.told import Drop
 from lockprobe.people.web import serving
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition, Recorded

@@ -23,8 +23,6 @@ from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD, People, peop
 from lockprobe.simulation.power.simulator import Simulation
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion
-from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.prompts import in_words
 
 ROOT = Path(__file__).parents[1]
 COMPARED = ("chain-4", "fork", "reset", "gray-code")
@@ -225,8 +223,3 @@ def test_no_share_in_the_readme_is_left_unheld():
             text = text.replace(quotation.format(*numbers()), "")
     played = text[text.index("> False reports raise") : text.index("The sign depends on")]
     assert re.findall(r"[\d.]+ %", text.replace(played, "")) == []
-
-
-def test_the_prompts_of_the_three_modalities_stand_on_their_page_as_they_are_printed():
-    page = (ROOT / "docs" / "as-paper.md").read_text("utf-8")
-    assert page.partition("```text\n")[2].partition("```")[0] == in_words(study("modalities", as_paper=True))

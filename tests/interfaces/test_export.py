@@ -21,7 +21,7 @@ from lockprobe.interfaces.export import tidy, trial_rows
 from lockprobe.interfaces.export.study_tables import TABLES, table_of
 from lockprobe.interfaces.export.table import Table, text
 from lockprobe.interfaces.export.trials import STEPS, TRIALS, steps_table, trials_table
-from lockprobe.people.diary import Answers, Diary, Did, Released, read_diaries, write_diaries
+from lockprobe.people.diary import Answers, Did, Released, read_diaries, write_entry
 from lockprobe.studies.records.store import written as opened
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
@@ -311,7 +311,8 @@ def test_rounds_of_questions_on_the_instructions_are_counted_and_who_was_screene
     wrong = {"scene": "comprehension", "act": Answers(answers=("a",), rt=9.5), "right": False}
     rounds = [Did(at=joined.at + n, turn=n + 1, item=str(n), **wrong) for n in (1, 2)]
     with opened(directory) as store:
-        write_diaries(store, [Diary(joined, (*rounds, Released(at=joined.at + 3, why="screened")))])
+        for number, entry in enumerate((joined, *rounds, Released(at=joined.at + 3, why="screened")), 1):
+            write_entry(store, ANN, number, entry)
     row, other = sorted(rows(directory, "participants"), key=lambda row: row["participant"])
     assert (other["comprehension_rounds"], other["screened"], other["finished"]) == ("", 0, 1)
     assert (row["comprehension_rounds"], row["screened"], row["released"], row["finished"]) == (2, 1, 0, 0)

@@ -12,13 +12,13 @@ from itertools import count
 from types import MappingProxyType
 
 import pytest
-from lockprobe.interventions.tremble import Tremble
 
 import lockprobe
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.boxes.families import box, named_boxes
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.done import Tremble
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.statistics.measures import MEASURES
 from lockprobe.studies.running.single import run_trial
