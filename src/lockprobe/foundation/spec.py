@@ -9,7 +9,7 @@ into the fields of a dataclass or the arguments of a function. The catalogue of 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from inspect import signature
 from types import NoneType, UnionType
@@ -194,7 +194,11 @@ class Option(NamedTuple):
 def options_of(kind: type[Any]) -> tuple[Option, ...]:
     """The options of a dataclass: its fields, except private and computed ones. Other objects have none."""
     return tuple(
-        Option(part.name.rstrip("_"), part.name, part.default)
+        Option(
+            part.name.rstrip("_"),
+            part.name,
+            part.default if part.default_factory is MISSING else part.default_factory(),
+        )
         for part in (fields(kind) if is_dataclass(kind) else ())
         if part.init and not part.name.startswith("_")
     )
