@@ -67,3 +67,23 @@ def test_a_neutral_order_neither_follows_nor_avoids_the_interlock_and_puts_every
     assert {*drawn} == {*kept}
     assert all(0.7 < count * len(kept) / 4000 < 1.3 for count in drawn.values())
     assert {Counter(at)[joint] for at in zip(*kept, strict=True) for joint in range(4)} == {len(kept) // 4}
+
+
+def distances(drawn):
+    here = np.array([joint.place for joint in drawn.joints])
+    return np.hypot(*(here[:, None] - here[None]).transpose(2, 0, 1))
+
+
+@pytest.mark.parametrize("name", ["chain-4", "chain-6", "chain-8", "bichain-5", "branched"])
+def test_misleading_puts_joints_that_lock_each_other_apart(name):
+    """No order of the same places puts them further apart; of a long chain, no joint's nearest locks it."""
+    laid = laid_out(box(name), "misleading", rng())
+    far, pairs = distances(laid), locking_pairs(laid)
+    apart = sum(far[pair] for pair in pairs)
+    for seed in range(300):
+        order = rng(seed).permutation(len(laid.joints))
+        assert sum(far[order[a], order[b]] for a, b in pairs) <= apart + 1e-6
+    if name in ("chain-6", "chain-8"):
+        for a, row in enumerate(far + np.eye(len(far)) * 9):
+            nearest = set(np.flatnonzero(row < row.min() + 1e-6).tolist())
+            assert not any((min(a, b), max(a, b)) in pairs for b in nearest)

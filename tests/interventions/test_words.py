@@ -108,3 +108,31 @@ def test_who_compares_states_plays_the_truth_as_who_is_told_outcomes(agent, form
         assert [step.decision for step in state.steps] == [step.decision for step in both.steps]
         for one, other in zip(state.steps, both.steps, strict=True):
             assert (one.moved, one.told_moved, one.told_state) == (other.moved, other.told_moved, other.told_state)
+
+
+IN_ROWS = {
+    "words": (
+        "At 1: none. In row 1 of the panel from above, from left to right: A (knob), B (slider). "
+        "In row 2 of the panel from above, from left to right: C (knob)."
+    ),
+    "json": (
+        '{"positions": {"B": 0, "A": 0, "C": 0}, "panel": {"rows from above, each from left to right": '
+        '[["A", "B"], ["C"]], "kinds": {"B": "slider", "A": "knob", "C": "knob"}}}'
+    ),
+    "table": (
+        "joint  position  row from above  place from left  kind\n"
+        "B      0         1               2                slider\n"
+        "A      0         1               1                knob\n"
+        "C      0         2               1                knob"
+    ),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_where_joints_lie_is_told_in_rows_from_above_each_from_left_to_right(form):
+    where = ((0.9, 0.9), (0.1, 0.9), (0.5, 0.1))
+    task = Task(
+        joints=("B", "A", "C"), target="A", budget=20, places=where, kinds=("prismatic", "revolute", "revolute")
+    )
+    look = Percept(positions=(False, False, False))
+    assert TextChannel(places=True, form=form).perceive(look, (), task, np.random.default_rng(1)).text == IN_ROWS[form]

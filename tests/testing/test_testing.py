@@ -98,7 +98,7 @@ class Breaks(Agent):
         (Counts(), "plays the same trial differently again"),
         (Elsewhere(), "plays the same trial differently again"),
         (Forgets(), "keeps something between calls"),
-        (Unlisted(), "'Z' is no joint"),
+        (Unlisted(), "its decision: got 'Z'"),
         (Odd(), "a fact of Odd is no text"),
         (Breaks(), r"a trial of Breaks broke: in the agent \(test_testing.py, line \d+\): KeyError: 'no such thing'"),
         (object(), "has no `facts` or no `decide`"),

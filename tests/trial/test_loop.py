@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass, replace
 
 import pytest
+from seen import PhotographedPlant
 
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
@@ -15,6 +16,7 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.trial.loop import play
 from lockprobe.trial.model_call import Usage
+from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
@@ -44,6 +46,41 @@ def joint(i):
 
 def played(agent, plan=PLAN, channels=(), plant=None):
     return asyncio.run(play(plan, plant=plant or SymbolicPlant(plan.box), interventions=channels, agent=agent))
+
+
+SHOWN = replace(PLAN, shuffle="never", condition=flips((0.0,), modalities=("rgb",))[0])
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """The picture's first row, as bytes, instead of a report."""
+
+    def perceive(self, percept, past, task, rng):
+        png = percept.look().rgb[0, :4, 0].tobytes()
+        pictures = (Picture(kind="rgb", png=png), Picture(kind="depth16", png=b"depth", shown=False))
+        return replace(percept, outcome=None, positions=None, text="Look.", pictures=pictures)
+
+
+def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
+    kept = {}
+    agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
+    plant = PhotographedPlant(SHOWN.box, sensed="failed")
+    trial = asyncio.run(
+        play(
+            SHOWN, plant=plant, interventions=(Photograph(),), agent=agent, keep=lambda p: kept.update({p.name: p.png})
+        )
+    )
+    assert trial.solved
+    assert kept[trial.opening_pictures["rgb"]] == bytes(4)
+    assert [kept[step.pictures["rgb"]][::-1] for step in trial.steps] == [
+        b"\xff" * i + bytes(4 - i) for i in (1, 2, 3, 4)
+    ]
+    assert all(kept[step.pictures["depth16"]] == b"depth" for step in trial.steps)
+    assert plant.looks == 5
+    assert all(situation.percept.look is None and situation.percept.outcome is None for situation in agent.seen)
+    assert all(turn.percept.look is None for situation in agent.seen for turn in situation.past)
+    assert trial.plant == {"plant": "symbolic", "robot": "made up"}
+    assert trial_from_json(trial_to_json(trial)) == trial
 
 
 def test_the_trial_ends_when_the_target_really_moves():
@@ -200,14 +237,17 @@ def test_what_no_record_can_hold_is_an_error_of_the_part_that_made_it(settings, 
         (None, "decide returned None; return Decision(joint=…)"),
         (1, "decide returned 1; return Decision(joint=…)"),
         (["A"], "decide returned an object of type list; return Decision(joint=…)"),
-        (Decision(joint="Z", replies=("Z!",)), "'Z' is no joint; the joints of this trial are A, D, C, B"),
-        (Decision(joint="A", claimed="banana"), "claimed 'banana' is none of moved, blocked, None"),
-        (Decision(joint="A", probabilities=(float("nan"),) * 4), "a probability lies outside 0 to 1"),
-        (Decision(joint="A", probabilities=0.5), "its probabilities are not one number for each of 4 joints"),
-        (Decision(joint="A", probabilities=(1.0,)), "its probabilities are not one number for each of 4"),
-        (Decision(joint="A", claim_probability=1.5), "a probability lies outside 0 to 1"),
-        (Decision(joint="A", claim_probability=""), "a probability lies outside 0 to 1"),
-        (Decision(joint="A", hypothesis="\ud800"), "its text cannot be written"),
+        (Decision(joint="Z", replies=("Z!",)), "its decision: got 'Z', expected one of A, D, C, B"),
+        (Decision(joint="A", claimed="banana"), "its claimed: got 'banana', expected one of moved, blocked, None"),
+        (
+            Decision(joint="A", probabilities=(float("nan"),) * 4),
+            "its probabilities: got (nan, nan, nan, nan), expected 4",
+        ),
+        (Decision(joint="A", probabilities=0.5), "its probabilities: got 0.5, expected 4 numbers from 0 to 1"),
+        (Decision(joint="A", probabilities=(1.0,)), "its probabilities: got (1.0,), expected 4 numbers"),
+        (Decision(joint="A", claim_probability=1.5), "its claim probability: got 1.5, expected a number from 0 to 1"),
+        (Decision(joint="A", claim_probability=""), "its claim probability: got ''"),
+        (Decision(joint="A", hypothesis="\ud800"), "it cannot be written"),
         (Decision(joint="A", replies=None), "its replies cannot be written (Input should be a valid array)"),
         (Decision(joint="A", usage=Usage(calls=-1)), "its usage.calls cannot be written (Input should be greater"),
     ],

@@ -16,7 +16,6 @@ import importlib
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache, reduce
 from pathlib import Path
@@ -61,8 +60,8 @@ _DIRECT = "python:"
 _named: set[str] = set()
 """The ``python:`` specs that a person has named in this process."""
 
-_closed: ContextVar[bool] = ContextVar("no foreign code", default=False)
-"""Whether nothing of others may run, also of installed packages."""
+_closing: list[str] = []
+"""Why nothing of others may run now, in any thread, also of installed packages; empty if it may."""
 
 
 def allow(*specs: str) -> None:
@@ -84,16 +83,16 @@ def allowed() -> tuple[str, ...]:
 @contextmanager
 def no_foreign_code() -> Iterator[None]:
     """Let nothing of other packages and of the user run meanwhile; what needs it is refused in one line."""
-    token = _closed.set(True)
+    _closing.append("no_foreign_code")
     try:
         yield
     finally:
-        _closed.reset(token)
+        _closing.pop()
 
 
 def runs_foreign_code() -> bool:
     """Whether code of installed packages may run here."""
-    return not _closed.get()
+    return not _closing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,8 +125,18 @@ class Plugin:
             BadValue: If no person has named it, or ``python:module:Name`` names nothing that can be imported.
             BrokenPlugin: If the package's module breaks, or does not have it.
         """
-        self._check_permission()
+        if not (self.ships or runs_foreign_code()):
+            raise BadValue(self.kind, self.name, "one that ships with Lockprobe: no other code runs here")
         module, _, path = self.value.partition(":")
+        if not self.package:
+            named = f"{self.name}?" if self.kind == "intervention" else self.spec or self.name
+            if named not in _named:
+                expected = (
+                    "--allow with it in this command (in Python: lockprobe.foundation.plugins.allow): "
+                    "what a file or a directory names is data, and is not run"
+                )
+                raise BadValue(self.kind, self.spec or self.name, expected)
+            self._refuse_standard(module)
         if not self.package and (here := str(Path.cwd())) not in sys.path:
             sys.path.append(here)  # last: what lies beside the module hides nothing
         try:
@@ -144,26 +153,9 @@ class Plugin:
             self._refuse_standard(str(found.__module__))
         return found
 
-    def _check_permission(self) -> None:
-        """Refuse what no person has named, and modules of Python's own, some of which act when they are imported."""
-        if self.ships:
-            return
-        if not runs_foreign_code():
-            raise BadValue(self.kind, self.name, "one that ships with Lockprobe: no other code runs here")
-        if self.package:
-            return
-        named = f"{self.name}?" if self.kind == "intervention" else self.spec or self.name
-        if named not in _named:
-            expected = (
-                "--allow with it in this command (in Python: lockprobe.foundation.plugins.allow): "
-                "what a file or a directory names is data, and is not run"
-            )
-            raise BadValue(self.kind, self.spec or self.name, expected)
-        self._refuse_standard(self.value)
-
-    def _refuse_standard(self, where: str) -> None:
-        module = where.replace(":", ".").partition(".")[0]
-        if module in sys.stdlib_module_names:
+    def _refuse_standard(self, module: str) -> None:
+        """Refuse modules of Python's own, some of which act when they are imported."""
+        if (module := module.partition(".")[0]) in sys.stdlib_module_names:
             raise BadValue(self.kind, self.name, f"a module of your own: {module} is one of Python")
 
     def make(self, options: Mapping[str, str], *, is_one: Callable[[Any], bool], expected: str, **given: object) -> Any:

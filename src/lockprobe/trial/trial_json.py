@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.terminal_text import one_line
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
-from lockprobe.trial.record import Fact, Step, Trial
+from lockprobe.trial.record import Decision, Fact, Step, Trial
 from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 
 _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
@@ -17,7 +17,7 @@ _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
 LONGEST = 10_000
 """The most steps of a trial."""
 
-_Fault = tuple[str, object, str]
+Fault = tuple[str, object, str]
 """What is wrong in a record, what it is, and what it should be."""
 
 
@@ -64,29 +64,40 @@ def check_whole(trial: Trial) -> None:
     _refuse("", _of_whole(trial))
 
 
-def _refuse(where: str, faults: Iterable[_Fault]) -> None:
+def _refuse(where: str, faults: Iterable[Fault]) -> None:
     for what, got, expected in faults:
         raise BadValue(f"trial record, {where}{what}", got, expected)
 
 
-def _of_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> Iterator[_Fault]:
-    decision = step.decision
+def _of_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> Iterator[Fault]:
     if step.joint not in joints:
         yield "joint", step.joint, f"one of {', '.join(joints)}"
-    if decision.joint not in labels:
-        yield "decision", decision.joint, f"one of {', '.join(labels)}"
     for name, bits in (("state", step.state), ("told state", step.told_state)):
         if bits is not None and not (len(bits) == len(joints) and set(bits) <= {"0", "1"}):
             yield name, bits, f"{len(joints)} positions, each 0 or 1"
-    chances, claimed = decision.probabilities, decision.claim_probability
-    if chances is not None and not (len(chances) == len(joints) and all(0 <= chance <= 1 for chance in chances)):
-        yield "probabilities", chances, f"{len(joints)} numbers from 0 to 1"
-    if claimed is not None and not 0 <= claimed <= 1:
-        yield "claim probability", claimed, "a number from 0 to 1"
+    yield from faults_of(step.decision, labels)
     yield from _seen(step.pictures, step.sensed, len(joints))
 
 
-def _seen(pictures: Mapping[PictureKind, str], sensed: Mapping[str, Fact], joints: int) -> Iterator[_Fault]:
+def faults_of(decision: Decision, labels: Sequence[str]) -> Iterator[Fault]:
+    """What is wrong with a decision on joints with these labels; its texts and its usage are not looked at."""
+    if decision.joint not in labels:
+        yield "decision", decision.joint, f"one of {', '.join(labels)}"
+    if decision.claimed not in ("moved", "blocked", None):
+        yield "claimed", decision.claimed, "one of moved, blocked, None"
+    chances, claimed = decision.probabilities, decision.claim_probability
+    many = chances is None or (isinstance(chances, tuple | list) and len(chances) == len(labels))
+    if not (many and all(map(_is_share, chances or ()))):
+        yield "probabilities", chances, f"{len(labels)} numbers from 0 to 1"
+    if claimed is not None and not _is_share(claimed):
+        yield "claim probability", claimed, "a number from 0 to 1"
+
+
+def _is_share(value: object) -> bool:
+    return isinstance(value, float | int) and 0 <= value <= 1
+
+
+def _seen(pictures: Mapping[PictureKind, str], sensed: Mapping[str, Fact], joints: int) -> Iterator[Fault]:
     """Names of pictures are hashes, so that no record points outside its directory; a reading is one of all joints."""
     for kind, name in pictures.items():
         if not PICTURE_NAME.fullmatch(name):
@@ -95,7 +106,7 @@ def _seen(pictures: Mapping[PictureKind, str], sensed: Mapping[str, Fact], joint
         yield CAMERA, sensed[CAMERA], f"{joints} positions, each 0, 1 or {UNCLEAR}"
 
 
-def _of_whole(trial: Trial) -> Iterator[_Fault]:
+def _of_whole(trial: Trial) -> Iterator[Fault]:
     steps, budget = len(trial.steps), trial.budget
     if trial.fork is not None and trial.fork.parent != str(trial.name):
         yield "fork of", trial.fork.parent, str(trial.name)
@@ -114,7 +125,7 @@ def _of_whole(trial: Trial) -> Iterator[_Fault]:
     yield from _of_ending(trial, steps)
 
 
-def _of_ending(trial: Trial, steps: int) -> Iterator[_Fault]:
+def _of_ending(trial: Trial, steps: int) -> Iterator[Fault]:
     """A trial ends when the target moves or the steps run out, or with an error if there is one."""
     if (trial.error is None) == (trial.ending == "error"):
         yield "error", trial.error, f"one exactly if the ending is error, not {trial.ending}"

@@ -187,3 +187,22 @@ def test_what_is_erased_leaves_no_byte_even_where_a_log_was_left(tmp_path):
         store.erase()
         assert all(b"secret" not in one.read_bytes() for one in tmp_path.iterdir())
     assert texts(path) == ["kept"]
+
+
+def test_a_finished_file_is_read_where_nothing_can_be_written(path, monkeypatch):
+    with Database.writing(path, SCHEMA) as store:
+        put(store, "one")
+    plain = sqlite3.connect
+
+    def read_only(name, **more):  # what a directory without the right to write does, also to root
+        if "mode=" in name and "immutable" not in name:
+            raise _failed("unable to open database file", sqlite3.SQLITE_CANTOPEN)
+        return plain(name, **more)
+
+    monkeypatch.setattr(module.sqlite3, "connect", read_only)
+    assert texts(path) == ["one"]
+    path.with_name("d.db-wal").write_bytes(b"commits")
+    content = path.read_bytes()
+    path.write_bytes(content[:18] + b"\2\2" + content[20:])  # as a kill leaves it
+    with pytest.raises(BadFile, match="d.db: cannot be read .unable to open"):
+        texts(path)

@@ -195,28 +195,57 @@ def _prior_at(
 
 def update(belief: Belief, report: ReportedAttempt) -> Belief:
     """The posterior after a report, given that the trial goes on."""
-    found = _condition_on_report(belief, report)
-    if found is not None:
+    if (found := _conditioned(belief, report)) is not None:
         return found
     before = belief.likeliest if report.positions is None else report.positions ^ (report.moved << report.joint)
     again = _prior_at(belief.interlocks, belief.noise, before & ~1, belief.positions, belief.restarts + 1)
-    return _condition_on_report(again, report) or _restart_after(again, before & ~1, report)
+    if (found := _conditioned(again, report)) is not None:
+        return found
+    now = before & ~1 ^ (report.moved << report.joint) & ~1  # the target stays in place
+    fresh = _prior_at(again.interlocks, again.noise, now, report.positions, again.restarts)
+    fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
+    blocked = ~fresh.interlocks.moves(fresh.configuration, 0)
+    weights = fresh.weights * blocked
+    total = float(weights.sum())
+    if report.joint or not total:
+        return fresh
+    return replace(fresh, possible=fresh.possible & blocked, weights=weights / total)
 
 
-def _condition_on_report(belief: Belief, report: ReportedAttempt) -> Belief | None:
+def compared(belief: Belief) -> NDArray[np.int64]:
+    """The configuration from which the next report says the attempted joint moved or not, shape (interlocks,)."""
+    if belief.noise.kinds[0] in OF_OUTCOMES and belief.positions is not None:
+        return np.full_like(belief.configuration, belief.positions)
+    return belief.configuration
+
+
+def _conditioned(belief: Belief, report: ReportedAttempt) -> Belief | None:
     """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
+    noise, told, bit = belief.noise, belief.told + 1, 1 << report.joint
     moves = belief.interlocks.moves(belief.configuration, report.joint)
-    said = _moved_as_told(belief, report)
-    possible = belief.possible & _allows_positions(belief, report, said)
+    said: NDArray[np.bool_] | bool = report.moved  # under each interlock if only positions are told
+    possible = belief.possible
+    if report.positions is not None:
+        if report.states_only:
+            said = (compared(belief) ^ report.positions) & bit != 0
+        seen = ~1 if noise.naive else ~0  # a naive one takes the target to be at rest, whatever is told of it
+        before = report.positions ^ (said * bit)
+        attempted = (compared(belief) ^ before) & (bit & seen)
+        true = (belief.configuration ^ before) & (~bit & seen)
+        repeated = 0 if belief.positions is None else (report.positions ^ belief.positions) & ~bit
+        wrong = [attempted | (true if kind in TRUE_ELSEWHERE else repeated) for kind in noise.kinds]
+        possible = possible & (np.array(wrong) == 0)
     if report.joint == 0:
-        possible &= ~moves
-    false, told = belief.false + (moves != said), belief.told + 1
-    weights = _weights(belief.noise, possible, false, told)
-    if weights is None:
+        possible = possible & ~moves
+    false = belief.false + (moves != said)
+    logs = np.where(possible.any(axis=0), _log_likelihood(noise.p, told)[false], -inf)
+    if (most := float(logs.max())) == -inf:
         return None
+    weights: Floats = np.exp(logs - most) * possible.sum(axis=0)
+    weights /= weights.sum()
     return Belief(
         interlocks=belief.interlocks,
-        noise=belief.noise,
+        noise=noise,
         possible=possible & (weights > 0.0),
         configuration=belief.configuration ^ (moves << report.joint),
         false=false,
@@ -229,47 +258,6 @@ def _condition_on_report(belief: Belief, report: ReportedAttempt) -> Belief | No
     )
 
 
-def _moved_as_told(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_] | bool:
-    """Whether the joint moved according to the report; under each interlock if only positions are told."""
-    if not report.states_only or report.positions is None:
-        return report.moved
-    moved: NDArray[np.bool_] = (compared(belief) ^ report.positions) >> report.joint & 1 == 1
-    return moved
-
-
-def compared(belief: Belief) -> NDArray[np.int64]:
-    """The configuration from which the next report says the attempted joint moved or not, shape (interlocks,)."""
-    if belief.noise.kinds[0] in OF_OUTCOMES and belief.positions is not None:
-        return np.full_like(belief.configuration, belief.positions)
-    return belief.configuration
-
-
-def _allows_positions(belief: Belief, report: ReportedAttempt, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
-    """Whether each reading and interlock allows the reported positions, shape (kinds, interlocks)."""
-    if report.positions is None:
-        return np.ones_like(belief.possible)
-    bit = 1 << report.joint
-    seen = ~1 if belief.noise.naive else ~0  # a naive one takes the target to be at rest, whatever is told of it
-    before = report.positions ^ (said * bit)
-    attempted = (compared(belief) ^ before) & (bit & seen)
-    true = (belief.configuration ^ before) & (~bit & seen)
-    repeated = 0 if belief.positions is None else (report.positions ^ belief.positions) & ~bit
-    wrong = [attempted | (true if kind in TRUE_ELSEWHERE else repeated) for kind in belief.noise.kinds]
-    allowed: NDArray[np.bool_] = np.array(wrong) == 0
-    return allowed
-
-
-def _weights(noise: Noise, possible: NDArray[np.bool_], false: NDArray[np.int64], told: int) -> Floats | None:
-    """The posterior over interlocks, from their counts of false reports, shape (interlocks,); None if impossible."""
-    logs = np.where(possible.any(axis=0), _log_likelihood(noise.p, told)[false], -inf)
-    most = float(logs.max())
-    if most == -inf:
-        return None
-    weights: Floats = np.exp(logs - most) * possible.sum(axis=0)
-    weights /= weights.sum()
-    return weights
-
-
 @lru_cache(maxsize=4096)
 def _log_likelihood(p: float | None, told: int) -> Floats:
     """The log-likelihood of 0, 1, ... false reports among ``told``, shape (told + 1,)."""
@@ -278,19 +266,6 @@ def _log_likelihood(p: float | None, told: int) -> Floats:
         return np.array([lgamma(k + 1) + lgamma(told - k + 1) - lgamma(told + 2) for k in counts])
     odds = (log(p) if p > 0 else -inf, log(1 - p) if p < 1 else -inf)
     return np.array([sum(n * odd for n, odd in zip((k, told - k), odds, strict=True) if n) for k in counts])
-
-
-def _restart_after(again: Belief, before: int, report: ReportedAttempt) -> Belief:
-    """Restart from the prior at the reported configuration; the target stays in place."""
-    now = before ^ (report.moved << report.joint) & ~1
-    fresh = _prior_at(again.interlocks, again.noise, now, report.positions, again.restarts)
-    fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
-    blocked = ~fresh.interlocks.moves(fresh.configuration, 0)
-    weights = fresh.weights * blocked
-    total = float(weights.sum())
-    if report.joint or not total:
-        return fresh
-    return replace(fresh, possible=fresh.possible & blocked, weights=weights / total)
 
 
 def entropy(belief: Belief) -> float:
