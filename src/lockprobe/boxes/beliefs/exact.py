@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from functools import cache
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
@@ -49,22 +48,10 @@ def planner(interlocks: Interlocks) -> Planner:
     return Planner(interlocks)
 
 
-class _Split(NamedTuple):
-    """An attempt whose outcome is uncertain.
-
-    Attributes:
-        bound: Lower bound of the expected steps through it.
-        steps: Number of steps up to and including the attempt.
-        share: Share of the interlocks that let the joint move.
-        moved: These interlocks and the configuration after the attempt; None if the box is then open.
-        blocked: The other interlocks and the unchanged configuration.
-    """
-
-    bound: float
-    steps: int
-    share: float
-    moved: tuple[int, int] | None
-    blocked: tuple[int, int]
+_Split = tuple[float, int, float, tuple[int, int] | None, tuple[int, int]]
+"""An attempt of uncertain outcome: the lower bound of the expected steps through it, the steps up to and including it,
+the share of the interlocks that let the joint move, these with the configuration after it (None if the box is then
+open), and the others with the unchanged configuration."""
 
 
 class Planner:
@@ -116,12 +103,12 @@ class Planner:
         if alive & (alive - 1) == 0:
             return self._bound(alive, configuration)
         best, splits = self._reach(alive, configuration)
-        for split in sorted(splits, key=lambda found: (found.bound, found.steps)):
-            if split.bound >= best - SAME:
+        for bound, steps, share, moved, blocked in sorted(splits, key=lambda found: found[:2]):
+            if bound >= best - SAME:
                 break
-            steps = split.steps + (split.share * self.value(*split.moved) if split.moved else 0.0)
-            if steps + (1.0 - split.share) * self._bound(*split.blocked) < best - SAME:
-                best = min(best, steps + (1.0 - split.share) * self.value(*split.blocked))
+            expected = steps + (share * self.value(*moved) if moved else 0.0)
+            if expected + (1.0 - share) * self._bound(*blocked) < best - SAME:
+                best = min(best, expected + (1.0 - share) * self.value(*blocked))
         return best
 
     def _reach(self, alive: int, configuration: int) -> tuple[float, list[_Split]]:
@@ -137,11 +124,8 @@ class Planner:
                         away[there] = away[here] + 1
                         queue.append(there)
                 elif moved:
-                    splits.append(self._split(alive, here, joint, moved, away[here] + 1))
+                    steps, share = away[here] + 1, moved.bit_count() / alive.bit_count()
+                    after, blocked = (moved, here ^ (1 << joint)) if joint else None, (alive & ~moved, here)
+                    bound = steps + (share * self._bound(*after) if after else 0.0)
+                    splits.append((bound + (1.0 - share) * self._bound(*blocked), steps, share, after, blocked))
         return inf, splits
-
-    def _split(self, alive: int, here: int, joint: int, moved: int, steps: int) -> _Split:
-        share, blocked = moved.bit_count() / alive.bit_count(), (alive & ~moved, here)
-        after = (moved, here ^ (1 << joint)) if joint else None
-        bound = steps + (share * self._bound(*after) if after else 0.0) + (1.0 - share) * self._bound(*blocked)
-        return _Split(bound=bound, steps=steps, share=share, moved=after, blocked=blocked)
