@@ -79,7 +79,7 @@ def test_mistakes_end_in_one_line(lockprobe, labs, tmp_path):
     boxed = write_study(tmp_path / "longer", replace(STUDY, max_steps=9), [])
     for asked, why in (
         ((labs[0], "--agent", "random"), "--agent and --out cannot be combined with one study"),
-        ((*labs, "--watch"), "cannot be combined with several studies"),
+        ((*labs, "--paper"), "cannot be combined with several studies"),
         ((labs[0], tmp_path / "none"), "no study.json here"),
         ((labs[0], labs[0]), "given twice"),
         ((labs[0], boxed), "the budget of steps (max_steps) is 9, not 20"),

@@ -93,7 +93,6 @@ def test_the_level_of_sequences():
         (loops, ["--solver", "ilp"], "ABC\n" + "A" * 121, BadFile, "line 2: actions for the solver ilp: got 121"),
         (chance, ["--sequences", "-"], "\n \n", BadFile, "no action sequence"),
         (chance, ["--sequences", "-"], "ABCD\nEFGH", BadFile, "8 distinct actions, but --actions is 4"),
-        (chance, ["--sequences", "-"], " ".join(map(str, range(70))), BadFile, "70 distinct actions, at most 64"),
         (chance, ["--sequences", "-", "--length", 0], "ABC", Conflict, "--length cannot be combined with --sequences"),
     ],
 )

@@ -37,7 +37,7 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
         assert "?preview=" in said[3]
         assert said[4].endswith(str(tmp_path / "study"))
         assert "names nobody as responsible" in said[5]
-        assert "--require-id or --join-code" in said[6]
+        assert "--join-code CODE, or require_id in people.toml" in said[6]
         assert said[7].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
     finally:
         process.send_signal(signal.SIGINT)
@@ -123,7 +123,6 @@ def test_the_example_has_every_setting_as_it_is_by_default(language):
         (("",), "study: got ''"),
         (("flips", "--out", ""), "out: got '', expected a directory"),
         (("flips", "--host", ""), "host: got '', expected a name or IP address"),
-        (("flips", "--trials-each", "0"), "trials_each: got 0, expected at least 1"),
         (("flips", "--p", "2"), "p"),
         (("flips", "--texts", "xx"), "no language is called 'xx'"),
         (("flips", "--texts", "none.toml"), "cannot be read"),

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from lockprobe.boxes.boxfile import read_box
-from lockprobe.cli.sequences import read_sequences
+from lockprobe.cli.loops import _sequences
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import check_regular, is_there, parse_json, read_input
 from lockprobe.people.diary import read_diaries
@@ -62,8 +62,8 @@ def test_pipes_as_boxes_and_stores_are_refused_and_as_sequences_welcome(tmp_path
     reader, writer = os.pipe()
     with os.fdopen(writer, "w") as file:
         file.write("ABAB\n")
-    assert read_sequences(f"/dev/fd/{reader}") == [("A", "B", "A", "B")]
+    assert _sequences(f"/dev/fd/{reader}") == [(1, ("A", "B", "A", "B"))]
     os.close(reader)
-    monkeypatch.setattr("lockprobe.cli.sequences.LARGEST_INPUT", 1000)
+    monkeypatch.setattr("lockprobe.cli.loops.LARGEST_INPUT", 1000)
     with pytest.raises(BadFile, match="/dev/zero: larger than 1000 bytes"):
-        read_sequences("/dev/zero")
+        _sequences("/dev/zero")

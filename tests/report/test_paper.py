@@ -59,7 +59,7 @@ def test_the_command_writes_the_exhibits_beside_the_report_and_verify_says_nothi
     assert {*re.findall(r"\\includegraphics\[.*?\]\{(.+?)\}", example)} == {one[:-4] for one in pictures} - {"box"}
     assert {*re.findall(r"\\input\{(.+?)\}", example)} == {"methods", "results", "table1"}
     with pytest.raises(UserMistake):
-        in_process("report", directory, "--paper", "--watch")
+        in_process("report", directory, directory, "--paper")
 
 
 def test_before_a_trial_has_ended_there_is_no_exhibit(tmp_path):

@@ -35,7 +35,7 @@ COMMANDS = {
     "withdraw": ("withdraw", "withdraw", "Delete all data of one participant."),
     "mcp": ("mcp", "mcp", "Let an agent with tools (MCP) play a study."),
     "loops": ("loops", "loops", "Find action loops in sequences, one per line."),
-    "chance": ("chance", "chance", "Compute the chance level of an action loop."),
+    "chance": ("loops", "chance", "Compute the chance level of an action loop."),
     "power": ("power", "power", "Find how many trials a given effect needs."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("box", "app", "List, show, check, solve and generate boxes."),

@@ -8,9 +8,8 @@ import importlib.util
 import json as json_
 import os
 import platform
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Annotated
+from collections.abc import Callable, Iterator
+from typing import Annotated, NamedTuple
 
 import typer
 
@@ -21,8 +20,7 @@ from lockprobe.foundation.errors import BadValue, UserMistake, advice
 from lockprobe.foundation.plugins import robot_plugin
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class Finding(NamedTuple):
     """One thing that works or does not.
 
     Attributes:
@@ -38,47 +36,35 @@ class Finding:
 
 def examine() -> Iterator[Finding]:
     """Examine everything that a study may need."""
-    yield Finding(what="python", ok=True, detail=f"{platform.python_version()}, {os.cpu_count()} cores")
-    yield _runtime()
-    yield _embedded()
-    yield _package("starlette", "starlette", "participants' page", "pip install 'lockprobe[web]'")
-    yield _package("mcp", "mcp", "agents with tools", "pip install 'lockprobe[mcp]'")
-    yield from _physical()
-
-
-def _runtime() -> Finding:
-    what = "runtime of local models"
-    if importlib.util.find_spec("xllamacpp") is None:
-        return Finding(what=what, ok=False, detail=advice("pip install 'lockprobe[local]'"))
+    yield Finding("python", ok=True, detail=f"{platform.python_version()}, {os.cpu_count()} cores")
+    yield _found("runtime of local models", _runtime)
+    yield _found("embedded model", lambda: f"{weights.locate('llm:local').name}, hash as expected")
+    yield _found("participants' page", lambda: _version("starlette", "pip install 'lockprobe[web]'"))
+    yield _found("agents with tools", lambda: _version("mcp", "pip install 'lockprobe[mcp]'"))
     try:
-        import lockprobe.agents.engine  # noqa: F401
+        yield from robot_plugin("tool", "doctor", "physical boxes need").load()()
     except UserMistake as mistake:
-        return Finding(what=what, ok=False, detail=str(mistake))
-    return Finding(what=what, ok=True, detail=f"xllamacpp {importlib.metadata.version('xllamacpp')}")
+        yield Finding("physical lockbox", ok=False, detail=str(mistake))
 
 
-def _physical() -> Iterator[Finding]:
+def _found(what: str, look: Callable[[], str]) -> Finding:
     try:
-        of_robot = robot_plugin("tool", "doctor", "physical boxes need").load()
-        examined: Iterator[Finding] = of_robot()
+        return Finding(what, ok=True, detail=look())
     except UserMistake as mistake:
-        yield Finding(what="physical lockbox", ok=False, detail=str(mistake))
-        return
-    yield from examined
+        return Finding(what, ok=False, detail=str(mistake))
 
 
-def _embedded() -> Finding:
-    try:
-        path = weights.locate("llm:local")
-    except UserMistake as mistake:
-        return Finding(what="embedded model", ok=False, detail=str(mistake))
-    return Finding(what="embedded model", ok=True, detail=f"{path.name}, hash as expected")
+def _runtime() -> str:
+    version = _version("xllamacpp", "pip install 'lockprobe[local]'")
+    import lockprobe.agents.engine  # noqa: F401  it may not load
+
+    return version
 
 
-def _package(module: str, package: str, what: str, remedy: str) -> Finding:
-    if importlib.util.find_spec(module) is None:
-        return Finding(what=what, ok=False, detail=advice(remedy))
-    return Finding(what=what, ok=True, detail=f"{package} {importlib.metadata.version(package)}")
+def _version(package: str, remedy: str) -> str:
+    if importlib.util.find_spec(package) is None:
+        raise UserMistake(advice(remedy))
+    return f"{package} {importlib.metadata.version(package)}"
 
 
 def _asked(model: str) -> Iterator[Finding]:
@@ -87,7 +73,7 @@ def _asked(model: str) -> Iterator[Finding]:
     from lockprobe.agents.llm.probe import probe
 
     for shown in asyncio.run(probe(model)):
-        yield Finding(what=shown.what, ok=shown.ok, detail=shown.detail)
+        yield Finding(shown.what, ok=shown.ok, detail=shown.detail)
 
 
 def doctor(

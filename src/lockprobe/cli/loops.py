@@ -1,19 +1,30 @@
-"""``lockprobe loops``: measures loops in action sequences."""
+"""``lockprobe loops`` and ``lockprobe chance``: action loops in sequences, and chance levels of the loop measures."""
 
 from __future__ import annotations
 
 import json as json_
-from typing import TYPE_CHECKING, Annotated
+import re
+import sys
+from contextlib import nullcontext
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from lockprobe.cli import options
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict
+from lockprobe.foundation.formatting import count
+from lockprobe.foundation.inputs import LARGEST_INPUT
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.statistics.loops import Solver
+from lockprobe.statistics.loops.sequence_line import parse_sequence
 
 if TYPE_CHECKING:
     from lockprobe.statistics.loops import LoopCover
+
+MOST_ACTIONS = 64
+"""The largest value of ``--actions``."""
 
 
 def loops(
@@ -26,15 +37,83 @@ def loops(
     min_length: options.MinLength = 3,
 ) -> None:
     """Find action loops in sequences, one sequence per line (paper, Sec. 3.3)."""
-    from lockprobe.cli.sequences import numbered_sequences
     from lockprobe.statistics.loops import cover
 
-    for number, sequence in numbered_sequences(file):
+    for number, sequence in _sequences(file):
         try:
             found = cover(sequence, solver=solver, overlap=overlap, min_length=min_length)
         except BadValue as error:
             raise BadFile(file, f"line {number}: {error}") from None
         print(json_.dumps(_row(found)) if json else _sentence(found))
+
+
+def chance(
+    length: Annotated[int | None, typer.Option(min=0, max=10_000, help="Length of the trial in steps (20).")] = None,
+    actions: Annotated[int, typer.Option(min=1, max=MOST_ACTIONS, help=options.ACTIONS)] = 4,
+    null: Annotated[
+        Literal["uniform", "no-repeat"], typer.Option(help="Any action, or any except the one before.")
+    ] = "uniform",
+    overlap: options.Overlap = False,
+    min_length: options.MinLength = 3,
+    sequences: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE|-", help="One action sequence per line: the loop rate expected in trials of these lengths."
+        ),
+    ] = None,
+    json: options.AsJson = False,
+) -> None:
+    """Compute the probability of an action loop in a trial of random choices of this length."""
+    from lockprobe.statistics.loops.chance import chance_level, expected_loop_rate
+
+    if sequences is not None:
+        if length is not None:
+            raise Conflict("--length", "--sequences", "the sequences have their own lengths")
+        if not (trials := [sequence for _, sequence in _sequences(sequences)]):
+            raise BadFile(sequences, "holds no action sequence")
+        if (seen := len(set(chain.from_iterable(trials)))) > actions:
+            raise BadFile(sequences, f"all lines: {seen} distinct actions, but --actions is {actions}")
+        level = expected_loop_rate(trials, null, actions=actions, overlap=overlap, min_length=min_length)
+        setting = f"{null}, the lengths of {len(trials)} trials"
+    else:
+        length = 20 if length is None else length
+        level = chance_level(length, actions, null=null, overlap=overlap, min_length=min_length)
+        setting = f"{null}, {length} steps, {actions} joints"
+    if json:
+        print(json_.dumps({"probability": level.probability, "method": level.method, "error": level.error}))
+    else:
+        doubt = "" if level.method == "exact" else f" ± {level.error:.4f}"
+        print(f"{level.probability:.4f}{doubt} ({level.method}; {setting})")
+
+
+def _sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
+    """The sequences in a file (``-``: standard input), one a line, with their line numbers.
+
+    Empty lines are skipped, and their number is printed on standard error.
+    """
+    if not file:
+        raise BadValue("file", file, "the name of a file, or - for standard input")
+    try:
+        with nullcontext(sys.stdin.buffer) if file == "-" else Path(file).open("rb") as source:
+            content = source.read(LARGEST_INPUT + 1)  # a pipe is welcome here: cat FILE |, <(command)
+        if len(content) > LARGEST_INPUT:
+            raise BadFile(file, f"larger than {LARGEST_INPUT} bytes")
+        lines = re.split(r"\r\n|\n|\r", content.decode("utf-8-sig"))
+    except AttributeError:
+        raise BadFile(file, "standard input is closed") from None
+    except OSError as error:
+        raise BadFile(file, f"cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise BadFile(file, "not text in UTF-8") from None
+    found = []
+    for number, line in enumerate(lines if lines[-1] else lines[:-1], 1):
+        try:
+            found.append((number, parse_sequence(line)))
+        except BadValue as error:
+            raise BadFile(file, f"line {number}: {error}") from None
+    if empty := sum(not sequence for _, sequence in found):
+        print(f"{count(empty, 'empty line')} skipped", file=sys.stderr)
+    return [(number, sequence) for number, sequence in found if sequence]
 
 
 def _row(found: LoopCover) -> dict[str, object]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json as json_
 import sys
-import time
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -21,26 +20,16 @@ from lockprobe.foundation.errors import Conflict
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.write import write_report
-from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.records.results_hash import StudyHashes
-from lockprobe.studies.records.store import read
 
 if TYPE_CHECKING:
     from lockprobe.report.compare import Comparison
 
 _PAPER = "Also write paper/: the exhibits of the paper and all other figures as PDF, tables and methods in TeX."
-_WATCH = "Update the report while the study runs, until all planned trials are finished or Ctrl-C."
 
 PAGE = Path("compare.html")
 
 _LONGEST = 300
 """The most characters of a line on different settings."""
-
-PAUSE = 5.0
-"""The least seconds from the end of a report to the next; longer for one that takes longer: the study needs half."""
-
-_LOOK = 0.5
-"""Seconds between checks of the records."""
 
 Directories = Annotated[
     list[Path], typer.Argument(metavar="DIR...", help="The directory of a study; several are compared on one page.")
@@ -53,12 +42,10 @@ Out = Annotated[
     Path | None, typer.Option(metavar="FILE", help=options.with_brackets(options.OUT, f"several studies: {PAGE}"))
 ]
 ForPaper = Annotated[bool, typer.Option("--paper", help=_PAPER)]
-Watch = Annotated[bool, typer.Option("--watch", help=_WATCH)]
 
 
 def report(
     directories: Directories,
-    watch: Watch = False,
     paper: ForPaper = False,
     agent: Agents = None,
     out: Out = None,
@@ -71,51 +58,14 @@ def report(
     one seed share their luck and are compared trial by trial; others are independent samples. Studies of different
     boxes, budgets of steps, plants or modalities are refused.
     """
-    if watch and paper:
-        raise Conflict("--watch", "--paper", "a paper is of a finished report")
     if len(directories) > 1:
-        if watch or paper:
-            raise Conflict("--watch and --paper", "several studies", "they are of the report of one")
+        if paper:
+            raise Conflict("--paper", "several studies", "it is of the report of one")
         _compare(directories, agent or (), out or PAGE, json=json)
         return
     if agent or out:
         raise Conflict("--agent and --out", "one study", "its report has every agent and stands in its directory")
-    (directory,) = directories
-    if not watch:
-        _write(directory, paper=paper, json=json)
-        return
-    try:
-        _watch(directory, json=json)
-    except KeyboardInterrupt:
-        print(f"Report: stopped by Ctrl-C; trials still owed: {_owed(directory)}", file=sys.stderr)
-
-
-def _watch(directory: Path, *, json: bool) -> None:
-    """Write the report now and whenever records or settings change, until it holds every planned trial, of people too.
-
-    A study that stops when it is decided is over when it may stop.
-    """
-    while True:
-        seen, began = _state(directory), time.monotonic()
-        _write(directory, json=json)
-        took = time.monotonic() - began
-        if _state(directory) == seen and not _owed(directory):
-            return
-        time.sleep(max(PAUSE, took))
-        while _state(directory) == seen:
-            time.sleep(_LOOK)
-
-
-def _owed(directory: Path) -> int:
-    found = StudyHashes.of(directory)
-    return found.planned - found.finished
-
-
-def _state(directory: Path) -> tuple[object, ...]:
-    """What a report depends on most: the records, and when the settings were written."""
-    with read(directory) as store:
-        records = store.one("select count(*), coalesce(max(id), 0) from trial")
-    return (*records, (directory / SETTINGS).stat().st_mtime_ns)
+    _write(directories[0], paper=paper, json=json)
 
 
 def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, json: bool) -> None:
@@ -151,7 +101,7 @@ def _print_comparison(found: Comparison) -> None:
         print(f"{left} more differences, with baselines or within one study, are on the page.")
 
 
-def _write(directory: Path, *, paper: bool = False, json: bool) -> None:
+def _write(directory: Path, *, paper: bool, json: bool) -> None:
     tell = partial(print, "Report:", file=sys.stderr)
     left_out: list[LeftOutSection] = []
     path = write_report(directory, tell=tell, left_out=left_out.append)

@@ -10,7 +10,7 @@ from dataclasses import replace
 from importlib.util import find_spec
 from math import ceil
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -54,12 +54,8 @@ _ALLOWED = "A name of this machine on a local network; may be repeated."
 
 Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|why|FILE.toml|DIR", help=_STUDY)]
 People = Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_PEOPLE)]
-RequireId = Annotated[
-    bool | None, typer.Option("--require-id", help="Admit only people with a platform ID in the URL.")
-]
 JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="A code without which no address admits.")]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
-TrialsEach = Annotated[int | None, typer.Option(help=options.with_brackets(options.TRIALS_EACH, "each condition once"))]
 Host = Annotated[str, typer.Option(help=options.HOST)]
 Public = Annotated[str, typer.Option(metavar="ORIGIN", help=_PUBLIC)]
 Allowed = Annotated[list[str] | None, typer.Option("--allow-host", metavar="NAME", help=_ALLOWED)]
@@ -81,8 +77,6 @@ def serve(
     what: Name = None,
     people: People = None,
     texts: Texts = None,
-    trials_each: TrialsEach = None,
-    require_id: RequireId = None,
     join_code: JoinCode = None,
     out: options.Out = None,
     allow: options.Allow = None,
@@ -109,10 +103,7 @@ def serve(
     if not what:
         raise BadValue("study", what, f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study")
     file, number = _people(people or [])
-    own = {
-        "trials_each": trials_each, "language": texts, "participants": number,
-        "require_id": require_id, "join_code": join_code,
-    }  # fmt: skip
+    own = {"language": texts, "participants": number, "join_code": join_code}
     own = {key: value for key, value in own.items() if value is not None}
     planned, directory, experiment = _study_and_people(what, asked, file, own, out)
     if planned.attended:
@@ -146,45 +137,33 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
     from lockprobe.people.web.serving import serve as until_stopped
 
     words = read_words(experiment.language)
-    opening = until_stopped(
-        directory,
-        planned,
-        experiment,
-        words,
-        Address(**door),  # type: ignore[arg-type] # named as its fields are
-        announce=lambda where, state: _announce(
-            where.url, f"{where.url}?{PREVIEW}={state.preview}", directory, planned, experiment, words, json=json
-        ),
-    )
-    asyncio.run(opening)
+
+    def announce(where: Any, state: Any) -> None:
+        """Say that people can join, and the address to paste into a recruitment platform, with its placeholders."""
+        parts = [f"{name}={PLACEHOLDERS.get(name, '…')}" for name in experiment.recruitment]
+        parts += [f"{CODE}={experiment.join_code}"] if experiment.join_code else []
+        url, preview = where.url, f"{where.url}?{PREVIEW}={state.preview}"
+        given = url + ("?" + "&".join(parts) if parts else "")
+        if json:
+            said = {"url": url, "study_url": given, "preview_url": preview, "directory": str(directory)}
+            print(jsonlib.dumps(said), flush=True)
+            return
+        size, each = planned.size // len(planned.agents), boxes_each(planned, experiment)
+        lines = (
+            f"{planned.name} on {planned.boxes_in_words} for people: {size} trials, {each} for each person",
+            f"Participants  {url}",
+            *([f"To paste      {given}  (placeholders of the recruitment platform)"] if parts else []),
+            f"Preview       {preview}  (nothing is kept, and no place taken)",
+            f"Kept in       {directory}",
+            *(f"Note          {line}" for line in _reminders(planned, words, experiment)),
+            f"Ctrl-C stops; the same command resumes. Hash of the settings: {planned.settings_hash}",
+        )
+        print("\n".join(lines), flush=True)
+
+    address = Address(**door)  # type: ignore[arg-type] # named as its fields are
+    asyncio.run(until_stopped(directory, planned, experiment, words, address, announce=announce))
     if not json:
         print("Stopped. The same command resumes; everybody continues where they were.")
-
-
-def _announce(
-    url: str, preview: str, directory: Path, planned: Study, experiment: Experiment, words: Words, *, json: bool
-) -> None:
-    """Say that people can join, and the address to paste into the recruitment platform, with its placeholders."""
-    parts = [f"{name}={PLACEHOLDERS.get(name, '…')}" for name in experiment.recruitment]
-    if experiment.join_code:
-        parts.append(f"{CODE}={experiment.join_code}")
-    given = url + ("?" + "&".join(parts) if parts else "")
-    if json:
-        said = {"url": url, "study_url": given, "preview_url": preview, "directory": str(directory)}
-        print(jsonlib.dumps(said), flush=True)
-        return
-    own, each = url.rstrip("/") + "/", boxes_each(planned, experiment)
-    size = planned.size // len(planned.agents)
-    lines = (
-        f"{planned.name} on {planned.boxes_in_words} for people: {size} trials, {each} for each person",
-        f"Participants  {own}",
-        *([f"To paste      {given}  (placeholders of the recruitment platform)"] if given != own else []),
-        f"Preview       {preview}  (nothing is kept, and no place taken)",
-        f"Kept in       {directory}",
-        *(f"Note          {line}" for line in _reminders(planned, words, experiment)),
-        f"Ctrl-C stops; the same command resumes. Hash of the settings: {planned.settings_hash}",
-    )
-    print("\n".join(lines), flush=True)
 
 
 def _reminders(planned: Study, words: Words, experiment: Experiment) -> Iterator[str]:
@@ -200,7 +179,7 @@ def _reminders(planned: Study, words: Words, experiment: Experiment) -> Iterator
             "Edit a copy (lockprobe serve --write-texts mine.toml) and use --texts mine.toml."
         )
     if not (experiment.join_code or experiment.require_id):
-        yield "Anyone with the link can join. --require-id or --join-code CODE keep others out."
+        yield "Anyone with the link can join. --join-code CODE, or require_id in people.toml, keeps others out."
     if experiment.completion_code and not (experiment.left_code or experiment.left_url):
         yield "completion_code is set, but nothing for those who do not finish. In people.toml set left_code."
 
