@@ -1,6 +1,5 @@
 """What a newcomer types first: help, the version, a name that is nearly right."""
 
-import os
 import re
 import subprocess
 import sys
@@ -109,16 +108,6 @@ def test_help_says_the_default_of_every_option_that_takes_a_value(name):
         takes_a_value = re.match(r"\S+ (<|[A-Z]+(\||\b))", row)
         if takes_a_value and option not in WITHOUT_DEFAULT:
             assert "[default: " in row or re.search(r"\(.+\)|left out", row), row
-
-
-def test_a_quick_command_leaves_no_setting_behind(lockprobe, monkeypatch):
-    """A report's last digits depend on how many threads its processes have; all must have equally many."""
-    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
-    assert lockprobe("box", "show")[0] == 0
-    assert "OPENBLAS_NUM_THREADS" not in os.environ
-    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
-    assert lockprobe("box", "show")[0] == 0
-    assert os.environ["OPENBLAS_NUM_THREADS"] == "3"
 
 
 def _imported(*command_lines):

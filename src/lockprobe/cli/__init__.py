@@ -8,8 +8,7 @@ import gc
 import io
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,9 +49,6 @@ _OF_ROBOT = {"rig": "Prepare a robot: tags, calibrate, check, rehearse, dry-run.
 
 _COMPLETING = "_LOCKPROBE_COMPLETE"
 """Environment variable that a shell sets to ask for completions."""
-
-_SMALL = ("box", "loops")
-"""Commands with little arithmetic and no subprocesses."""
 
 STUDIES = ("flips", "modalities", "why", "looks", "mechanisms.toml")
 """Studies that a user may type by mistake where a command belongs."""
@@ -177,13 +173,15 @@ def _run_command() -> int | None:
     _writable_streams()
     asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:
-        with _one_thread() if asked in _SMALL else nullcontext():
-            status = _command_for(asked)(standalone_mode=False)
-            return status if isinstance(status, int) else None
+        status = _command_for(asked)(standalone_mode=False)
+        return status if isinstance(status, int) else None
     except UserMistake as mistake:
         return _complain(str(mistake), mistake.to_copy)
     except TyperException as mistake:
-        return _wrong_command_line(getattr(mistake, "format_message", mistake.__str__)(), asked)
+        said = getattr(mistake, "format_message", mistake.__str__)()
+        if said.startswith("Usage: "):  # no command is named
+            print(said, file=sys.stderr)
+        return _complain("" if said.startswith("Usage: ") else _error_text(said, asked))
     except typer.Abort:
         return 130
     except BrokenPipeError:
@@ -193,23 +191,6 @@ def _run_command() -> int | None:
         return _complain(f"{error.filename or 'writing'}: {error.strerror or error}")
 
 
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Make NumPy start no threads if it is imported here: for small matrices, starting them takes longer than the work.
-
-    The environment is restored afterwards: reports agree to the last digit only if all processes have equal threads.
-    """
-    name = "OPENBLAS_NUM_THREADS"
-    before = os.environ.get(name)
-    os.environ[name] = before or "1"
-    try:
-        yield
-    finally:
-        os.environ.pop(name)
-        if before is not None:
-            os.environ[name] = before
-
-
 def _command_for(asked: str) -> Typer:
     """The ``lockprobe`` command with only the modules that this command line needs; completion needs all."""
     if _COMPLETING in os.environ:
@@ -217,14 +198,6 @@ def _command_for(asked: str) -> Typer:
     if asked in COMMANDS or asked in _OF_ROBOT or (asked and not asked.startswith("-") and asked in every_command()):
         return build([asked])
     return overview()
-
-
-def _wrong_command_line(said: str, asked: str) -> int:
-    """Print what is wrong with a command line: one line, or the help where it names no command."""
-    if said.startswith("Usage: "):
-        print(said, file=sys.stderr)
-        return 2
-    return _complain(_error_text(said, asked))
 
 
 def _error_text(message: str, asked: str) -> str:
