@@ -9,13 +9,11 @@ from dataclasses import asdict, replace
 from typing import Annotated, Any, get_args
 
 import typer
-from rich.markup import escape
 
 from lockprobe.cli import options
-from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
+from lockprobe.cli.printing import print_rows, time_left
 from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict
-from lockprobe.foundation.terminal_text import printable
 from lockprobe.foundation.workers import Processes
 from lockprobe.simulation.power import effects
 from lockprobe.simulation.power.people import PERSONS, Design, People, people_power
@@ -118,8 +116,8 @@ def power(
         plain = [{name: _plain(value) for name, value in row.items()} for row in rows]
         print(json_.dumps(head | {"rows": plain}, indent=1))
     elif rows:
-        _print(rows)
-        plain_console().print(f"\n{note}")
+        print_rows([[*_heads(rows[0])], *([cell for value in row.values() for cell in _cells(value)] for row in rows)])
+        print(f"\n{note}")
     else:
         print("No test has anything to detect: under this effect every question has the answer no.")
 
@@ -214,16 +212,11 @@ def _plain(value: object) -> object:
     return {"needed": value.trials, "low": value.low, "high": value.high, "at_most": value.below, "measured": measured}
 
 
-def _print(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print the rows as a table; what is needed has a column for every size measured, and one for the answer."""
-    columns: list[str] = []
-    for name, value in rows[0].items():
+def _heads(row: Mapping[str, Any]) -> Iterable[str]:
+    """The columns of a row: what is needed has one for every size measured, and one for the answer."""
+    for name, value in row.items():
         sizes = [f"n={one.trials}" for one in value.measured] if isinstance(value, Needed) else []
-        columns += [*sizes, f"{name} for 0.8" if sizes else name]
-    table = new_table(*columns)
-    for row in rows:
-        table.add_row(*(cell for value in row.values() for cell in _cells(value)))
-    print_table(table)
+        yield from (*sizes, f"{name} for 0.8" if sizes else name)
 
 
 def _cells(value: object) -> Iterable[str]:
@@ -235,11 +228,11 @@ def _cells(value: object) -> Iterable[str]:
         elif value.below:
             yield f"at most {value.trials}"
         else:  # with its 95 % interval, from the number of simulated studies
-            yield f"{value.trials} \\[{value.low or f'at most {least}'}, {value.high or f'more than {most}'}]"
+            yield f"{value.trials} [{value.low or f'at most {least}'}, {value.high or f'more than {most}'}]"
     elif isinstance(value, Mapping):
         yield ", ".join(f"{name} {count}" for name, count in value.items())
     else:
-        yield f"{value:.3g}" if isinstance(value, float) else escape(printable(str(value)))
+        yield f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def _numbers(name: str, text: str | None) -> list[float]:

@@ -2,75 +2,42 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import time
 from collections.abc import Callable, Sequence
-from typing import IO
+from itertools import zip_longest
+from textwrap import wrap
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 from rich.text import Text
 
 from lockprobe.boxes.sketch import ascii_only
 from lockprobe.foundation.terminal_text import printable
 
-_UNBOUNDED = 10_000
-"""Columns of output that does not go to a terminal: lines are not wrapped."""
-
 _GAP = 2
 """Spaces between two columns."""
 
 
-def plain_console(file: IO[str] | None = None) -> Console:
-    """A console as wide as the terminal, on standard output by default; files and pipes get unwrapped lines."""
-    file = sys.stdout if file is None else file
-    return Console(file=file, highlight=False, emoji=False, width=None if file.isatty() else _UNBOUNDED)
-
-
-def new_table(*columns: str, numbers: bool = True) -> Table:
-    """An empty table with these column heads; the first column holds names, the others numbers, or words."""
-    table = Table(box=None, show_edge=False, pad_edge=False, padding=(0, _GAP, 0, 0))
-    for place, name in enumerate(columns):
-        table.add_column(name, justify="right" if place and numbers else "left")
-    return table
-
-
 def print_rows(rows: Sequence[Sequence[str]]) -> None:
-    """Print rows of plain text as a table; the first holds the column heads."""
-    table = new_table(*rows[0])
-    for row in rows[1:]:
-        table.add_row(*(escape(printable(cell)) for cell in row))
-    print_table(table)
+    """Print rows of plain text as a table; the first row holds the column heads, the first column names.
 
-
-def print_table(table: Table, file: IO[str] | None = None) -> None:
-    """Print a table: as wide as the terminal but never narrower than its words; in full to a file or a pipe.
-
-    Cells and heads are markup. ``file`` is standard output by default.
+    It is as wide as the terminal but never narrower than its words: no number is cut. A file or a pipe gets it in full.
     """
-    file = sys.stdout if file is None else file
-    fit_columns(table, plain_console(file).width)
-    console = Console(highlight=False, emoji=False, width=_UNBOUNDED, height=1, force_terminal=file.isatty())
-    with console.capture() as printed:
-        console.print(table)
-    file.writelines(f"{line.rstrip()}\n" for line in printed.get().splitlines())
-
-
-def fit_columns(table: Table, width: int) -> None:
-    """Set the widths of the columns: the widest shrink first, until the table fits or a word would be cut."""
-    texts = [
-        [Text.from_markup(str(cell), emoji=False).plain for cell in (one.header, *one.cells)] for one in table.columns
-    ]
-    least = [max((len(word) for text in cells for word in text.split()), default=1) for cells in texts]
-    widths = [max((len(line) for text in cells for line in text.splitlines()), default=1) for cells in texts]
-    while sum(widths) + _GAP * (len(widths) - 1) > width:
-        loose = [place for place, wide in enumerate(widths) if wide > least[place]]
+    columns = [[printable(cell) for cell in column] for column in zip(*rows, strict=True)]
+    least = [max(len(word) for cell in column for word in cell.split() or [""]) for column in columns]
+    widths = [max(map(len, column)) for column in columns]
+    room = shutil.get_terminal_size().columns if sys.stdout.isatty() else sum(widths) + _GAP * len(widths)
+    while sum(widths) + _GAP * (len(widths) - 1) > room:
+        loose = [place for place, width in enumerate(widths) if width > least[place]]
         if not loose:
             break
         widths[max(loose, key=widths.__getitem__)] -= 1
-    for column, wide in zip(table.columns, widths, strict=True):
-        column.width = wide
+    for row in zip(*columns, strict=True):
+        parts = [wrap(cell, width) if width else [] for cell, width in zip(row, widths, strict=True)]
+        for line in zip_longest(*parts, fillvalue=""):
+            cells = [f"{part:{'>' if place else '<'}{widths[place]}}" for place, part in enumerate(line)]
+            print((" " * _GAP).join(cells).rstrip())
 
 
 class Screen:
