@@ -1,31 +1,104 @@
-"""What a newcomer types first: help, the version, a name that is nearly right."""
+"""Help, options and names: what a newcomer types first, each option explained once, and a name that is nearly right."""
 
 import re
 import subprocess
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
+import typer
 from builders import SOLUTION, make_trial, small_study, write_study
+from typer.exceptions import TyperException
 from typer.testing import CliRunner
 
 from lockprobe import __version__
-from lockprobe.cli import COMMANDS, build
+from lockprobe.cli import COMMANDS, build, every_command
+from lockprobe.cli.command import AS_RUN, Command
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.options.presets import preset
 
 AS_PAPER = Path(__file__).parents[2] / "docs" / "as-paper.md"
 
+MOST = 145
+"""So many options a person can look through."""
 
-def test_the_version(lockprobe):
+WITH_STUDY_OPTIONS = ("run", "serve", "mcp", "power", "play", "branch")
+
+
+def declared(command, path=""):
+    """The options of a command and of its parts: path, option, whether help refers to ``lockprobe run`` for it."""
+    groups = command.by_heading(typer.Context(command)) if isinstance(command, Command) else {"Options": command.params}
+    for heading, options in groups.items():
+        for option in options:
+            if option.param_type_name == "option" and option.name != "help":
+                yield path, option, heading == AS_RUN
+    for name, part in getattr(command, "commands", {}).items():
+        yield from declared(part, f"{path} {name}".strip())
+
+
+@pytest.fixture(scope="module")
+def everything():
+    return typer.main.get_command(build(every_command()))
+
+
+def test_there_are_few_options_and_each_is_explained_in_one_way(everything):
+    """One counts in every command whose help explains it. Brackets at the end say what holds in a command."""
+    assert sum(not as_run for _, _, as_run in declared(everything)) <= MOST
+    said, spelled = defaultdict(lambda: defaultdict(list)), defaultdict(set)
+    for path, option, _ in declared(everything):
+        spelled[option.help].add("/".join(option.opts))
+        for spelling in (*option.opts, *option.secondary_opts):
+            said[spelling][re.sub(r"( \([^()]*\))?\.$", "", option.help)].append(path)
+    assert {spelling: dict(texts) for spelling, texts in said.items() if len(texts) > 1} == {}
+    assert {text: names for text, names in spelled.items() if len(names) > 1} == {}
+
+
+def test_an_option_of_one_value_that_is_given_again_is_refused_by_every_command(everything, lockprobe):
+    for path, option, _ in declared(everything):
+        if not path:
+            continue  # of the shell, such as --install-completion
+        command, value = everything, [] if option.is_flag else ["1"]
+        for name in path.split():
+            command = command.commands[name]
+        said = ""
+        try:
+            command.make_context(path, [option.opts[0], *value, [*option.opts, *option.secondary_opts][-1], *value])
+        except TyperException as mistake:
+            said = mistake.format_message()
+        except UserMistake as mistake:
+            said = str(mistake)
+        assert said.startswith(f"Option '{option.opts[0]}' is given 2 times") != option.multiple, path
+    again = lockprobe("run", "flips", "--seed", "1", "--seed=2")
+    assert again == (2, "", "lockprobe: Option '--seed' is given 2 times; it can be given only once.\n")
+
+
+def test_run_shows_the_ten_options_first_that_most_people_need_and_the_others_refer_to_it(lockprobe):
+    first, *headings = re.split(r"\n\n(?=\S)", lockprobe("run", "--help")[1].partition("\nOptions:\n")[2])
+    assert len(re.findall(r"^  --", first, re.MULTILINE)) == 10
+    assert [text.partition(":\n")[0] for text in headings] == [
+        "The study", "Reports and conditions", "Running", "Hosted models"]  # fmt: skip
+    shown = {}
+    for name in WITH_STUDY_OPTIONS:
+        command = typer.main.get_command(build([name])).commands[name]
+        found = command.by_heading(typer.Context(command))
+        listed = [option.name for options in found.values() for option in options]
+        assert sorted(listed) == sorted([*(option.name for option in command.params), "help"])
+        shown = shown or {option.name: option for options in found.values() for option in options}
+        _, _, end = lockprobe(name, "--help")[1].partition(f"{AS_RUN}:\n")
+        assert end.replace(",", " ").split() == [option.opts[0] for option in found.get(AS_RUN, ())]
+        for option in found.get(AS_RUN, ()):
+            facts = ("opts", "secondary_opts", "help", "multiple", "default")
+            assert all(getattr(option, fact) == getattr(shown[option.name], fact) for fact in facts)
+
+
+def test_help_is_everywhere_and_shows_nothing_for_programmers(lockprobe):
     assert lockprobe("--version") == (0, f"lockprobe {__version__}\n", "")
-
-
-def test_h_is_help_everywhere(lockprobe):
-    for command in ((), ("chance",), ("box",), ("box", "list")):
-        short, long = lockprobe(*command, "-h"), lockprobe(*command, "--help")
+    for command in COMMANDS:
+        short, long = lockprobe(command, "-h"), lockprobe(command, "--help")
         assert short == long
-        assert short[0] == 0
-        assert "Usage: " in short[1]
+        assert (short[0], "Usage: " in short[1]) == (0, True)
+        assert not re.search(r"^ *(Args|Returns|Raises):|``", short[1], re.MULTILINE), command
 
 
 def test_help_and_the_page_on_the_paper_say_the_numbers_of_the_short_study(lockprobe):
@@ -38,25 +111,7 @@ def test_help_and_the_page_on_the_paper_say_the_numbers_of_the_short_study(lockp
                    f"{short.strategy_trials} of strategies")  # fmt: skip
 
 
-def test_people_are_offered_no_stop_when_it_is_decided(lockprobe):
-    assert "--until" in lockprobe("mcp", "--help")[1]
-    assert "--until" not in lockprobe("serve", "--help")[1]
-
-
-def test_help_and_the_page_say_what_a_study_that_stops_by_itself_assumes(lockprobe):
-    page = (AS_PAPER.parent / "statistics.md").read_text("utf-8").replace("**", "")
-    for text in (lockprobe("run", "--help")[1], page):
-        assert "assumes an effect that does not drift" in " ".join(text.split())
-
-
-def test_no_help_shows_what_is_for_programmers(lockprobe):
-    for command in COMMANDS:
-        status, said, _ = lockprobe(command, "--help")
-        assert status == 0
-        assert not re.search(r"^ *(Args|Returns|Raises):|``", said, re.MULTILINE), command
-
-
-def test_the_shell_completes(monkeypatch):
+def test_the_shell_completes():
     app = build(["status", "serve", "export"])
     done = CliRunner().invoke(app, [], prog_name="lockprobe", env={
         "_LOCKPROBE_COMPLETE": "complete_bash", "COMP_WORDS": "lockprobe s", "COMP_CWORD": "1"})  # fmt: skip
@@ -66,13 +121,10 @@ def test_the_shell_completes(monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "meant"),
     [
-        (["flips"], "lockprobe run flips"),
         (["flip"], "lockprobe run flips"),
-        (["modalities"], "lockprobe run modalities"),
         (["mine.toml"], "lockprobe run mine.toml"),
         (["statsu"], "status"),
         (["run", "flips", "--agent", "openai/gpt-4o"], "llm:openai/gpt-4o"),
-        (["run", "flips", "--agent", "perseverant"], "cognitive:perseverant"),
         (["run", "flips", "--agent", "perseverent?decay=0.5"], "cognitive:perseverant?decay=0.5"),
         (["run", "flips", "--agent", "target-last"], "human-inspired:target-last"),
         (["run", "flips", "--agent", "local"], "llm:local"),
@@ -92,24 +144,6 @@ def test_ctrl_c_while_modules_are_imported_is_one_line(lockprobe, monkeypatch):
     assert lockprobe("status", "x") == (130, "", "lockprobe: stopped by Ctrl-C\n")
 
 
-WITHOUT_DEFAULT = {
-    "--out", "--json", "--help", "--budget", "--estimate", "--agent", "--models", "--record", "--sequences",
-}  # fmt: skip
-"""Options that are off, or ask for everything, where they are left out."""
-
-
-@pytest.mark.parametrize("name", ["run", "chance", "power", "play"])
-def test_help_says_the_default_of_every_option_that_takes_a_value(name):
-    said = CliRunner().invoke(build([name]), [name, "--help"]).output.partition("Options:")[2]
-    rows = [" ".join(row.split()) for row in re.split(r"\n  (?=-)", said)[1:]]
-    assert rows
-    for row in rows:
-        option = re.search(r"--[\w-]+", row)[0]
-        takes_a_value = re.match(r"\S+ (<|[A-Z]+(\||\b))", row)
-        if takes_a_value and option not in WITHOUT_DEFAULT:
-            assert "[default: " in row or re.search(r"\(.+\)|left out", row), row
-
-
 def _imported(*command_lines):
     """Which modules commands have imported when they end, one after the other in a new process."""
     code = (
@@ -127,23 +161,19 @@ def _imported(*command_lines):
 REPORT = {"report.results", "scipy", "matplotlib", "jinja2", "httpx2", "mujoco", "starlette", "uvicorn"}
 """What takes up to two seconds of processor."""
 
+TYPED_WRONG = ("run flisp", "run flips --tirals 3", "run flips --trials many", "run tests", "run flips --agent humn")
+
 
 @pytest.mark.parametrize(
     ("lines", "not_imported"),
     [
         (["--help"], {"numpy", "pydantic", "trial.record", "httpx2", "xllamacpp"}),
         (["box show", "box list"], {"scipy", "trial.record", "boxes.boxfile"}),
-        (
-            [
-                "loops --help", "run --help", "run flisp", "run flips --tirals 3", "run flips --trials many", "run tests",
-                "run flips --agent humn",
-            ],
-            REPORT | {"numpy", "rich", "asyncio"},
-        ),
+        (["loops --help", "run --help", *TYPED_WRONG], REPORT | {"numpy", "rich", "asyncio"}),
         (["list agents"], REPORT | {"numpy", "asyncio"}),
     ],
     ids=["help", "boxes", "typing mistakes", "list"],
-)  # fmt: skip
+)
 def test_what_is_quick_imports_nothing_heavy(lines, not_imported):
     assert not not_imported & _imported(*lines)
 
