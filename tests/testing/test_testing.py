@@ -1,6 +1,5 @@
 """The contracts hold for ours and find who breaks them; the builders and the scripted provider do as they are told."""
 
-import asyncio
 import json
 import os
 import random
@@ -13,7 +12,6 @@ from types import MappingProxyType
 
 import pytest
 
-import lockprobe
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.boxes.families import box, named_boxes
 from lockprobe.foundation.errors import BadValue, UserMistake
@@ -21,7 +19,6 @@ from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.done import Tremble
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.statistics.measures import MEASURES
-from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import (
     ScriptedAgent,
     ScriptedProvider,
@@ -34,9 +31,7 @@ from lockprobe.testing import (
     failure,
     joints,
     make_trial,
-    play_trials,
     replying,
-    words,
 )
 from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
@@ -356,16 +351,6 @@ def test_it_ends_with_its_list_or_breaks():
     assert all(step.chosen == "revolute-left" for step in slipping.steps)
 
 
-def test_trials_that_are_played_have_luck_of_their_own_and_a_script_begins_anew():
-    three = play_trials("random", 3, condition="drop?p=0.5")
-    assert three == [run_trial(agent="random", trial=n, condition="drop?p=0.5") for n in (1, 2, 3)]
-    assert len({trial.actions for trial in three}) == 3
-    scripted = run_trial(agent=ScriptedAgent(joints=(0, 1)), shuffle="never", max_steps=5)
-    assert scripted.actions[::2] == ("revolute-left",) * 3
-    with pytest.raises(BadValue, match="^joints: got \\(\\), expected at least one place"):
-        ScriptedAgent(joints=())
-
-
 BODY = {"messages": [{"role": "user", "content": "The panel's joints: A, B, C. The target joint: A."}]}
 
 
@@ -420,36 +405,3 @@ def test_the_environment_says_where_it_is_as_long_as_it_runs(monkeypatch):
     assert os.environ["MINE_BASE_URL"] == "before"
     assert "MINE_API_KEY" not in os.environ
     assert provider.requests == []  # a long run need not be kept
-
-
-@dataclass(frozen=True, kw_only=True)
-class Polite:
-    """Says please, from the second step on."""
-
-    def brief(self, briefing, past, task, rng):
-        return briefing.remarking("Please go on.") if len(past) > 1 else briefing
-
-
-@pytest.mark.parametrize("condition", [[Polite()], "hypothesis?ask=off", "hypothesis?ask=after"])
-def test_a_prompt_of_ones_own_is_seen_on_the_wire_and_replies_are_of_the_form_that_is_asked_for(condition):
-    pytest.importorskip("inspect_ai")
-    with ScriptedProvider() as provider:
-        trial = lockprobe.run_trial(agent=provider.agent, condition=condition, max_steps=3)
-    assert trial.error is None
-    assert all(len(step.decision.replies) == 1 for step in trial.steps)
-    polite = ["Please" in words(request["messages"][-1]) for request in provider.requests]
-    assert polite == [False, *[not isinstance(condition, str)] * 2]
-
-
-def test_a_hosted_model_plays_in_a_notebook(tmp_path):
-    """A notebook's thread runs an event loop: neither the provider nor the study may need one there."""
-    planned = lockprobe.study(agent=["llm:openai-api/scripted/model"], p=[0, 0.4], trials=1, repetitions=1)
-
-    async def cell():
-        with ScriptedProvider() as provider:
-            trials = lockprobe.run_study(planned, tmp_path)
-        return trials, len(provider.requests)
-
-    trials, requests = asyncio.run(cell())
-    assert [trial.error for trial in trials] == [None, None]
-    assert requests == sum(len(trial.steps) for trial in trials)
