@@ -1,0 +1,270 @@
+"""What pages show of studies is what these studies give, with the commands, files and code that the pages show."""
+
+import re
+import shlex
+import subprocess
+import sys
+from collections import Counter
+from contextlib import redirect_stdout
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from placeholders import undrawn
+from provider_server import here
+from typed import in_process
+from typer.testing import CliRunner
+
+import lockprobe
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import random_no_repeat_success
+from lockprobe.cli import build
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.formatting import p_cell, percent
+from lockprobe.report.rows.primary import primary_lines
+from lockprobe.report.table_rows import points_cell, share_of_row
+from lockprobe.studies.options.studyfile import study
+
+ROOT = Path(__file__).parents[1]
+
+
+def text_of(name):
+    return " ".join((ROOT / "docs" / name).read_text("utf-8").split())
+
+
+FIRST = ("cognitive:perseverant", "human-inspired", "random")
+
+
+def flips_alone(agents):
+    """The study of the first command without its other conditions, which change no number of these."""
+    whole = study("flips", agent=agents)
+    fresh = tuple(one for one in whole.conditions if one.label in whole.flip_labels)
+    return replace(whole, conditions=fresh, strategy_conditions=())
+
+
+@pytest.mark.slow
+def test_the_first_study(tmp_path):
+    played = lockprobe.run_study(flips_alone(FIRST), tmp_path / "first")
+    page = (ROOT / "docs/start.md").read_text("utf-8")
+    solved = Counter((trial.agent, trial.p) for trial in played if trial.solved)
+    for agent in FIRST:
+        (row,) = re.findall(rf"^\| `{re.escape(agent)}` \|.*$", page, re.MULTILINE)
+        assert row.endswith("| {} | {} | {} | {} |".format(*(solved[agent, p] for p in (0.0, 0.2, 0.4, 0.6))))
+    assert (len(played), study("flips", agent=FIRST).size) == (3 * 4 * 300, 3 * 8 * 300)
+
+
+def test_the_answer_that_the_readme_quotes(tmp_path):
+    """The first command plays the same trials of these two agents, and more."""
+    lockprobe.run_study(flips_alone(FIRST[:2]), tmp_path / "first")
+    with undrawn():
+        found = lockprobe.results(tmp_path / "first")
+    page = (ROOT / "README.md").read_text("utf-8")
+    (quoted,) = re.findall(r"^> (False .*)", page, re.MULTILINE)
+    assert found.answer == quoted
+    for line in primary_lines(found):
+        shares = [share_of_row(row) for row in (line.first, line.second)]
+        change = [points_cell(line.change), p_cell(line.change.p_value), line.verdict]
+        assert f"| {' | '.join([line.label, *shares, *change])} |" in page
+
+
+def test_the_groups_of_a_lesson_find_what_it_says(tmp_path):
+    said = r"play the same study with (\d+), (\d+) and (\d+) trials per repetition: .* --p 0,0\.6 --seed (\d+) --trials (\d+) --out group-1"
+    ((*sizes, seed, typed),) = [map(int, found) for found in re.findall(said, text_of("tutorial-teaching.md"))]
+    answers = []
+    for size in sizes[:2]:  # the third has more trials of the same
+        planned = study("flips", agent=("human-inspired", "random"), p=(0, 0.6), trials=size, seed=seed)
+        lockprobe.run_study(planned, tmp_path / str(size))
+        with undrawn():
+            answers.append(lockprobe.results(tmp_path / str(size)).answer.split()[0])
+    assert answers == ["No", "False"]
+    assert typed == sizes[0]
+
+
+def test_the_trial_that_is_watched(tmp_path):
+    (wanted,) = re.findall(r"replay first '(.*?)'$", (ROOT / "docs/start.md").read_text("utf-8"), re.MULTILINE)
+    lockprobe.run_study(study("flips", agent=FIRST, p=[0.4], trials=10, repetitions=1), tmp_path / "first")
+    printed = CliRunner().invoke(build(["replay"]), ["replay", str(tmp_path / "first"), wanted]).output
+    (shown,) = re.findall(
+        r"^```text\n(.*?)^```$", (ROOT / "docs/start.md").read_text("utf-8"), re.MULTILINE | re.DOTALL
+    )
+    assert shown.splitlines() == [line.rstrip() for line in printed.splitlines()[1:5]]
+    assert (
+        re.search(r"solved after (\d+) steps", printed)[1]
+        == re.search(r"solves this box at step (\d+)", text_of("start.md"))[1]
+    )
+
+
+def of_300(agent, **asked):
+    """Of 300 trials how many are solved."""
+    parts = (lockprobe.population(agent, repetition=part, trials=100, **asked) for part in (1, 2, 3))
+    return sum(int(part.solved.sum()) for part in parts)
+
+
+def rise(agent):
+    """Trials of 300 that are solved at a flip rate of 0 and of 0.4."""
+    return [of_300(agent, p=p, modality="symbolic?tell=state") for p in (0, 0.4)]
+
+
+def test_two_curves_of_different_cause_rise():
+    text = text_of("why.md")
+    assert (
+        "`cognitive:loop-breaker` goes from {} to {} of 300 trials solved".format(*rise("cognitive:loop-breaker"))
+        in text
+    )
+    assert "`cognitive:perseverant` from {} to {}.".format(*rise("cognitive:perseverant")) in text
+
+
+IN_ARM = {"lie": "flip?p=0.4"}
+"""The condition of an arm whose name is not its spec."""
+
+DOCS = ROOT / "docs"
+
+
+def blocks(page, kind):
+    return re.findall(rf"^```{kind}\n(.*?)^```$", (DOCS / page).read_text("utf-8"), re.DOTALL | re.MULTILINE)
+
+
+AFTERWARDS = """
+import sys
+import pytest
+from lockprobe.cli import main
+
+print(int(pytest.main(["-q", "-p", "no:cacheprovider", "test_my_lab.py"])))
+sys.argv = ["lockprobe", "run", "flips", "--agent", "random", "--sweep", SWEEP, "--trials", "1", "--no-report"]
+main()
+"""
+
+
+def test_the_intervention_of_the_tutorial_is_played(tmp_path):
+    module, one_trial, contract, planned = blocks("tutorial-intervention.md", "py")
+    (tmp_path / "my_lab.py").write_text(module, "utf-8")
+    (tmp_path / "test_my_lab.py").write_text(contract, "utf-8")
+    (sweep,) = re.findall(r"--sweep '(.*?)'", text_of("tutorial-intervention.md"))
+    session = one_trial + planned + AFTERWARDS.replace("SWEEP", repr(sweep))
+    done = subprocess.run([sys.executable, "-c", session], cwd=tmp_path, capture_output=True, text=True, check=True)
+    (shown,) = blocks("tutorial-intervention.md", "text")
+    assert re.match(r"\[((True|False), ){15}None, None, None, None, None\]\n" + re.escape(shown), done.stdout)
+    assert "\n0\n" in done.stdout  # the contract is kept
+    assert re.search(r"conditions: .*python:my_lab:Tired\?last=15;", done.stdout)
+
+
+def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
+    rows = dict(re.findall(r"^\| `(.*?)` \| (\d+) \|", (DOCS / "why.md").read_text("utf-8"), re.MULTILINE))
+    planned = study(
+        "flips",
+        agent="cognitive:loop-breaker",
+        p=(0,),
+        condition=[IN_ARM.get(arm, arm) for arm in rows],
+        repetitions=1,
+        trials=150,
+    )
+    solved = Counter(trial.condition for trial in lockprobe.run_study(planned, tmp_path / "in-loops") if trial.solved)
+    assert {arm: str(solved[IN_ARM.get(arm, arm)]) for arm in rows} == rows
+
+
+def test_one_lie_at_the_end_of_a_loop(tmp_path):
+    record = tmp_path / "record"
+    lockprobe.run_study(study("flips", agent="cognitive:loop-breaker", p=(0,), trials=20), record)
+    asked = ["branch", str(record), "--at", "onset", "--told", "truth,lie,lie-truth", "--act", "random"]
+    printed = CliRunner().invoke(build(["branch"]), asked).output
+    rows = re.findall(r"onset +\S+ +(\d+) % +\+(\d+) \[(\S+), (\S+)\] .* (\d+)$", printed, re.MULTILINE)
+    (truth, lie, *lie_ends, n), (_, back, *back_ends, _), (_, step, *step_ends, _) = rows
+    lie_between, back_between, step_between = map(" to ".join, (lie_ends, back_ends, step_ends))
+    said = (
+        f"After a true report {truth} % of these {n} trials are solved. One lie adds {lie} points "
+        f"(95 % interval {lie_between}), one lie that the truth corrects at once {back} ({back_between})."
+    )
+    assert said in text_of("why.md")
+    assert f"One random step instead adds {step} points ({step_between})" in text_of("why.md")
+
+
+def test_the_plant_of_the_tutorial_keeps_the_contract_and_is_played(tmp_path, monkeypatch):
+    module, contract = blocks("../robot/docs/tutorial-robot.md", "py")
+    (tmp_path / "bench.py").write_text(module, "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    exec(compile(contract, "tutorial-robot.md", "exec"), {})
+    trial = lockprobe.run_trial(agent="human-inspired", plant="python:bench:Bench", p=0.4, seed=1)
+    assert trial.actions == lockprobe.run_trial(agent="human-inspired", p=0.4, seed=1).actions
+    assert {step.sensed["force_n"] for step in trial.steps} == {2.0, 20.0}
+
+
+def test_a_server_of_ones_own_plays_the_pilot_with_and_without_facts(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (facts,) = blocks("tutorial-model.md", "toml")
+    (tmp_path / "facts.toml").write_text(facts, "utf-8")
+    (own,) = [block for block in blocks("tutorial-model.md", "sh") if "BASE_URL" in block]
+    typed = re.fullmatch(r"export LAB_BASE_URL=\S+/v1 LAB_API_KEY=(\w+)\nuv run lockprobe (.*)\n", own)
+    words = [*shlex.split(typed[2]), "--no-report"]
+    with here() as server:
+        monkeypatch.setenv("LAB_BASE_URL", server.url)
+        monkeypatch.setenv("LAB_API_KEY", typed[1])
+        with pytest.raises(BadValue, match="expected no budget with llm:openai-api/lab/qwen, whose price is not known"):
+            in_process(*words, "--budget", "1")
+        assert in_process(*words).exit_code == 0
+        monkeypatch.setenv("LOCKPROBE_MODEL_FACTS", "facts.toml")
+        assert in_process(*(word.replace("own-pilot", "again") for word in words), "--budget", "1").exit_code == 0
+    assert [len(lockprobe.load(tmp_path / name)) for name in ("own-pilot", "again")] == [4, 4]
+
+
+NUMBERS = (ROOT / "docs" / "numbers.md").read_text("utf-8")
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", NUMBERS, re.MULTILINE | re.DOTALL)
+
+
+def typed(line):
+    _, name, *words = line.replace("'", "").split()
+    done = CliRunner().invoke(build([name]), [name, *words])
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory):
+    """What each block of the page prints, in order, and what its text blocks show."""
+    patch = pytest.MonkeyPatch()
+    where = tmp_path_factory.mktemp("numbers")
+    patch.chdir(where)
+    session, out, shown = {}, [], []
+    for kind, block in BLOCKS:
+        if kind == "text":
+            shown.append(block)
+        elif kind == "sh":
+            out.append(typed(block.strip()))
+        else:
+            with redirect_stdout(StringIO()) as said:
+                exec(compile(block, "numbers.md", "exec"), session)
+            out.append(said.getvalue())
+    yield where, out, shown
+    patch.undo()
+
+
+def test_every_block_prints_what_the_page_shows(printed):
+    _, (_, replayed, _, *prints), (trial, *values, _, _) = printed
+    assert [line.rstrip() for line in replayed.splitlines()] == trial.splitlines()
+    assert prints == values
+
+
+def test_the_table_and_the_answer_are_those_of_the_page(printed):
+    where, (ran, *_), shown = printed
+    head, row = (line.removesuffix("…") for line in shown[-2].splitlines())
+    first, *lines = (where / "one/tables/conditions.csv").read_text("utf-8").splitlines()
+    assert first.startswith(head)
+    assert any(line.startswith(row) for line in lines)
+    (answer,) = re.findall(r"both rows: \"(.*?)\"", " ".join(NUMBERS.split()))
+    assert answer in " ".join(
+        (where / "one/report.html").read_text("utf-8").replace("<code>", "").replace("</code>", "").split()
+    )
+    assert answer in " ".join(ran.split())
+    (cell,) = re.findall(r"shows the row as `(.*?)`", " ".join(NUMBERS.split()))
+    assert f">{cell}<" in (where / "one/report.html").read_text("utf-8")
+
+
+def test_verify_says_what_the_page_says(printed):
+    where, _, shown = printed
+    found = typed(f"lockprobe verify {where / 'one'}").splitlines()
+    assert all(line in found for line in shown[-1].splitlines())
+
+
+def test_the_chance_level_is_that_of_the_box():
+    (said,) = re.findall(r"never repeats a joint at once solves (\d+ %)", " ".join(NUMBERS.split()))
+    assert said == percent(random_no_repeat_success(box("chain-4")))
