@@ -18,7 +18,7 @@ from provider_server import completion, failure, here, names, truthful
 from stored import records
 
 from lockprobe.cli import main
-from lockprobe.foundation.errors import BadValue, ModelFault, ReplyFault
+from lockprobe.foundation.errors import ModelFault, ReplyFault
 from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.record import Decision
@@ -150,28 +150,10 @@ def test_what_looks_like_a_secret_is_struck_out_of_what_a_provider_says_and_no_m
     assert str(ModelFault(said)) == kept
 
 
-def test_what_a_model_says_is_kept_but_for_keys_of_the_environment(monkeypatch):
-    plant(monkeypatch)
-    said = '{"hypothesis": "sk-other-012345 opens http://a:b@c", "joint": "A"}'
-    assert without_keys(said) == said
-    assert without_keys("a lone \ud800 cannot be written") == "a lone ? cannot be written"
-
-
-def test_a_short_value_is_no_secret_and_neither_is_any_word_in_a_url(monkeypatch):
-    monkeypatch.setenv("SORT_KEY", "joint")
-    monkeypatch.setenv("SOME_URL", "http://host/v1?colour=slider&token=short")
-    assert without_keys("the joint moved, the slider short") == "the joint moved, the slider short"
-
-
 def test_a_key_is_struck_out_before_a_long_message_is_cut(monkeypatch):
     plant(monkeypatch)
     for before in range(960, 1010):
         assert "planted" not in str(ModelFault("x" * before + KEY))
-
-
-def test_a_mistake_of_the_user_is_told_without_secrets(monkeypatch):
-    url = plant(monkeypatch)
-    assert leaks(str(BadValue("model", url, "a model")).encode()) == set()
 
 
 class Repeating:
