@@ -6,7 +6,7 @@ import { acts, element, filled, heading, paragraphs } from "../element.js";
 const VIEWS = { panel: panelOf, pictures: picturesOf };
 
 let cameFrom = { box: "", joint: "" }; // which box was shown last, and which joint was chosen there
-let unfolded = null; // whether somebody wants to see the history; before that it is as the study has it
+let unfolded = null; // whether somebody wants to see the history; before that it is unfolded, the same on every device
 
 /** One step of a box: a joint is chosen with a click, a key or a finger, where asked after what the last action did. */
 export function boxOf(scene, { page: words }, answer) {
@@ -121,7 +121,7 @@ function historyOf(scene, words) {
   const rows = scene.history.map((said, i) => element("li", { value: i + 1 }, said)).reverse();
   const list = element(
     "details",
-    { class: "history", open: unfolded ?? scene.history_open },
+    { class: "history", open: unfolded ?? true },
     element("summary", {}, words.history),
     element("ol", { reversed: true, tabindex: 0, "aria-label": words.history }, ...rows),
   );
