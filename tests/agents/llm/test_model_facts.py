@@ -21,7 +21,7 @@ from lockprobe.trial.model_call import Usage
 
 PRICE = '{ input = 2.0, cached = 0.5, output = 8.0, date = "2026-01-02", source = "a list" }'
 OWN = Price(input=2, cached=0.5, output=8, date="2026-01-02", source="a list")
-O1 = {"sampling": "fixed", "reasons": True, "efforts": ("low", "medium", "high")}
+O1 = {"fixed": True, "reasons": True, "effort": True}
 
 
 @pytest.fixture
@@ -44,10 +44,9 @@ def own(tmp_path, monkeypatch):
         ("vllm/somebody/something-7b", {"reasons": None, "images": None, "price": None, "known": False}),
         *((f"openai/{name}", O1) for name in ("o1", "o1-2024-12-17", "o3-mini", "o4-mini")),
         ("openai/o3-mini", {"images": False}),
-        ("openai/gpt-4o-2024-11-20", {"images": True, "sampling": "free", "efforts": (), "schema": "strict"}),
+        ("openai/gpt-4o-2024-11-20", {"images": True, "fixed": False, "effort": False, "schema": "strict"}),
         ("openai/gpt-4o-audio-preview", {"known": False}),
-        ("openai/gpt-5", {"sampling": "fixed"}),
-        ("openai/gpt-5.1", {"sampling": "no effort"}),
+        ("openai/gpt-5", {"fixed": True}),
         ("deepseek/deepseek-chat", {"schema": "loose"}),
     ],
 )
@@ -101,7 +100,7 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(own):
         ("[[model]]\nmatch = ['[!a]*']", "model 1: match"),
         ("[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true", r"model 2 \(b\): image: .*; keys are match,"),
         ("[[model]]\nmatch = ['a']\nknown = true", r"model 1 \(a\): known: .*; keys are match,"),
-        ("[[model]]\nmatch = ['a']\nefforts = ['huge']", r"model 1 \(a\): efforts.0: expected 'none',"),
+        ("[[model]]\nmatch = ['a']\neffort = 'huge'", r"model 1 \(a\): effort: expected"),
         ("[[model]]\nmatch = ['a']\nmost_output = -1", r"model 1 \(a\): most_output: expected "),
         ("[[model]]\nmatch = ['a']\nimages = 'yes'", r"model 1 \(a\): images: "),
         ("[[model]]\nmatch = ['a']\nprice = { input = 1.0 }", r"model 1 \(a\): price.cached: "),
@@ -132,7 +131,7 @@ def test_a_file_that_is_not_there_is_one_line(tmp_path, monkeypatch):
     [
         *((fact, {}) for fact in ("images = false", "most_output = 900", 'schema = "strict"')),
         (f"price = {PRICE}", {}),
-        (f"reasons = false\nefforts = []\nprice = {PRICE}", {"effort": "not taken", "max_tokens": 1000}),
+        (f"reasons = false\neffort = false\nprice = {PRICE}", {"effort": "not taken", "max_tokens": 1000}),
     ],
 )
 def test_a_fact_of_ones_own_says_nothing_of_the_others_and_a_price_changes_no_request(own, fact, changed):
@@ -141,7 +140,7 @@ def test_a_fact_of_ones_own_says_nothing_of_the_others_and_a_price_changes_no_re
     now = Model.parse("vllm/qwen")
     assert now.sent() == before | changed
     if not changed:
-        assert (now.facts.sampling, now.facts.efforts, now.facts.reasons, now.parameters()) == (None, None, None, {})
+        assert (now.facts.fixed, now.facts.effort, now.facts.reasons, now.parameters()) == (None, None, None, {})
         asked = ModelSettings(temperature=0.5, top_p=0.5, effort="low", max_tokens=900, schema="strict")
         assert Model(name="vllm/qwen", settings=asked, facts=now.facts).settings == asked
 

@@ -31,9 +31,6 @@ SHIPPED = Path(__file__).with_name("models.toml")
 Schema = Literal["strict", "loose", "none"]
 """How the form of a reply can be requested: as an enforced schema, as a schema without enforcement, or in words."""
 
-Sampling = Literal["free", "no effort", "effort none", "fixed"]
-"""When temperature and top-p can be set: always, unless an effort is asked for, with effort ``none`` only, or never."""
-
 Effort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
 """The reasoning effort of a model, from the least to the most."""
 
@@ -79,8 +76,8 @@ class ModelFacts:
     """The known facts about a model; None where a fact is not known.
 
     Attributes:
-        sampling: When it accepts a temperature and top-p.
-        efforts: The reasoning efforts that it accepts; empty for none.
+        fixed: Whether it fixes temperature and top-p itself.
+        effort: Whether it takes a reasoning effort.
         reasons: Whether it writes hidden reasoning tokens by default before it replies.
         schema: How strictly it can be made to follow the form of a reply.
         most_output: Tokens that a reply may have.
@@ -90,8 +87,8 @@ class ModelFacts:
         price: What it costs.
     """
 
-    sampling: Sampling | None = None
-    efforts: tuple[Effort, ...] | None = None
+    fixed: Annotated[bool, Field(strict=True)] | None = None
+    effort: Annotated[bool, Field(strict=True)] | None = None
     reasons: Annotated[bool, Field(strict=True)] | None = None
     schema: Schema | None = None
     most_output: _Count | None = None
@@ -122,7 +119,7 @@ class Entry(ModelFacts):
     match: Annotated[tuple[_Pattern, ...], Field(min_length=1)]
 
 
-_LEFT_OUT: dict[str, Any] = {"sampling": "free", "efforts": (), "reasons": False, "schema": "strict"}
+_LEFT_OUT: dict[str, Any] = {"fixed": False, "effort": False, "reasons": False, "schema": "strict"}
 """What an entry of the shipped file says by leaving it out; of one's own file it says nothing."""
 
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Literal, get_args
+from typing import Literal
 
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.foundation.errors import BadValue, Conflict
@@ -71,7 +71,7 @@ class Model:
     """A model with its options and what is known of it; it is named without them: ``openai/gpt-4o``.
 
     Raises:
-        BadValue: If it is known to refuse one of the options.
+        Conflict: If an option has no meaning for it.
     """
 
     name: str
@@ -84,7 +84,7 @@ class Model:
 
         Raises:
             UnknownName: If there is no such option.
-            BadValue: If it names no model, or an option has an invalid value or one that this model refuses.
+            BadValue: If it names no model, or an option has an invalid value.
             BadFile: If the user's file of facts cannot be used.
         """
         asked = Spec.parse(spec.removeprefix("llm:"))
@@ -95,26 +95,10 @@ class Model:
         return cls(name=name, settings=with_options(ModelSettings, f"llm:{name}", asked.options), facts=facts_of(name))
 
     def __post_init__(self) -> None:
-        asked, known, name = self.settings, self.facts, f"llm:{self.name}"
-        free = {"no effort": asked.effort in (None, "none"), "effort none": asked.effort == "none", "fixed": False}
-        sampled = free.get(known.sampling or "free", True)
-        where = f"{name}, which fixes it" if known.sampling == "fixed" else f"{name} unless with effort=none"
-        efforts = "no effort" if known.efforts == () else f"one of {', '.join(known.efforts or ())}"
-        kinds = get_args(Schema)
-        schemas = kinds if known.schema is None else kinds[kinds.index(known.schema) :]
-        most = known.most_output or asked.max_tokens or 0
-        for option, value, taken, expected in (
-            ("temperature", asked.temperature, sampled, f"no temperature with {where}"),
-            ("top_p", asked.top_p, sampled, f"no top_p with {where}"),
-            ("effort", asked.effort, known.efforts is None or asked.effort in known.efforts, f"{efforts} with {name}"),
-            ("max_tokens", asked.max_tokens, (asked.max_tokens or 0) <= most, f"at most {most} with {name}"),
-            ("schema", asked.schema, asked.schema in schemas, f"{' or '.join(schemas)} with {name}"),
-        ):
-            if value is not None and not taken:
-                raise BadValue(option, value, expected)
+        asked, name = self.settings, f"llm:{self.name}"
         if asked.upstream is not None and not self.name.startswith("openrouter/"):
             raise Conflict("upstream", name, "only OpenRouter chooses between providers")
-        if known.images is False and (asked.images, asked.detail) != (0, "high"):
+        if self.facts.images is False and (asked.images, asked.detail) != (0, "high"):
             raise Conflict("images or detail", name, "this model cannot read pictures")
 
     @property
@@ -153,11 +137,11 @@ class Model:
     def sent(self) -> dict[str, Fact]:
         """The parameters of every request, and those left to the provider, for the record."""
         asked, known, left = self.settings, self.facts, "provider default"
-        sampling = "fixed by the model" if known.sampling == "fixed" else left
+        sampling = "fixed by the model" if known.fixed else left
         found: dict[str, Fact] = {
             "temperature": sampling if asked.temperature is None else asked.temperature,
             "top_p": sampling if asked.top_p is None else asked.top_p,
-            "effort": asked.effort or ("not taken" if known.efforts == () else left),
+            "effort": asked.effort or ("not taken" if known.effort is False else left),
             "max_tokens": self.most_tokens or left,
             "schema": self.form,
             "repairs": asked.repairs,
