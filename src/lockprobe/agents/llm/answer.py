@@ -193,7 +193,7 @@ def read_answer(status: int, headers: Mapping[str, str], content: bytes) -> Mode
     if (why := _error_in(came, "error", "errors", "detail", "message")) is None:
         raise _fault("no reply in its answer", usage, charged=True)
     if not why.refused:
-        raise _said_no(why, usage)
+        raise why.no_reply(usage)
     return _made(came, why.words, REFUSED, usage)
 
 
@@ -215,7 +215,7 @@ def _choice(choice: Mapping[str, Any], error: _Error | None, usage: Usage | None
     empty = not (text or "").strip()
     if error is not None:
         if not error.refused:
-            raise _said_no(error, usage, charged=not empty)
+            raise error.no_reply(usage, charged=not empty)
         refusal = refusal or error.words
     reasons = [(name, str(choice[name])) for name in ("finish_reason", "native_finish_reason") if choice.get(name)]
     after = "" if empty else f", after {text!r}"
@@ -250,7 +250,7 @@ def _check_text(text: str, usage: Usage | None) -> None:
     if text.lstrip().startswith("{") and '"error"' in text and '"joint"' not in text:
         with suppress(ValueError):
             if (error := _error_in(_mapping(json.loads(text)), "error")) is not None:
-                raise _said_no(error, usage, charged=True)
+                raise error.no_reply(usage, charged=True)
 
 
 def _check_empty(text: str | None, reason: str, usage: Usage | None, *, thought: bool) -> None:
@@ -282,6 +282,11 @@ class _Error(NamedTuple):
         """Whether it refuses the conversation."""
         return self.flagged or bool(_REFUSAL.search(self.named))
 
+    def no_reply(self, usage: Usage | None, *, charged: bool = False) -> NoReply:
+        """The fault that it is, by the status that its code is, if it is one."""
+        code = re.match("[45][0-9][0-9] ", self.named)
+        return _fault(self.words, usage, charged=charged, status=int(code[0]) if code else None)
+
 
 def _error_in(holder: Mapping[str, Any], *names: str) -> _Error | None:
     """The error under the first of these names; None if there is none."""
@@ -297,23 +302,15 @@ def _error_in(holder: Mapping[str, Any], *names: str) -> _Error | None:
     return _Error(words, named, bool(_mapping(parts.get("metadata")).get("reasons")))
 
 
-def _said_no(error: _Error, usage: Usage | None, *, charged: bool = False) -> NoReply:
-    """A fault that came as an error, by the status that its code is, if it is one."""
-    if (code := re.match("[45][0-9][0-9] ", error.named)) is None:
-        return _fault(error.words, usage, charged=charged)
-    return _answered(int(code[0]), error.words, usage, charged=charged)
-
-
-def _fault(words: str, usage: Usage | None, *, charged: bool) -> NoReply:
-    return NoReply(f"the provider answered with an error: {words}", charged=charged, usage=usage)
-
-
-def _answered(status: int, words: str, usage: Usage | None, *, charged: bool, wait: float | None = None) -> NoReply:
-    """A fault by a status. That of a rate limit can also be a spent quota, which no later attempt mends."""
-    limited = status == 429
-    again = limited or status in (408, 409, 425) or status >= 500
+def _fault(
+    words: str, usage: Usage | None, *, charged: bool, status: int | None = None, wait: float | None = None
+) -> NoReply:
+    """A fault, by its status if it has one. That of a rate limit can also be a spent quota, which nothing mends."""
+    if status is None:
+        return NoReply(f"the provider answered with an error: {words}", charged=charged, usage=usage)
+    again = status in (408, 409, 425, 429) or status >= 500
     said = f"the provider answered {status}: {words}"
-    return NoReply(said, again=again, charged=charged, usage=usage, limited=limited, wait=wait)
+    return NoReply(said, again=again, charged=charged, usage=usage, limited=status == 429, wait=wait)
 
 
 def _of_status(status: int, headers: Mapping[str, str], came: Mapping[str, Any]) -> ModelReply:
@@ -330,7 +327,7 @@ def _of_status(status: int, headers: Mapping[str, str], came: Mapping[str, Any])
     if status < 500 and status != 429 and _TOO_LONG.search(f"{named} {words}"):
         raise NoReply(f"the conversation is longer than the model can read: {words}", again=False)
     wait = _wait(headers.get("retry-after", ""))
-    raise _answered(status, words, None, charged=status in _GAVE_UP_WAITING, wait=wait)
+    raise _fault(words, None, charged=status in _GAVE_UP_WAITING, status=status, wait=wait)
 
 
 def _wait(said: str) -> float | None:
