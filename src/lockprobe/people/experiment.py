@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -180,12 +179,10 @@ def kept_experiment(directory: Path) -> Experiment | None:
 def first_error(error: ValidationError, model: type[BaseModel]) -> str:
     """The first mistake that pydantic found in what should have been a ``model``: where, what came, what is allowed."""
     first = error.errors()[0]
-    where, came = ".".join(map(str, first["loc"])) or "all", first["input"]
-    if first["type"] == "extra_forbidden":
-        return f"{where}: {UnknownName('key', where, model.model_fields) if len(first['loc']) == 1 else 'no such key'}"
-    if first["type"] == "value_error":
-        return f"{where}: {first['ctx']['error']}"
-    if first["type"] == "missing":
-        return f"{where}: is missing"
-    expected = re.sub(r"^\w+ should (be|have|match) |^expected ", "", plain(first["msg"]))
-    return str(BadValue(where, came, expected))
+    where = ".".join(map(str, first["loc"])) or "all"
+    said = str(first["ctx"]["error"]) if first["type"] == "value_error" else plain(first["msg"])
+    if first["type"] == "extra_forbidden" and len(first["loc"]) == 1:
+        return f"{where}: {UnknownName('key', where, model.model_fields)}"
+    if first["type"] != "value_error" and said.startswith("expected "):
+        return str(BadValue(where, first["input"], said.removeprefix("expected ")))
+    return f"{where}: {said}"

@@ -159,8 +159,8 @@ class ServerState:
             known = self._person(session.diary.joined.platform)
             another = session.preview != preview or bool(person and known and known != person)  # at the same browser
             async with session.lock:
-                session.lease = lease
                 if not (another or session.gone):
+                    session.lease = lease
                     return await self._reply(token, lease, session)
         token = secrets.token_hex(32)
         closed = None if preview else self._closed_to(self._admitted(platform))
@@ -267,9 +267,9 @@ class ServerState:
         Nothing else releases them: as long as nobody needs the place, a late participant who comes back goes on.
         """
         latest = self._opened.clock() - self._opened.experiment.away_minutes * 60
-        late = (one for one in self._people if max(one.diary.at, one.used) < latest)
-        late = (one for one in late if not (one.gone or one.diary.shut or one.diary.boxes_done))
-        return sorted(late, key=lambda session: session.diary.at)
+        late = [one for one in self._people if one.used < latest]
+        late = [one for one in late if not (one.gone or one.diary.shut or one.diary.boxes_done)]
+        return sorted(late, key=lambda session: session.used)
 
     async def _make_room(self) -> None:
         """Release the trials of late participants, longest away first, as far as a new one needs them."""
