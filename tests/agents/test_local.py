@@ -40,7 +40,7 @@ def test_the_record_says_what_the_model_was_and_the_exact_probability_of_every_j
     assert facts["model"] == "SmolLM2-135M-Instruct.Q4_1"
     assert facts["sha256"] == "b179c9523d0e6a0f98a330c7562b682750a6f8c8c15e5bc70ea373728110db53"
     assert (facts["quantisation"], facts["parameters"], facts["threads"]) == ("Q4_1", 134515008, 1)
-    assert (facts["decoding"], facts["temperature"], facts["calibration"]) == ("scored answers", 1.0, "none")
+    assert (facts["decoding"], facts["temperature"]) == ("scored answers", 1.0)
     assert str(facts["runtime"]).startswith("xllamacpp ")
     for step in trial.steps:
         assert len(step.decision.probabilities) == 4
@@ -209,10 +209,9 @@ def test_a_trial_that_outgrows_the_model_is_a_users_mistake():
         ({}, (0.4, 0.3, 0.2, 0.1)),
         ({"temperature": 0.5}, [share**2 / 0.3 for share in (0.4, 0.3, 0.2, 0.1)]),
         ({"temperature": 1e-9}, (1, 0, 0, 0)),
-        ({"calibration": "first"}, (0.25,) * 4),
     ],
 )
-def test_temperature_and_calibration(settings, expected):
+def test_a_temperature_sharpens_or_flattens_the_probabilities(settings, expected):
     model = LocalModel(Recording(0.4, 0.3, 0.2, 0.1), {}, LocalSettings(**settings))
     assert run_trial(agent=model, max_steps=2).steps[1].decision.probabilities == pytest.approx(expected)
 
@@ -220,11 +219,10 @@ def test_temperature_and_calibration(settings, expected):
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ("llm:local?heat=1", "no option of a local model is called 'heat'; there are: temperature, calibration"),
+        ("llm:local?heat=1", "no option of a local model is called 'heat'; there are: temperature"),
         ("llm:local?temperature=0", "temperature: got 0.0, expected a number above 0"),
         ("llm:gguf:a.gguf?temperature=inf", "temperature: got inf, expected a number above 0"),
         ("llm:local?temperature=warm", "temperature: got 'warm', expected a number"),
-        ("llm:local?calibration=all", "calibration: got 'all', expected one of none, first"),
     ],
 )
 def test_bad_options_are_named(spec, message):

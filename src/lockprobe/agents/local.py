@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from math import inf
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -46,19 +46,16 @@ _CLAIMS = {f" {words}": outcome for words, outcome in CLAIMS.items() if outcome}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LocalSettings:
-    """The options of a local model: ``llm:local?temperature=0.7&calibration=first``.
+    """The options of a local model: ``llm:local?temperature=0.7``.
 
     Attributes:
         temperature: Above 0; probabilities are raised to 1/temperature and normalised, so 1 leaves the model's own.
-        calibration: With ``first`` the probabilities are divided from step 2 on by those of step 1, where nothing has
-            happened yet, and normalised; this takes out a preference for a name or a place.
 
     Raises:
         BadValue: If the temperature is not above 0.
     """
 
     temperature: float = 1.0
-    calibration: Literal["none", "first"] = "none"
 
     def __post_init__(self) -> None:
         if not 0 < self.temperature < inf:
@@ -134,21 +131,14 @@ class LocalModel:
             prompt += self._tokens(said, ".")
         prompt += self._tokens(" Next joint:")
         raw = self._engine.score(prompt, [self._engine.tokens(f" {joint}") for joint in task.joints])
-        return _drawn(situation, said, claim_probability, self._adjusted(raw, situation), rng)
+        scaled = np.array(raw)
+        if self._settings.temperature != 1:
+            scaled = (scaled / scaled.max()) ** (1 / self._settings.temperature)  # one is 1, however low it is
+        return _drawn(situation, said, claim_probability, (scaled / scaled.sum()).tolist(), rng)
 
     def _tokens(self, *segments: str) -> list[int]:
         """Segments are turned into tokens one by one, so that equal segments give equal tokens everywhere."""
         return [token for segment in segments if segment for token in self._engine.tokens(segment)]
-
-    def _adjusted(self, raw: list[float], situation: Situation) -> list[float]:
-        chances = np.array(raw)
-        first = situation.past[0].decision.probabilities if situation.past else None
-        if self._settings.calibration == "first" and first is not None:
-            chances = chances / np.maximum(first, 1e-9)
-        if self._settings.temperature != 1:
-            chances = (chances / chances.max()) ** (1 / self._settings.temperature)  # one is 1, however low it is
-        adjusted: list[float] = (chances / chances.sum()).tolist()
-        return adjusted
 
 
 class ReplayedLocalModel:

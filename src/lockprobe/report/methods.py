@@ -35,7 +35,6 @@ _FACTS: Mapping[str, str] = {
     "images": "pictures kept of the {} newest observations",
     "detail": "pictures sent in {} detail",
     "repairs": "a malformed reply asked for again up to {} times",
-    "calibration": "calibration {}",
     "prompt": "prompt with the fingerprint {}",
 }
 """A fact on record of a model -> how the paragraph says it."""
