@@ -1,10 +1,8 @@
 """Forks of recorded trials: the past is on record, one report is changed, and the agent plays on."""
 
-from collections import Counter
 from dataclasses import replace
 
 import pytest
-from builders import make_trial
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
@@ -69,21 +67,6 @@ def test_only_the_report_at_the_fork_differs_from_the_record_until_the_agent_act
         assert bool(fork.steps[name.at].remark) == (name.arm == "remark")
 
 
-def test_what_is_done_is_done_at_the_next_step_and_truthfully_told(strategies):
-    _, forks = strategies
-    seen = Counter()
-    for name, fork in by_name(forks).items():
-        step = fork.steps[name.at]
-        if name.arm == "force=slider-1":
-            assert step.joint == "slider-1"
-        if name.arm == "tremble":
-            assert step.chosen not in (None, step.joint)
-        if name.arm in TOLD:
-            assert step.chosen is None
-        seen[name.arm] += 1
-    assert len(seen) == len(TOLD) + 3
-
-
 def test_arms_share_their_luck_and_continuations_do_not(strategies):
     """What an agent that reads nothing does after a fork depends on the continuation and on nothing that is told."""
     _, forks = strategies
@@ -94,24 +77,6 @@ def test_arms_share_their_luck_and_continuations_do_not(strategies):
     assert {len(found) for found in actions.values()} == {1}
     first, second = ({key[:2]: found for key, found in actions.items() if key[2] == time} for time in (1, 2))
     assert sum(first[key] != second[key] for key in first) > len(first) * 0.8
-
-
-def test_later_reports_are_as_in_the_condition_or_true(tmp_path):
-    planned = study("flips", agent="random", **(ASKED | {"p": [0.4]}))
-    _, forks = played(tmp_path, planned, at=["5"], truthful=True)
-    assert forks
-    for name, fork in by_name(forks).items():
-        told = false_reports(fork)[4:]
-        assert told == [name.arm == "lie"] + [False] * (len(told) - 1)
-    trials = load(tmp_path)
-    with Journal.open(tmp_path / FORKS, planned) as journal:
-        play_forks(branching(planned, trials, at=["5"]), journal)
-    lies = {
-        str(name): false_reports(fork)[5:]
-        for name, fork in by_name(load(tmp_path / FORKS)).items()
-        if not name.truthful
-    }
-    assert any(map(any, lies.values()))
 
 
 def test_forks_are_no_trials_of_the_study_and_the_same_command_owes_nothing(tmp_path):
@@ -137,17 +102,6 @@ def test_forks_estimate_the_exact_effect_of_one_lie(tmp_path):
     error = (change.high - change.low) / 2 / 1.98
     assert abs(change.value - exact) < 3.5 * error
     assert error < 0.05
-
-
-def test_every_kind_of_flip_leaves_later_reports_as_it_would(tmp_path):
-    """A sticky lie at the fork stays until its joint is attempted again; outcome-only reports stay without positions."""
-    planned = study("flips", agent="round-robin", flip="integrated", p=[0.3], trials=4, repetitions=1)
-    _, forks = played(tmp_path / "integrated", planned, at=["5"], truthful=True)
-    stays = [fork for name, fork in by_name(forks).items() if name.arm == "lie"]
-    assert any(step.told_state != after.state for fork in stays for step, after in zip(fork.steps[5:], fork.steps[6:]))  # noqa: B905
-    planned = study("flips", agent="random", flip="outcome-only", p=[0.3], trials=2, repetitions=1)
-    _, forks = played(tmp_path / "outcome", planned, at=["5"], told=["truth", "lie", "lie-truth"])
-    assert {step.told_state for fork in forks for step in fork.steps} == {None}
 
 
 @pytest.mark.parametrize("flip", ["re-observed", "integrated", "memoryless", "latched"])
@@ -187,30 +141,12 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
     assert branching(planned, [broken, *trials[1:]]).left.errors == 1
 
 
-def test_people_cannot_be_forked():
-    planned = study("flips", box="chain-4", layout="fixed", agent="participant", p=[0.4], trials=1, repetitions=1)
-    person = make_trial([0, 0], agent="participant:anna", p=0.4)
-    with pytest.raises(BadValue, match="people cannot be asked"):
-        branching(planned, [person], keys=[person.key])
-
-
 def test_pictures_tell_truth_and_lies_and_cannot_be_corrected():
     condition = replace(study("flips").conditions[0], modality="rgb")
     assert arm_interventions("lie", 4, condition) == (OutcomeFlip(p=1.0, at=(4,)),)
     for arm in (*CROSSED, "withheld"):
         with pytest.raises(BadValue, match=f"a picture cannot be {arm}"):
             arm_interventions(arm, 4, condition)
-
-
-def test_a_lie_is_on_the_attempted_joint_where_noise_is_on_all():
-    (condition,) = study("flips", flip="independent", p=[0.4]).conditions
-    assert arm_interventions("lie", 4, condition) == (OutcomeFlip(p=1.0, inverts="position", at=(4,)),)
-
-
-def test_false_positions_beside_true_outcomes_are_not_forked():
-    (condition,) = study("flips", modality="symbolic?tell=both", condition="flip?p=0.4&part=position").conditions[1:]
-    with pytest.raises(BadValue, match="without part=position"):
-        arm_interventions("truth", 4, condition)
 
 
 def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path, monkeypatch):

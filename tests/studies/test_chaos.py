@@ -183,15 +183,6 @@ def test_counts_that_cannot_be_are_none_and_the_study_can_be_read(tmp_path, monk
         assert call.usage.cached_tokens == 0
 
 
-@pytest.mark.parametrize("choices", [[], None, [{"index": 0, "finish_reason": "stop"}], ["text"]])
-def test_a_body_without_a_reply_is_asked_for_again(tmp_path, monkeypatch, choices):
-    with here(but(choices=choices)) as server:
-        (trial,) = played(tmp_path, monkeypatch, server, ONE, QUICK)
-    assert trial.error.boundary == "model"
-    assert trial.error.message.startswith("the provider answered with an error: ")
-    assert trial.error.message.endswith(" (tried 3 times)")
-
-
 def test_a_study_with_a_fifth_of_all_calls_faulty_ends_with_the_right_records(tmp_path, monkeypatch):
     planned = study(StudyOptions(agent=[SPEC], p=[0, 0.3, 0.6], trials=TRIALS // 3, repetitions=1))
     assert planned.size == TRIALS

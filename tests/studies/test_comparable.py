@@ -25,12 +25,6 @@ def names(study):
     return [one.name for one in shared_names(study).values()]
 
 
-def test_what_may_differ():
-    other = replace(FLIPS, name="mine", agents=("round-robin",), seed=9, repetitions=5, trials=1)
-    check_comparable({A: FLIPS, B: other})
-    check_comparable({A: FLIPS, B: study_of((0.3, 0.9), name="flips", agents=("random",), boxes=(box("chain-4"),))})
-
-
 SEVERAL = replace(FLIPS, boxes=(FLIPS.box, box("fork"), box("reset")))
 
 
@@ -88,11 +82,6 @@ def test_a_flip_rate_is_the_same_condition_in_every_kind_of_study():
     assert names(silent) != ["truth"]  # reports without positions are not the truth
 
 
-def test_a_name_that_the_experimenter_gives_makes_no_other_condition():
-    assert names(of_conditions("truth", mine="nudge")) == names(of_conditions("truth", "nudge"))
-    assert names(of_conditions("truth", "nudge", mine="nudge")) == ["truth", "nudge", "nudge (2)"]
-
-
 def test_a_prompt_belongs_to_the_agent(tmp_path):
     file = tmp_path / "curt.txt"
     file.write_text("{joints} {target} {reply}")
@@ -111,14 +100,6 @@ def test_a_dose_of_0_is_no_intervention():
         "flip?p=0.4",
     ]
     assert names(of_conditions("flip?p=0&others=kept + nudge")) == ["nudge"]
-
-
-def test_a_long_condition_of_a_short_name_is_matched_too():
-    specs = [" + ".join([f"tremble?p=0.{i:04}"] * 16) for i in (1234, 1235)]
-    first, second = (names(of_conditions("truth", long=spec))[1] for spec in specs)
-    assert len(first) == len(second) <= 200
-    assert first != second
-    assert names(of_conditions("truth", other=specs[0]))[1] == first
 
 
 def test_families_are_flip_rates_with_the_truth_every_other_axis_and_all_others():

@@ -8,10 +8,10 @@ from builders import write_study
 
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.studies.decisions import block_orders
-from lockprobe.studies.extension import extended, sized_as_there
+from lockprobe.studies.extension import sized_as_there
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.directory import read_study, write_settings
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
@@ -60,14 +60,6 @@ def test_a_smaller_one_is_refused(small, smaller):
     with pytest.raises(SettingsChanged, match="until is 'never' there, '±5' asked"):
         run_study(replace(SMALL, trials=2, until=Until(rule="width", points=0.05)), small)
     assert len(load(small)) == 12
-
-
-def test_before_the_first_trial_the_size_is_free(tmp_path):
-    with Journal.open(tmp_path, SMALL):
-        pass
-    assert extended(replace(SMALL, trials=1), tmp_path).earlier == ()
-    run_study(replace(SMALL, trials=3), tmp_path)
-    assert read_study(tmp_path).earlier == ()
 
 
 def test_another_agent_or_an_import_forgets_no_earlier_plan(small, tmp_path):
@@ -125,10 +117,3 @@ STOPS = replace(SMALL, repetitions=1, trials=300, until=Until(rule="decided"))
 def test_what_is_not_said_of_a_size_is_as_in_the_directory(there, asked, said, sizes):
     found = sized_as_there(asked, there, said)
     assert (found.repetitions, found.trials, found.strategy_trials, found.until) == sizes
-
-
-def test_settings_are_written_with_a_shard_and_plans_beside_them(small):
-    there = json.loads((small / SETTINGS).read_text())
-    write_settings(small, read_study(small))
-    assert json.loads((small / SETTINGS).read_text()) == there
-    assert not {"earlier", "shard", "until"} & there.keys()

@@ -13,7 +13,6 @@ from provider_server import Manner, account, elsewhere
 from stored import unanswered
 
 from lockprobe.agents.llm.settings import Access
-from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls
@@ -122,21 +121,3 @@ def test_killed_at_random_moments_forks_are_not_lost_and_nothing_is_asked_twice(
     assert seen["arrived"] - len(calls) <= (1 + KILLS) * CONNECTIONS  # those on their way at a kill
     assert unanswered(forks) == []
     print(f"{kills} kills, {len(calls)} calls, {seen['arrived'] - len(calls)} on their way at a kill")
-
-
-def test_the_budget_of_forks_holds_and_without_it_they_go_on(recorded, tmp_path, monkeypatch):
-    prices = tmp_path / "prices.toml"
-    price = "{ input = 1.0, cached = 1.0, output = 10.0, date = '2026-01-02', source = 'a list' }"
-    prices.write_text(f'[[model]]\nmatch = ["openai-api/fake/*"]\nprice = {price}\n')
-    monkeypatch.setenv("LOCKPROBE_MODEL_FACTS", str(prices))
-    planned, directory, _ = recorded
-    with elsewhere(Manner()) as url:
-        monkeypatch.setenv("FAKE_BASE_URL", url)
-        with pytest.raises(BudgetReached):
-            forked(planned, directory, budget=0.34)
-        spent = Budget(planned, 1.0)
-        for call in read_calls(directory / FORKS):
-            spent.settle(call)
-        assert 0 < spent.spent <= 0.34
-        wanted = forked(planned, directory)
-    assert {fork.key for fork in load(directory / FORKS)} == {plan.key for plan in wanted.plans(SPEC)}

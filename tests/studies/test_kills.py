@@ -30,7 +30,6 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import read
 from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.running.runner import Limits, run_study
-from lockprobe.trial.model_call import Call
 
 SPEC = "llm:openai-api/fake/model"
 CONNECTIONS = 4
@@ -285,16 +284,3 @@ def test_a_full_disk_stops_a_run_and_loses_nothing(tmp_path, monkeypatch, unbrok
     paid = (tmp_path / "full.txt").read_text().splitlines()
     assert set(paid) == set(once)
     assert len(paid) <= len(once) + 1
-
-
-@pytest.mark.usefixtures("unbroken")
-def test_calls_of_another_study_are_neither_used_nor_lost(tmp_path, monkeypatch):
-    monkeypatch.setenv("PAID", str(tmp_path / "paid.txt"))
-    planned = study(StudyOptions(**(ASK | {"trials": 1})))
-    foreign = Call(key="flips/x/truth/rep=1/trial=1", step=1, turn=1, request="0f", reply="A")
-    with Journal.open(tmp_path / "d", planned) as journal:
-        journal.calls.write(foreign)
-    (trial,) = run_study(planned, tmp_path / "d")
-    assert len((tmp_path / "paid.txt").read_text().splitlines()) == len(trial.steps)
-    first, *others = read_calls(tmp_path / "d")
-    assert (first, len(others)) == (foreign, len(trial.steps))

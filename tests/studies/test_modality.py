@@ -4,14 +4,13 @@ import re
 
 import pytest
 
-from lockprobe.foundation.errors import BadValue, Missing, UnknownName
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.told import Delay
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies import modality
 from lockprobe.studies.modality import (
     check_distinct,
     check_shown,
@@ -75,20 +74,6 @@ def test_what_cannot_be_shown_is_refused(p, flip, modality, message):
 
 
 @pytest.mark.parametrize(
-    ("spec", "channel"),
-    [
-        ("symbolic", TextChannel()),
-        ("symbolic?tell=state", TextChannel(tell="state")),
-        ("symbolic?form=json&places=yes", TextChannel(form="json", places=True)),
-    ],
-)
-def test_a_report_needs_no_camera(spec, channel):
-    assert not is_pictured(spec)
-    assert shown(spec) == channel
-    assert interventions_for(flips((0.3,), "integrated", (spec,))[0]) == (OutcomeFlip(p=0.3, others="kept"), channel)
-
-
-@pytest.mark.parametrize(
     ("spec", "message"),
     [
         ("depth", "no modality is called 'depth'; there are: symbolic, rgb, rgbd"),
@@ -146,11 +131,6 @@ def test_a_source_that_the_plant_lacks_is_refused(source, plant, expected):
         check_shown(flips((0.0,), modalities=[f"symbolic?source={source}"]), resolve_plant(plant))
 
 
-def test_variants_of_a_modality_are_several():
-    check_distinct(("symbolic", "rgb", "rgbd", "rgbd?depth=gray", "rgbd?near=0.5", "rgbd?depth=gray&near=0.5"))
-    check_distinct(("symbolic", "symbolic?tell=state", "symbolic?places=yes", "rgb", "rgb?p=0.4", "rgb?blur=2"))
-
-
 def test_who_reads_reports_takes_in_no_pictures():
     shown = ("rgb", "rgbd?depth=gray", "symbolic")
     assert taken_in("human-inspired:proximity", shown) == ("symbolic",)
@@ -159,14 +139,6 @@ def test_who_reads_reports_takes_in_no_pictures():
     assert taken_in("python:mine:Mine", shown) == shown
     with pytest.raises(UnknownName, match="no agent is called 'rando'"):
         taken_in("rando", shown)
-
-
-def test_records_of_hosted_models_can_be_read_where_they_cannot_be_asked(monkeypatch):
-    def without(spec):
-        raise Missing("llm:nowhere/never-seen needs NOWHERE_API_KEY", "export it")
-
-    monkeypatch.setattr(modality, "resolve", without)
-    assert taken_in("llm:nowhere/never-seen", ("rgb", "symbolic")) == ("rgb", "symbolic")
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,13 @@
 """A study on several boxes: who plays which, with which luck, and what is refused."""
 
 from collections import Counter
-from itertools import permutations
 
 import pytest
 
 from lockprobe import run_study
-from lockprobe.boxes.families import ALIKE, box
+from lockprobe.boxes.families import ALIKE
 from lockprobe.boxes.solve import optimum
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.simulation.population import population
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 
@@ -29,11 +27,6 @@ def test_trials_take_turns_on_the_boxes_each_with_luck_of_its_own(tmp_path):
     assert len({trial.labels for trial in trials}) > 3  # of equal trials of two boxes, too
     again = run_study(planned, tmp_path / "study")
     assert again == trials
-
-
-def test_one_box_by_name_or_in_a_list_is_the_study_of_one_box():
-    assert study("flips", box=[box("fork")], **ASKED) == study("flips", box="fork", **ASKED)
-    assert len(study("flips", **ASKED).settings()["boxes"]) == 1
 
 
 def test_so_many_boxes_are_of_one_difficulty():
@@ -70,28 +63,3 @@ def test_who_sees_places_learns_nothing_from_them():
     assert study("flips", agent="viewer", modality=["rgb"], plant="fast-twin").layout == "shuffled"
     assert study("flips", agent="random").layout == "fixed"
     assert study("flips", agent="participant", layout="fixed", box="chain-4").layout == "fixed"
-
-
-def test_boxes_of_people_take_as_many_steps_as_each_other_and_lock_otherwise():
-    boxes = [box(name) for name in ALIKE]
-    assert {optimum(one) for one in boxes} == {4}
-    for agent, steps in (("human-inspired", 8.5), ("ideal-observer", 8.3)):
-        found = [population(agent, box=one, trials=4000) for one in boxes]
-        assert {one.success for one in found} == {1.0}
-        assert [float(one.steps.mean()) for one in found] == pytest.approx([steps] * 8, abs=0.15)
-    assert len({_structure(one) for one in boxes}) == 8
-
-
-def _structure(one):
-    """The interlock whatever joints are called: the least of all ways to number those but the target."""
-    names = [name for name in one.names if name != one.target]
-    ways = [{one.target: 0, **dict(zip(order, (1, 2, 3), strict=True))} for order in permutations(names)]
-    return min(
-        str(
-            sorted(
-                (way[j], sorted(sorted((way[o], at) for o, at in part.items()) for part in one.alternatives(j)))
-                for j in way
-            )
-        )
-        for way in ways
-    )

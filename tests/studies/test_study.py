@@ -11,8 +11,7 @@ from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.options.agent_names import joined_agents
-from lockprobe.studies.options.presets import preset
-from lockprobe.studies.options.study_options import StudyOptions, parse_p, read_options_file
+from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study, trial_study
 from lockprobe.studies.study import settings_of, study_from
 from lockprobe.trial.condition import Condition, Contrast
@@ -28,44 +27,12 @@ def test_plans_are_all_trials_once():
     assert keys[-1] == "flips/random/flip?p=0.4/rep=2/trial=2"
 
 
-def test_a_part_of_the_plans_is_balanced_over_conditions():
-    assert [plan.p for plan in STUDY.plans("random")][:4] == [0, 0.4, 0, 0.4]
-
-
 def test_full_is_the_study_of_the_paper():
     """Sec. 3.2: 0 to 60 % in increments of 10 %, three repetitions of 10 trials, 210 trials; Sec. 2.2: 20 steps."""
     full = study(StudyOptions(agent=["random"], full=True))
     assert full.p == (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
     assert full.size_of("llm:x/y") == 210  # strategies play lies that stay too
     assert (full.repetitions, full.trials, full.max_steps, full.size) == (3, 10, 20, 390)
-
-
-def test_what_a_request_leaves_out_follows_the_paper_as_soon_as_it_says_something():
-    short, full = preset("flips").when["short"], preset("flips")
-    assert [*study(StudyOptions(agent=["random"])).p] == short.p
-    asked = study(StudyOptions(agent=["random"], trials=200, repetitions=1))
-    assert ([*asked.p], asked.repetitions, asked.trials) == (full.p, 1, 200)
-    assert study(StudyOptions(agent=["random"], p=[0])).trials == full.trials
-
-
-def test_the_default_plays_references_beside_the_embedded_model():
-    default = study("flips")
-    assert default.agents[:2] == ("cognitive:perseverant", "human-inspired")
-    assert default.agents[2:] == ("llm:local", "random")
-    assert [*default.p] == preset("flips").when["short"].p
-
-
-def test_strategies_of_the_short_study_play_more_trials_with_the_luck_of_the_first():
-    """They cost nothing; models, people and the trials that a request counts itself stay as they are."""
-    short = study("flips", agent=["llm:local", "random", "cognitive:careful"], name="s")
-    per_condition = {agent: short.size_of(agent) / len(short.conditions_of(agent)) for agent in short.agents}
-    assert per_condition == {"llm:local": 6, "random": 300, "cognitive:careful": 300}
-    assert short.size == sum(1 for agent in short.agents for _ in short.plans(agent)) == 2 * 6 + 8 * 600
-    fewer = replace(short, strategy_trials=None)
-    first = {plan.key: plan for plan in fewer.plans("random")}
-    assert first.items() <= {plan.key: plan for plan in short.plans("random")}.items()
-    assert study("flips", agent="random", trials=5).trials_of("random") == 5
-    assert study("flips", agent="random", full=True).trials_of("random") == 10
 
 
 def test_identity_changes_with_every_setting():
@@ -117,12 +84,6 @@ def test_unknown_names_list_what_exists():
         study(StudyOptions(agent=["random"], plant="twn"))
 
 
-def test_a_study_file(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text('study = "flips"\nagent = ["random"]\np = [0, 0.4]\ntrials = 2\nrepetitions = 2\n')
-    assert study(read_options_file(path)).identity == STUDY.identity
-
-
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
@@ -157,26 +118,9 @@ def test_a_study_can_be_had_and_played_from_python(tmp_path):
         _ = lockprobe.bxo
 
 
-def test_p_on_the_command_line():
-    assert parse_p("0,0.1, 0.2") == [0, 0.1, 0.2]
-    with pytest.raises(BadValue, match="^p: got '0;1', expected numbers from 0 to 1 with commas between"):
-        parse_p("0;1")
-
-
 SHUFFLED = study(
     StudyOptions(agent=["random", "human-inspired"], trials=6, repetitions=2, p=[0, 0.4], layout="shuffled")
 )
-
-
-def test_a_shuffled_layout_deals_the_same_joints_anew_in_every_trial():
-    """Same interlock, new layout every round (Zenkri, Bolenz, Pachur and Brock, Adaptive Behavior 2025)."""
-    fixed = SHUFFLED.box
-    plans = list(SHUFFLED.plans("random"))
-    for plan in plans:
-        assert [joint.place for joint in plan.box.joints] == [joint.place for joint in fixed.joints]
-        assert sorted(plan.box.names) == sorted(fixed.names)
-        assert (plan.box.interlock, plan.box.target, plan.box.name) == (fixed.interlock, fixed.target, fixed.name)
-    assert len({plan.box.names for plan in plans}) > 6
 
 
 def test_the_deal_depends_on_seed_and_trial_and_not_on_condition_or_agent():
@@ -216,17 +160,6 @@ def test_the_modality_study_is_the_papers():
     assert default.size == 50
 
 
-def test_the_modality_study_deals_the_panel_in_every_trial():
-    """Pictures show where joints sit and words do not, so places must say nothing of the lock."""
-    default = study("modalities")
-    assert default.layout == "shuffled"
-    panels = {shown: [plan.box.names for plan in default.plans("viewer") if plan.modality == shown] for shown in SHOWN}
-    assert panels["rgb"] == panels["rgbd"] == panels["symbolic?tell=state"]
-    assert panels["rgb"] == [plan.box.names for plan in default.plans("random")]
-    assert len(set(panels["rgb"])) > 5
-    assert study("flips").layout == "fixed"
-
-
 def test_an_agent_that_reads_reports_plays_no_pictures():
     assert MODAL.modalities_of("viewer") == ("rgb", "rgbd", "symbolic")
     assert MODAL.modalities_of("random") == ("symbolic",)
@@ -235,22 +168,6 @@ def test_an_agent_that_reads_reports_plays_no_pictures():
     assert [plan.modality for plan in reading] == ["symbolic"] * 3
     assert MODAL.size == len(looking) + len(reading) == 12
     assert {plan.plant for plan in looking} == {"fast-twin"}
-
-
-def test_the_modality_is_a_part_of_the_condition_in_keys():
-    assert next(MODAL.plans("viewer")).key == "modalities/viewer/rgb/rep=1/trial=1"
-    assert next(MODAL.plans("random")).key == "modalities/random/symbolic/rep=1/trial=1"
-    alone = modality_study(("random",), ("symbolic?tell=state",))
-    assert next(alone.plans("random")).key == "modalities/random/truth/rep=1/trial=1"
-
-
-def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
-    found = study(StudyOptions(study="modalities", agent=["viewer"], plant="symbolic"))
-    assert found.modalities == ("symbolic?tell=state",)
-    with pytest.raises(
-        BadValue, match="^modality: got 'rgb', expected a plant with a camera, fast-twin or twin, not s"
-    ):
-        study(StudyOptions(study="modalities", agent=["viewer"], plant="symbolic", modality=["rgb"]))
 
 
 @pytest.mark.parametrize(
@@ -274,13 +191,6 @@ def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
 def test_what_cannot_be_shown_is_refused(change, message):
     with pytest.raises((BadValue, UnknownName), match="^" + message):
         study(StudyOptions(**({"study": "modalities", "agent": ["viewer", "random"]} | change)))
-
-
-def test_a_list_of_one_may_be_written_without_brackets(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text('study = "modalities"\nagent = "viewer"\nmodality = "rgb"\nplant = "fast-twin"\n')
-    assert read_options_file(path).agent == ["viewer"]
-    assert read_options_file(path).modality == ["rgb"]
 
 
 def test_trials_of_people_are_invited_and_planned_like_any():
@@ -343,11 +253,6 @@ def test_a_modality_that_is_written_is_played_even_if_it_is_the_default(default,
         trial_study({"condition": "warn + symbolic?tell=state", "modality": "rgb"}, agent="random")
 
 
-def test_a_named_control_of_one_modality_is_the_control_there():
-    planned = study("modalities", agent="viewer", modality=["symbolic"], condition=["seen=rgb", "warn + rgb"])
-    assert [one.label for one in planned.conditions] == ["symbolic", "seen", "warn + rgb"]
-
-
 def test_a_named_condition_is_called_so_in_keys_and_settings(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(
@@ -389,7 +294,6 @@ def test_a_condition_with_a_long_spec_needs_a_name():
 @pytest.mark.parametrize(
     ("agent", "sweep", "said"),
     [
-        ("cognitive:softmax-memory", "agent.target=1,2,1e300", "sweep, target: got '1e300', expected 0, or a number"),
         ("random", "drop?p=0,1e-300", "drop.p of drop.p=1e-300: got 1e-300, expected 0, or a number from 1e-09"),
     ],
 )

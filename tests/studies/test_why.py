@@ -15,13 +15,6 @@ def test_without_options_it_plays_every_arm_at_the_papers_rate():
     assert [one.spec for one in planned.conditions] == [spec.format(p="0.4", reading="") for spec in ARMS.values()]
 
 
-def test_what_costs_nothing_plays_more_blocks_unless_their_number_is_said():
-    planned = study("why", agent=["llm:local", "random"])
-    assert [planned.trials_of(agent) for agent in planned.agents] == [50, 150]
-    planned = study("why", agent=["llm:local", "random"], trials=20)
-    assert [planned.trials_of(agent) for agent in planned.agents] == [20, 20]
-
-
 @pytest.mark.parametrize("flip", ["re-observed", "integrated", "memoryless", "latched", "outcome-only"])
 def test_the_lies_of_all_arms_are_of_the_kind_that_is_asked_for(flip):
     """A blind agent acts alike in every arm; so what is told last is equal where the last statement is a lie."""
@@ -68,11 +61,6 @@ def test_other_conditions_come_after_the_arms():
     assert planned.conditions[1].specs == ("flip?p=0.2",)
 
 
-def test_it_is_shown_in_one_way_throughout():
-    planned = study("why", modality="symbolic", agent="random")
-    assert {one.modality for one in planned.conditions} == {"symbolic"}
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -95,8 +83,3 @@ def test_what_it_cannot_have_is_one_line(options, said):
         study("why", **options)
     assert isinstance(caught.value, BadValue)
     assert "\n" not in str(caught.value)
-
-
-def test_parts_are_of_the_study_why_alone():
-    with pytest.raises(BadValue, match="parts: got True, expected none with flips"):
-        study("flips", parts=True)

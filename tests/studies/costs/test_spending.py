@@ -4,30 +4,13 @@ import pytest
 from made_up_prices import CHEAP, DEAR, FREE, call, planned, prices, usage  # noqa: F401 - a fixture
 
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.costs.spending import Ledger, most_dollars, price_of
+from lockprobe.studies.costs.spending import Ledger, price_of
 from lockprobe.trial.model_call import BROKEN_OFF
 
 
 def test_prices_are_of_hosted_models_only():
     assert price_of(DEAR + "?images=2").date == "2026-01-02"
     assert price_of(FREE) is price_of("random") is price_of("llm:local") is price_of("llm:gguf:/x/y.gguf") is None
-
-
-def test_every_call_counts_with_what_its_provider_charges():
-    ledger = Ledger(planned(DEAR, CHEAP, "random"))
-    million = 1_000_000
-    ledger.add(call(usage=usage(read=3 * million, wrote=million, cached=million, stored=million)))  # 3 + 1 + 4 + 10
-    ledger.add(call(step=2, usage=usage(read=million)))  # 3
-    ledger.add(call(CHEAP, usage=usage(wrote=million), retries=2, served="cheap-1", seconds=2.0))
-    ledger.add(call(CHEAP, reply=None, error="the provider answered 500"))
-    dear, cheap = ledger.by_agent[DEAR], ledger.by_agent[CHEAP]
-    assert list(ledger.by_agent) == [DEAR, CHEAP]
-    assert dear.dollars == pytest.approx(21)
-    assert (dear.usage.calls, dear.usage.input_tokens, dear.price.date) == (2, 4 * million, "2026-01-02")
-    assert (cheap.usage.calls, cheap.failed, cheap.retries, cheap.served) == (1, 1, 2, {"cheap-1": 1})
-    assert cheap.dollars == pytest.approx(1)
-    assert ledger.total.dollars == pytest.approx(22)
-    assert (ledger.total.usage.calls, ledger.total.failed, ledger.total.seconds) == (3, 1, 2.0)
 
 
 def test_money_that_is_not_known_is_none_and_never_nothing():
@@ -64,8 +47,3 @@ def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_hav
     for one in calls:
         budget.settle(one)
     assert budget.spent == pytest.approx(3 + 5 * 13)
-
-
-def test_the_most_that_tokens_cost_is_as_if_all_were_put_into_the_cache():
-    assert most_dollars(usage(read=1_000_000, cached=1_000_000, wrote=1_000_000), price_of(DEAR)) == pytest.approx(14)
-    assert most_dollars(usage(read=1_000_000), price_of(CHEAP)) == pytest.approx(0.5)

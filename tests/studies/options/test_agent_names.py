@@ -14,8 +14,6 @@ from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
-from lockprobe.studies.study import settings_of, study_from
-from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 SPEC = "human-inspired?lapse=0.1"
 
@@ -27,26 +25,9 @@ def small(*agents):
 NAMED, PLAIN = small(f"careful={SPEC}", "random"), small(SPEC, "random")
 
 
-def test_keys_have_the_name_and_records_the_spec_too():
-    trial = next(one for one in play_study(NAMED) if one.called)
-    assert trial.key == "flips/careful/truth/rep=1/trial=1"
-    assert (trial.agent, trial.called, trial.group, trial.spec) == (SPEC, "careful", "careful", SPEC)
-    assert trial_from_json(trial_to_json(trial)) == trial
-
-
 def test_a_name_changes_no_draw():
     called, plain = play_study(NAMED), play_study(PLAIN)
     assert [replace(one, key="", called="") for one in called] == [replace(one, key="") for one in plain]
-
-
-def test_settings_hold_the_spec_and_the_name(tmp_path):
-    assert NAMED.settings()["agents"] == [SPEC, "random"]
-    assert NAMED.settings()["names"] == {SPEC: "careful"}
-    assert study_from(json.dumps(settings_of(NAMED)).encode(), tmp_path) == NAMED
-    assert "names" not in PLAIN.settings()
-    assert NAMED.identity != PLAIN.identity
-    assert NAMED.record_identity(NAMED.conditions[0]) == PLAIN.record_identity(PLAIN.conditions[0])
-    assert replace(NAMED, agents=("random",)).names == {}
 
 
 def test_study_files_name_agents_and_run_no_code_behind_a_name(tmp_path):

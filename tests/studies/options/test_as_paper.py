@@ -6,7 +6,6 @@ from functools import cache
 
 import pytest
 from provider_server import here
-from stored import records
 
 from lockprobe.agents.llm.settings import Access
 from lockprobe.boxes.families import box
@@ -14,8 +13,6 @@ from lockprobe.boxes.layouts import locking_pairs, neighbours
 from lockprobe.foundation.errors import Conflict
 from lockprobe.report.verify.verification import verify
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.testing.provider import replying, words
 from lockprobe.trial.plan import Names
@@ -60,12 +57,6 @@ def test_an_option_that_is_given_wins(name, value):
     found = study("flips", agent="random", as_paper=True, **{name: value})
     assert getattr(found, name) == (tuple(value) if name == "p" else value)
     assert found.modalities == (ONE_BY_ONE["modality"],)
-
-
-@pytest.mark.parametrize("plant", ["manual", "rig?rung=scripted"])
-def test_a_real_box_keeps_its_own_panel(plant):
-    found = study("flips", agent="random", as_paper=True, plant=plant)
-    assert (found.layout, found.shuffle) == ("fixed", "study")
 
 
 @pytest.mark.parametrize(
@@ -125,39 +116,6 @@ def test_over_seeds_neighbours_lock_each_other_as_often_as_by_chance():
     for found in (listed, labelled, placed):
         assert {*found} == {1, 2}
         assert 1.35 <= sum(found) / len(found) <= 1.65
-
-
-@pytest.mark.parametrize("name", ["fork", "reset", "gray-code-4", "chain-8", "random-6-3", "chain-2"])
-def test_labels_of_any_box_are_a_permutation(name):
-    names, dealt = drawn(3, name)
-    assert sorted(dealt.names) == sorted(box(name).names)
-    assert sorted(names.labels) == sorted(names.listing) == sorted("ABCDEFGH"[: len(dealt.names)])
-
-
-def test_within_a_study_labels_their_order_and_the_panel_stay():
-    found = study("modalities", agent="viewer", as_paper=True, p=[0], repetitions=3)
-    seen = {
-        (names.labels, names.listing, plan.box.names, tuple(joint.place for joint in plan.box.joints))
-        for plan in found.plans("viewer")
-        for names in [Names(plan)]
-    }
-    assert len(seen) == 1
-    assert len({drawn(seed)[0].labels + drawn(seed)[1].names for seed in SEEDS}) > 150
-
-
-def test_it_is_resumed_and_verified_like_any_study(tmp_path):
-    part = study("flips", agent="random", as_paper=True, p=[0, 0.4], trials=2)
-    whole = replace(part, agents=("random", "human-inspired"))
-    run_study(part, tmp_path / "study")
-    before = records(tmp_path / "study")
-    run_study(whole, tmp_path / "study")
-    assert records(tmp_path / "study")[: len(before)] == before
-    assert read_study(tmp_path / "study") == whole
-    trials = load(tmp_path / "study")
-    assert len(trials) == 24
-    assert len({(trial.labels, trial.listing, trial.joints) for trial in trials}) == 1
-    assert {trial.hypothesis for trial in trials} == {"off"}
-    assert [check for check in verify(tmp_path / "study") if not check.holds] == []
 
 
 FIRST = """\

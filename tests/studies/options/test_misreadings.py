@@ -50,16 +50,6 @@ def test_misreadings_of_another_study_are_a_condition_of_this_one(tmp_path):
     assert [check.name for check in verify(tmp_path / "here") if not check.holds] == []
 
 
-def test_a_condition_with_a_name_has_them_too(tmp_path):
-    run_study(THERE, tmp_path / "there")
-    (_, plain), (_, named) = (
-        like(tmp_path / "there", condition=f"{name}flip?like={tmp_path}/there/flip?p=0.4").conditions
-        for name in ("", "misread=")
-    )
-    assert (named.label, named.specs) == ("misread", plain.specs)
-    assert named.interventions[0].rates
-
-
 def test_a_source_that_does_not_fit_is_refused_before_anything_is_played(tmp_path):
     run_study(THERE, tmp_path / "there")
     run_study(replace(THERE, name="silent", assessment=False), tmp_path / "silent")

@@ -1,7 +1,5 @@
 """Readings of a false report as a factor: what is played, by whom, and what is refused."""
 
-import json
-
 import pytest
 
 from lockprobe.foundation.errors import BadValue
@@ -9,7 +7,6 @@ from lockprobe.interventions.conditions import interventions_in
 from lockprobe.studies.options.asked_conditions import READINGS
 from lockprobe.studies.options.presets import preset
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.study import settings_of, study_from
 
 MODEL, STRATEGY = "llm:local", "random"
 FULL = preset("flips")
@@ -65,13 +62,6 @@ def test_the_short_study_and_the_papers_play_lies_that_stay_where_that_costs_not
 )
 def test_who_asks_for_anything_gets_that_alone(asked):
     assert not study("flips", agent=STRATEGY, **asked).strategy_conditions
-
-
-def test_what_models_are_spared_is_a_setting(tmp_path):
-    planned = study("flips", agent=[MODEL, STRATEGY])
-    assert study_from(json.dumps(settings_of(planned)).encode(), tmp_path) == planned
-    asked = study("flips", agent=[MODEL, STRATEGY], readings="fresh,kept", full=False)
-    assert asked.settings_hash != planned.settings_hash
 
 
 @pytest.mark.parametrize(

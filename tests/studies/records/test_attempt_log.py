@@ -39,15 +39,6 @@ def test_steps_are_read_back_by_trial(tmp_path):
         assert log.times_begun("k") == 2
 
 
-def test_a_box_that_broke_is_begun_from_the_first_step(tmp_path):
-    written(tmp_path)
-    with log_in(tmp_path) as log:
-        log.broke("k")
-        assert (log.attempts("k"), log.under_way("k")) == ((), False)
-    with log_in(tmp_path) as log:
-        assert (log.attempts("k"), log.under_way("k")) == ((), False)
-
-
 @pytest.mark.parametrize(
     "entry", ["{}", "[]", "rubbish", '{"kind":"other"}', '{"kind":"begun","key":"k"}', '"\\ud800"']
 )

@@ -64,14 +64,6 @@ def test_settings_cannot_change_once_a_call_was_paid_for(tmp_path):
         resume(tmp_path)
 
 
-@pytest.mark.parametrize("settings", ["{}", "[]", '{"agents": 1}', "{"])
-def test_settings_that_are_none_are_refused(tmp_path, settings):
-    resume(tmp_path)
-    (tmp_path / "study.json").write_text(settings)
-    with pytest.raises(BadFile, match=r"study.json: (not|agents: expected a)|is missing"):
-        read_study(tmp_path)
-
-
 def test_two_writers_are_one_too_many(tmp_path):
     with (
         Journal.open(tmp_path, STUDY),

@@ -3,9 +3,8 @@
 import asyncio
 import random
 import shutil
-import sqlite3
 from collections import Counter
-from contextlib import closing, suppress
+from contextlib import suppress
 
 import pytest
 from builders import call_of, make_trial, small_study
@@ -15,12 +14,10 @@ from taking_part import take_part
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Damaged
 from lockprobe.people.diary import read_diaries, sound_entries
-from lockprobe.report.verify.verification import verify
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.results_hash import stored_hash
 from lockprobe.studies.records.salvage import save_sound_rows
 from lockprobe.studies.records.store import read
 from lockprobe.studies.records.trial_rows import Timing, contradictions, replaced_records
@@ -115,42 +112,3 @@ def test_a_changed_byte_of_what_was_said_is_damage_wherever_it_is_read(whole, tm
             everything(directory)
         sql(directory, f"update {table} set {column} = ? where id = ?", said, number)
     everything(directory)
-
-
-def columns(directory):
-    """Every column of the store that must have a value, but keys."""
-    tables = sql(directory, "select name from sqlite_master where type = 'table' and name <> 'note'")
-    info = 'select name from pragma_table_info(?) where "notnull" and not pk'
-    return [(table, column) for table in tables for column in sql(directory, info, table)]
-
-
-def test_a_file_that_somebody_made_without_a_value_is_one_line(whole, tmp_path):
-    for table, column in columns(whole):
-        directory = shutil.copytree(whole, tmp_path / f"{table}-{column}")
-        (true,) = sql(directory, "select sql from sqlite_master where name = ?", table)
-        _forge(directory, table, true.replace(" not null", ""))
-        sql(directory, f"update {table} set {column} = null where rowid = 3")
-        _forge(directory, table, true)
-        for use in (everything, _indexed, _opened):
-            with suppress(BadFile):
-                use(directory)
-        if column in ("key", "seconds"):
-            assert not all(one.holds for one in verify(directory)), column
-        (tmp_path / f"{table}-{column}-saved").mkdir()
-        save_sound_rows(directory, tmp_path / f"{table}-{column}-saved", sound_entries)
-
-
-def _forge(directory, table, schema):
-    with closing(sqlite3.connect(directory / "study.db")) as db, db:
-        db.execute("pragma writable_schema = on")
-        db.execute("update sqlite_master set sql = ? where name = ?", (schema, table))
-
-
-def _indexed(directory):
-    with read(directory) as store:
-        stored_hash(store, STUDY)
-
-
-def _opened(directory):
-    with Journal.open(directory, STUDY) as journal:
-        assert journal.trials

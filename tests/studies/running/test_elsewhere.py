@@ -8,7 +8,6 @@ import pytest
 from stored import timings
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.workers import Lost
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
@@ -143,15 +142,6 @@ def test_a_study_that_stops_when_it_is_decided_decides_the_same_there(tmp_path):
     assert len(lines(tmp_path / "there")) == 20 < planned.size
 
 
-def test_nothing_but_losses_ends_the_run(tmp_path):
-    planned = study("flips", agent=["random"], p=[0], trials=12, repetitions=1)
-    with (
-        pytest.raises(Missing, match="random broke 10 trials in a row"),
-        played(tmp_path, planned, Backwards(range(12))),
-    ):
-        pass
-
-
 @pytest.fixture
 def mine(tmp_path, monkeypatch):
     """A module of a user: an agent that may pay, and an intervention."""
@@ -182,10 +172,3 @@ def mine(tmp_path, monkeypatch):
 def test_what_may_pay_or_move_stays_here(mine, asked, travels):
     planned = study("flips", **asked)
     assert can_travel(planned, resolve(planned.agents[0])) == travels
-
-
-def test_an_agent_that_may_pay_is_played_here(mine, tmp_path):
-    planned = study("flips", agent=["python:of_mine:Mine"], **SMALL)
-    with played(tmp_path / "S", planned, cluster := Backwards()) as journal:
-        assert len(journal.trials) == planned.size
-    assert cluster.asked == []

@@ -53,20 +53,6 @@ def test_it_goes_on_after_every_step(alone):
     asyncio.run(each())
 
 
-def test_it_shows_what_an_agent_would_be_given(alone):
-    async def shown() -> None:
-        held = await PausedTrial.begin(PLAN, steps_of(alone)[:3])
-        assert [turn.decision.joint for turn in held.situation.past] == [
-            step.decision.joint for step in alone.steps[:3]
-        ]
-        assert held.situation.percept.text == alone.steps[2].told
-        assert held.situation.percept.look is None
-        assert held.trial is None
-        await held.close()
-
-    asyncio.run(shown())
-
-
 @pytest.mark.parametrize(
     "wrong", [{"told": "A moved. At 1: none."}, {"joint": "Z"}], ids=["another report", "no such joint"]
 )
@@ -75,11 +61,6 @@ def test_another_history_is_never_shown(alone, wrong):
     said = {"joint": played[1].joint, "claimed": played[1].claimed, "told": played[1].told}
     with pytest.raises(BadValue, match=r"step 2 of flips/participant/flip\?p=0\.4/rep=1/trial=2"):
         asyncio.run(PausedTrial.begin(PLAN, [played[0], RecordedAttempt(**(said | wrong)), *played[2:4]]))
-
-
-def test_more_steps_than_there_were_are_refused(alone):
-    with pytest.raises(BadValue, match="a step of this trial"):
-        asyncio.run(PausedTrial.begin(PLAN, [*steps_of(alone), RecordedAttempt("A")]))
 
 
 class _Counted(SymbolicPlant):
@@ -134,12 +115,6 @@ def test_what_breaks_ends_it_as_an_error(plant, breaks_at):
     trial = asyncio.run(broken())
     assert (trial.ending, trial.error.boundary, len(trial.steps)) == ("error", "plant", max(0, breaks_at - 1))
     assert plant.closed == 1
-
-
-def test_what_breaks_while_it_is_played_again_is_an_error_and_no_other_history(plant, alone):
-    plant.breaks_at = 2
-    held = asyncio.run(PausedTrial.begin(PLAN, steps_of(alone)[:4]))
-    assert (held.trial.ending, len(held.trial.steps)) == ("error", 1)
 
 
 def test_letting_go_of_it_lets_go_of_its_plant(plant):

@@ -59,28 +59,3 @@ def test_words_beside_pictures_do_not_reach_people():
     with pytest.raises(BadValue, match="expected a report in words"):
         check_playable([Condition(interventions=(Aloud(),), modality="rgb", name="aloud")], PERSON)
     check("nudge + drop?p=0.2 + rgb", PERSON)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Greeting:
-    """Somebody's own remark."""
-
-    def brief(self, briefing, past, task, rng):
-        return briefing.remarking("Good morning.")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Amnesia:
-    """Somebody's own memory."""
-
-    def recall(self, past, task, rng):
-        return ()
-
-
-def test_of_other_packages_what_is_asked_reaches_people_and_what_is_remembered_nobody():
-    check_playable([Condition(interventions=(Greeting(),))], PERSON)
-    with pytest.raises(BadValue, match="a client keeps"):
-        check_playable([Condition(interventions=(Greeting(),))], CLIENT)
-    for by in (PERSON, CLIENT):
-        with pytest.raises(BadValue, match="what is told or done"):
-            check_playable([Condition(interventions=(Amnesia(),))], by)

@@ -2,9 +2,7 @@
 
 import asyncio
 import re
-import threading
 from collections import Counter
-from contextlib import nullcontext
 from dataclasses import replace
 
 import forked
@@ -17,7 +15,6 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import (
     AgentsGivenUp,
-    BadFile,
     BudgetReached,
     Missing,
     SettingsChanged,
@@ -32,7 +29,6 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running import runner
-from lockprobe.studies.running import trial_setup as play
 from lockprobe.studies.running.runner import Limits, owe_anew, run
 
 
@@ -51,12 +47,6 @@ def test_same_seed_same_bytes(tmp_path):
     assert one == two
     played(tmp_path / "c", agent=["random", "human-inspired"], p=[0, 0.4], trials=20, seed=2)
     assert sql(tmp_path / "c", said) != one
-
-
-def test_an_agent_plays_the_same_beside_others_and_alone(tmp_path):
-    beside = played(tmp_path / "a", agent=["random", "human-inspired"], trials=5)
-    alone = played(tmp_path / "b", agent=["human-inspired"], trials=5)
-    assert [trial for trial in beside if trial.agent == "human-inspired"] == alone
 
 
 AGENT = """
@@ -93,43 +83,6 @@ def test_two_renderers_are_not_mixed(tmp_path):
     assert len(load(tmp_path / "d")) == 1
 
 
-def shown(directory, workers):
-    planned = study(
-        StudyOptions(study="modalities", agent=["viewer", "human-inspired"], trials=1, max_steps=3,
-                plant="fast-twin?width=160&height=120")
-    )  # fmt: skip
-    with Journal.open(directory, planned) as journal:
-        run(planned, journal, limits=Limits(workers=workers))
-    return load(directory)
-
-
-@pytest.mark.slow
-def test_a_simulated_plant_gives_the_same_on_one_process_and_on_two(tmp_path):
-    pytest.importorskip("mujoco")
-    one, two = shown(tmp_path / "one", 1), shown(tmp_path / "two", 2)
-    assert len(one) == 4
-    assert [trial.error for trial in one] == [None] * 4
-    in_order = [sorted(trials, key=lambda trial: trial.key) for trials in (one, two)]
-    assert in_order[0] == in_order[1]
-    albums = [{path.name: path.read_bytes() for path in (tmp_path / n / "pictures").iterdir()} for n in ("one", "two")]
-    assert albums[0] == albums[1]
-    named = {name for trial in one for step in trial.steps for name in step.pictures.values()}
-    named |= {name for trial in one for name in trial.opening_pictures.values()}
-    assert set(albums[0]) == named != set()
-
-
-def test_a_plant_that_cannot_be_had_is_said_before_the_first_trial(tmp_path, monkeypatch):
-    import importlib.util
-
-    found = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name, *rest: None if name == "mujoco" else found(name, *rest)
-    )
-    with pytest.raises(Missing, match="the twins need the package mujoco: pip install 'lockprobe"):
-        shown(tmp_path, 1)
-    assert not list(tmp_path.iterdir())
-
-
 def hosted(directory, monkeypatch, answer, *, trials, settings=None, **access):
     """A study of a hosted model on loopback: its trials, and what the server saw."""
     monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
@@ -146,17 +99,6 @@ def test_hosted_trials_go_side_by_side_on_so_many_connections_and_every_call_is_
     assert [trial.ending for trial in trials] == ["solved"] * 9
     assert server.peak == 3
     assert server.arrived.total() == sum(len(trial.steps) for trial in trials) == len(list(read_calls(tmp_path)))
-
-
-def test_one_outage_of_all_that_is_on_its_way_does_not_stop_a_run(tmp_path, monkeypatch):
-    asked = []
-
-    def answer(request):
-        asked.append(request)
-        return failure(403, "closed for a moment") if len(asked) <= 12 else truthful(request)
-
-    trials, _ = hosted(tmp_path, monkeypatch, answer, trials=20, connections=12)
-    assert sorted(trial.ending for trial in trials) == ["error"] * 12 + ["solved"] * 8
 
 
 def test_a_provider_that_stays_away_stops_a_run(tmp_path, monkeypatch):
@@ -217,15 +159,6 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
     assert re.search(r"Nowhere broke 10 trials in a row \(reply: 'lid' .*\); --again reply plays", str(end.value))
 
 
-def test_a_directory_that_cannot_be_written_ends_a_run_at_once(tmp_path, monkeypatch):
-    def full(*_):
-        raise BadFile("study.db", "no space left")
-
-    monkeypatch.setattr(Journal, "append_all", full)
-    with pytest.raises(BadFile, match="no space left"):
-        played(tmp_path / "s", agent=["random", "round-robin"], trials=2, p=[0], repetitions=1)
-
-
 def test_where_the_money_ends_what_is_on_its_way_is_written_and_the_next_run_goes_on(tmp_path, monkeypatch):
     reserve, left = Calls.reserve, [9]
 
@@ -243,55 +176,6 @@ def test_where_the_money_ends_what_is_on_its_way_is_written_and_the_next_run_goe
     trials, server = hosted(tmp_path, monkeypatch, truthful, trials=4, connections=4)
     assert [trial.ending for trial in trials] == ["solved"] * 4
     assert server.arrived.total() == sum(len(trial.steps) for trial in trials) - 9
-
-
-def test_where_the_money_ends_whoever_costs_none_still_plays(tmp_path, monkeypatch):
-    """Of four: one here, two that ask a provider, and listed last one that takes a processor."""
-    asked = set()
-
-    async def broke(calls, call):
-        asked.add(call.agent)
-        raise BudgetReached(1.0, 1.0, 0.1)
-
-    def elsewhere(spec, access):
-        source = resolve(spec, access)
-        return replace(source, engine="process") if spec == "round-robin" else source
-
-    monkeypatch.setattr(Calls, "reserve", broke)
-    monkeypatch.setattr(runner, "resolve", elsewhere)
-    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-    monkeypatch.setenv("FAKE_BASE_URL", "http://127.0.0.1:9/v1")
-    hosted_ones = ["llm:openai-api/fake/one", "llm:openai-api/fake/two"]
-    with pytest.raises(BudgetReached):
-        played(tmp_path, agent=[*hosted_ones, "round-robin", "random"], trials=2, p=[0])
-    assert sorted((trial.agent, trial.ending) for trial in load(tmp_path) if trial.agent == "round-robin") == [
-        ("round-robin", "solved"),
-        ("round-robin", "solved"),
-    ]
-    assert {trial.agent for trial in load(tmp_path)} == {"random", "round-robin"}
-    assert asked == set(hosted_ones)  # what one has left may be enough for another
-
-
-@pytest.mark.parametrize("plant", ["symbolic", "fast-twin?width=64&height=64"])
-def test_a_plant_that_takes_time_has_a_thread_of_its_own_where_calls_wait_and_plays_the_same_there(
-    tmp_path, monkeypatch, plant
-):
-    pytest.importorskip("mujoco")
-    seen, observe = set(), play._LazyPlant.observe
-
-    def watched(fresh):
-        seen.add(threading.current_thread().name)
-        return observe(fresh)
-
-    monkeypatch.setattr(play._LazyPlant, "observe", watched)
-    settings = {"plant": plant, "max_steps": 3}
-    there, _ = hosted(tmp_path / "there", monkeypatch, truthful, trials=3, connections=3, settings=settings)
-    assert [name.startswith("plants") for name in seen] == [plant != "symbolic"]
-    monkeypatch.setattr(runner, "own_thread", lambda: nullcontext(play.here))
-    usual, _ = hosted(tmp_path / "usual", monkeypatch, truthful, trials=3, connections=3, settings=settings)
-    assert [trial.error for trial in usual] == [None] * 3
-    told = [{trial.key: [(step.state, step.told) for step in trial.steps] for trial in ran} for ran in (usual, there)]
-    assert told[0] == told[1]
 
 
 STUDY = study(StudyOptions(agent=["random"], trials=3, p=[0], repetitions=1, max_steps=2))

@@ -5,13 +5,12 @@ import threading
 from dataclasses import replace
 from typing import ClassVar
 
-import numpy as np
 import pytest
 from seen import PhotographedPlant
 
 from lockprobe import run_trial
 from lockprobe.agents.catalogue import resolve
-from lockprobe.foundation.errors import BadValue, PlantFault
+from lockprobe.foundation.errors import PlantFault
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants import catalogue
 from lockprobe.plants.catalogue import PlantSource
@@ -20,50 +19,7 @@ from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running import trial_setup as play
 from lockprobe.trial.condition import Condition
-from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.record import Decision
-
-HANDLES = np.array([[[0.1 * i - 0.15, -0.05, 0.05], [0.1 * i - 0.15, 0.05, 0.05]] for i in range(4)])
-PANEL = np.diag([1.0, -1.0, -1.0, 1.0])
-PANEL[2, 3] = 0.7
-CAMERA = Camera(width=64, height=48, focal=60.0, panel=PANEL)
-
-
-class Spots(PhotographedPlant):
-    """A box whose pictures are a bright spot at each handle."""
-
-    def __init__(self, box):
-        super().__init__(box, sensed="moved")
-        self.facts = {"renderer": "spots"}
-
-    def picture(self, configuration):
-        rgb, depth = np.zeros((48, 64, 3), np.uint8), np.full((48, 64), 0.7, np.float32)
-        for handle, position in zip(HANDLES, configuration, strict=True):
-            column, row = CAMERA.project(handle[int(position)])[:2].round().astype(int)
-            rgb[row, column], depth[row, column] = 255, 0.65
-        return Frame(rgb=rgb, depth=depth, camera=CAMERA, handles=HANDLES, renderer="spots")
-
-
-class Eye:
-    """Looks for each spot, and attempts what it has not moved yet, from the right."""
-
-    facts: ClassVar = {}
-
-    def __init__(self):
-        self.seen = []
-
-    async def decide(self, situation, rng):
-        from lockprobe.trial.pictures.png import from_png
-
-        percept = situation.percept
-        assert percept.look is None
-        assert percept.outcome is percept.positions is None
-        image = from_png(percept.pictures[0].png)
-        spots = [image[round(one[1]), round(one[0]), 0] > 128 for _, one in percept.handles]
-        self.seen.append(spots)
-        places = dict(zip(situation.task.joints, (place[0] for place in situation.task.places), strict=True))
-        left = [joint for joint, there in zip(situation.task.joints, spots, strict=True) if not there]
-        return Decision(joint=max(left, key=places.__getitem__))
 
 
 @pytest.fixture
@@ -72,28 +28,13 @@ def plants(monkeypatch):
 
     def resolve(spec):
         def make(box, labels, rng):
-            made.append((Spots(box), labels, rng.random()))
+            made.append((PhotographedPlant(box), labels, rng.random()))
             return made[-1][0]
 
         return PlantSource(spec=spec, picture_size=(640, 480), make=make)
 
     monkeypatch.setattr(catalogue, "resolve_plant", resolve)
     return made
-
-
-def test_an_agent_that_looks_solves_the_box_from_pictures_alone(plants, tmp_path):
-    eye = Eye()
-    trial = run_trial(agent=eye, plant="fast-twin", modality="rgbd", pictures=tmp_path)
-    assert trial.solved
-    assert trial.actions == ("revolute-right", "slider-2", "slider-1", "revolute-left")
-    assert [sum(spots) for spots in eye.seen] == [0, 1, 2, 3]
-    assert all(step.told_moved == step.moved and step.told_state is None for step in trial.steps)
-    assert trial.modality == "rgbd"
-    assert trial.plant["renderer"] == "spots"
-    named = [trial.opening_pictures, *(step.pictures for step in trial.steps)]
-    assert all(list(names) == ["rgb", "depth", "depth16"] for names in named)
-    kept = {path.name for path in tmp_path.iterdir()}
-    assert kept == {name for names in named for name in names.values()}
 
 
 def test_a_plant_is_made_of_the_trials_own_labels_and_luck_and_closed_once(plants):
@@ -127,29 +68,6 @@ def test_a_plant_that_cannot_be_made_breaks_its_trial(monkeypatch, fault):
     trial = run_trial(plant="fast-twin")
     assert (trial.ending, trial.error.boundary, trial.owed_again, trial.plant) == ("error", "plant", True, {})
     assert "jammed" in trial.error.message
-
-
-def test_who_reads_reports_is_shown_no_pictures():
-    with pytest.raises(
-        BadValue, match="modality: got 'rgb', expected symbolic for human-inspired, which reads reports"
-    ):
-        run_trial(plant="fast-twin", modality="rgb")
-    with pytest.raises(BadValue, match="expected a plant with a camera"):
-        run_trial(agent="viewer", modality="rgb")
-
-
-def test_a_simulated_box_gives_the_same_trial_as_the_rules():
-    pytest.importorskip("mujoco")
-    trial = run_trial(plant="fast-twin", p=0.4, seed=5)
-    assert trial.plant["engine"].startswith("mujoco ")
-    assert replace(trial, plant={}) == run_trial(p=0.4, seed=5)
-
-
-def test_a_robot_without_nuisances_needs_the_steps_that_the_rules_give():
-    pytest.importorskip("mujoco")
-    trial, expected = run_trial(plant="twin", seed=1), run_trial(seed=1)
-    assert [step.sensed["verdict"] == "moved" for step in trial.steps] == [step.moved for step in expected.steps]
-    assert replace(trial, plant={}, steps=tuple(replace(step, sensed={}) for step in trial.steps)) == expected
 
 
 @pytest.mark.parametrize("plant", ["fast-twin?looks=varied&depth_noise=0.002", "twin?pose_error=0.004&force_noise=0.3"])

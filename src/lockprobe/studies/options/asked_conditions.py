@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, spec_name, split_specs
@@ -36,13 +35,6 @@ _WORDS: dict[str, tuple[FlipKind, ...]] = {
 }
 
 
-class _Asked(NamedTuple):
-    """A condition that was asked for, and whether its text says how the box is shown."""
-
-    condition: Condition
-    shown: bool
-
-
 def conditions_of(asked: StudyOptions, request: StudyOptions, plant: PlantSource) -> tuple[Condition, ...]:
     """Flip rates and modalities, or other conditions with the truth before them; those that say no modality in each.
 
@@ -54,8 +46,7 @@ def conditions_of(asked: StudyOptions, request: StudyOptions, plant: PlantSource
     Raises:
         UserMistake: If a condition does not exist, cannot be played, or is asked for twice.
     """
-    kinds = _readings(asked)
-    p, modalities = request.p or [], request.modality or []
+    kinds, p, modalities = _readings(asked), request.p or [], request.modality or []
     for what, values in (("p", p), ("modality", modalities)):
         if not values or len(set(values)) != len(values):
             raise BadValue(what, values, "at least one, and every one once")
@@ -64,28 +55,30 @@ def conditions_of(asked: StudyOptions, request: StudyOptions, plant: PlantSource
     own = own_conditions(asked)
     if own and len(modalities) > 1:
         raise BadValue("modality", modalities, f"one, which all conditions of {asked.study} have")
-    if asked.study == "looks":
-        _check_looks(asked, own, modalities[0], plant)
-    elif asked.study == "why":
-        _check_why(asked, p, modalities[0])
-    elif request.condition is None and request.sweep is None:
-        return flips_of_readings(p, kinds, modalities)
-    rates = asked.p is not None or asked.readings is not None
-    flipped = [one for kind in kinds for one in flips(p, flip_of(kind))] if rates and not own else []
-    swept = [spec for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP)]
-    found = [
-        *(_Asked(one, shown=False) for one in flipped),
-        *(_Asked(_filled(one, p[0], kinds[0], plant), shown=False) for one in own),
-        *(_Asked(_acting(one, plant), says_modality(one.spec)) for one in request.conditions_named),
-        *(_Asked(one, says_modality(spec)) for spec in swept for one in sweep(spec, plant.spec)),
+    if not own and request.condition is None and request.sweep is None:
+        others = [one for kind in kinds[1:] for one in flips([rate for rate in p if rate], kind, modalities)]
+        return (*flips(p, kinds[0], modalities), *others)
+    if own:
+        _check_own(asked, own, p, modalities[0], plant)
+    rates = not own and (asked.p is not None or asked.readings is not None)
+    named = [(_acting(one, plant), one.spec) for one in request.conditions_named]
+    swept = [(one, spec) for spec in request.sweep or () for one in _swept(spec, plant)]
+    shown = [one for one, spec in (*named, *swept) if says_modality(spec)]
+    everywhere = [
+        *(one for kind in kinds if rates for one in flips(p, flip_of(kind))),
+        *(_filled(one, p[0], kinds[0], plant) for one in own),
+        *(one for one, spec in (*named, *swept) if not says_modality(spec)),
     ]
-    if own and (elsewhere := next((one.condition for one in found if one.shown), None)):
-        if elsewhere.modality != modalities[0]:
-            raise BadValue(
-                "condition", elsewhere.spec, f"none that is shown otherwise than all others, {modalities[0]}"
-            )
-        found = [one._replace(shown=False) for one in found]
-    return _with_controls(found, modalities)
+    if own:
+        if elsewhere := next((one.spec for one in shown if one.modality != modalities[0]), ""):
+            expected = f"none that is shown otherwise than all others, {modalities[0]}"
+            raise BadValue("condition", elsewhere, expected)
+        everywhere, shown = [*everywhere, *shown], []
+    return _with_controls(everywhere, shown, modalities)
+
+
+def _swept(spec: str, plant: PlantSource) -> tuple[Condition, ...]:
+    return () if spec.startswith(AGENT_SWEEP) else sweep(spec, plant.spec)
 
 
 def alone_with_strategies(request: StudyOptions) -> tuple[Condition, ...]:
@@ -93,15 +86,6 @@ def alone_with_strategies(request: StudyOptions) -> tuple[Condition, ...]:
     rates = [rate for rate in request.p or () if rate > 0]
     named = [read_condition(one.spec, one.name) for one in request.conditions_named]
     return (*(one for kind in _readings(request) for one in flips(rates, flip_of(kind))), *named)
-
-
-def flips_of_readings(
-    p: Sequence[float], kinds: Sequence[FlipKind], modalities: Sequence[str] | None = None
-) -> tuple[Condition, ...]:
-    """Every flip rate under every reading; the truth, which they share, comes once. Arguments as those of ``flips``."""
-    rates = [rate for rate in p if rate > 0]
-    others = [one for kind in kinds[1:] for one in flips(rates, kind, modalities)]
-    return (*flips(p, kinds[0], modalities), *others)
 
 
 def _readings(asked: StudyOptions) -> tuple[FlipKind, ...]:
@@ -121,33 +105,42 @@ def _readings(asked: StudyOptions) -> tuple[FlipKind, ...]:
     return tuple(found)
 
 
-def _check_looks(asked: StudyOptions, own: Sequence[NamedCondition], shown: str, plant: PlantSource) -> None:
-    """Refuse what the study ``looks`` cannot have."""
-    for what in ("p", "condition", "sweep", "flip"):
-        if (given := getattr(asked, what)) is not None:
-            raise BadValue(what, given, "none with looks, which has its own conditions")
-    if not is_pictured(shown):
-        raise BadValue("modality", shown, "pictures, rgb or rgbd, whose looks vary")
-    if not plant.has_camera:
-        raise BadValue("plant", plant.spec, "one whose camera takes pictures: fast-twin, twin, or manual with --camera")
-    varied = {option for one in own for option in Spec.parse(one.spec).options}
-    if named := [f"{name}={value}" for name, value in Spec.parse(plant.spec).options.items() if name in varied]:
-        raise BadValue("plant", plant.spec, f"one without {', '.join(named)}, which this study varies")
-
-
-def _check_why(asked: StudyOptions, p: Sequence[float], shown: str) -> None:
-    """Refuse what the study ``why`` cannot have."""
-    like = flip_of(asked.flip or DEFAULT)
-    if len(p) > 1:
-        raise BadValue("p", p, "one, which all arms have")
-    if not 0 < p[0] <= 1:
-        raise BadValue("p", p[0], "a rate above 0 and up to 1, at which the reports of all arms are hit")
-    if asked.parts and like != OutcomeFlip():
-        raise BadValue("flip", asked.flip, f"{DEFAULT} with --parts, whose parts they are")
-    if spec_name(shown) != "symbolic":
-        raise BadValue("modality", shown, "symbolic, with or without options: pictures cannot be corrected")
-    if like.others == "noisy":
-        raise BadValue("flip", "independent", "another kind: noise on all joints is no single statement to correct")
+def _check_own(
+    asked: StudyOptions, own: Sequence[NamedCondition], p: Sequence[float], shown: str, plant: PlantSource
+) -> None:
+    """Refuse what the studies ``looks`` and ``why`` cannot have."""
+    like, varied = flip_of(asked.flip or DEFAULT), {name for one in own for name in Spec.parse(one.spec).options}
+    given = [(name, getattr(asked, name)) for name in ("p", "condition", "sweep", "flip")]
+    named = [f"{name}={value}" for name, value in Spec.parse(plant.spec).options.items() if name in varied]
+    camera = "one whose camera takes pictures: fast-twin, twin, or manual with --camera"
+    mistakes: dict[str, list[tuple[bool, str, object, str]]] = {
+        "looks": [
+            *((one is not None, name, one, "none with looks, which has its own conditions") for name, one in given),
+            (not is_pictured(shown), "modality", shown, "pictures, rgb or rgbd, whose looks vary"),
+            (not plant.has_camera, "plant", plant.spec, camera),
+            (bool(named), "plant", plant.spec, f"one without {', '.join(named)}, which this study varies"),
+        ],
+        "why": [
+            (len(p) > 1, "p", p, "one, which all arms have"),
+            (not 0 < p[0] <= 1, "p", p[0], "a rate above 0 and up to 1, at which the reports of all arms are hit"),
+            (
+                asked.parts and like != OutcomeFlip(),
+                "flip",
+                asked.flip,
+                f"{DEFAULT} with --parts, whose parts they are",
+            ),
+            (is_pictured(shown), "modality", shown, "symbolic, with or without options: pictures cannot be corrected"),
+            (
+                like.others == "noisy",
+                "flip",
+                asked.flip,
+                "another kind: noise on all joints is no single statement to correct",
+            ),
+        ],
+    }
+    for wrong, what, got, expected in mistakes[asked.study]:
+        if wrong:
+            raise BadValue(what, got, expected)
 
 
 def _filled(own: NamedCondition, p: float, kind: FlipKind, plant: PlantSource) -> Condition:
@@ -185,29 +178,24 @@ def _acting(said: NamedCondition, plant: PlantSource) -> Condition:
     return asked
 
 
-def _with_controls(found: Sequence[_Asked], modalities: Sequence[str]) -> tuple[Condition, ...]:
-    """Conditions shown in every way, those that say their own only in that, each way with the truth as its control."""
-    own = [one.condition for one in found if one.shown]
-    acting = [
-        one.condition for one in found if not one.shown and (one.condition.name or not one.condition.does_nothing)
-    ]
-    named = [one for one in acting if one.does_nothing]
-    controls = named or [Condition()]
-    everywhere = [*controls, *(one for one in acting if one not in named)]
+def _with_controls(
+    everywhere: Sequence[Condition], own: Sequence[Condition], modalities: Sequence[str]
+) -> tuple[Condition, ...]:
+    """Conditions shown in every way, and those with a way of their own; each way has the truth as its control."""
+    acting = [one for one in everywhere if one.name or not one.does_nothing]
+    controls = [one for one in acting if one.does_nothing] or [Condition()]
     known = {one.modality: one for one in own if one.name and one.does_nothing}
 
-    def shown(one: Condition, modality: str) -> Condition:
-        """A condition shown in one way; in place of the control that with a name, if there is one."""
-        here = replace(one, modality=modality)
-        return known.get(modality, here) if one is controls[0] else here
+    def control(modality: str) -> Condition:
+        return known.get(modality, replace(controls[0], modality=modality))
 
-    planned = distinct(
-        [
-            *(shown(one, modality) for modality in modalities for one in everywhere),
-            *(shown(controls[0], modality_doses(one.modality)[0]) for one in own),
-            *(one for one in own if one.name or not one.does_nothing or modality_doses(one.modality)[1]),
-        ]
-    )
+    found = list[Condition]()
+    for modality in modalities:
+        others = [*controls[1:], *(one for one in acting if not one.does_nothing)]
+        found += [control(modality), *(replace(one, modality=modality) for one in others)]
+    found += [control(modality_doses(one.modality)[0]) for one in own]
+    found += [one for one in own if one.name or not one.does_nothing or modality_doses(one.modality)[1]]
+    planned = distinct(found)
     _check_names(planned)
     return planned
 

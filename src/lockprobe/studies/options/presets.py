@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import Field
 
 from lockprobe.boxes.families import ALIKE
-from lockprobe.foundation.errors import Conflict
+from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
@@ -43,22 +43,21 @@ def preset(name: str) -> Preset:
     return Preset.model_validate(read_preset(name))
 
 
-def is_short(asked: StudyOptions) -> bool:
-    """Whether nothing is said of what is played, so that a study is as short as it can be."""
-    said = (asked.p, asked.trials, asked.repetitions, asked.condition, asked.sweep)
-    return not (asked.full or asked.as_paper) and all(given is None for given in said)
-
-
-def on_several_boxes(asked: StudyOptions) -> bool:
-    """Whether a study is on several boxes, and says no more of its size."""
-    return bool(len(asked.boxes_named) > 1 or asked.boxes) and not (asked.full or asked.as_paper)
-
-
-def with_boxes_of_people(asked: StudyOptions) -> StudyOptions:
-    """A request on several boxes of one difficulty where people play and it names none: nobody meets one box twice."""
-    if PEOPLE not in (asked.agent or ()) or asked.box is not None or asked.boxes is not None or asked.as_paper:
-        return asked
-    return asked.model_copy(update={"box": ", ".join(ALIKE)}) if plant_of(asked).lays_out else asked
+def cases_of(asked: StudyOptions) -> set[str]:
+    """The cases that hold for a request; ``full`` too, and ``plain`` if nothing is said of what varies."""
+    paper = asked.full or asked.as_paper
+    sized = any(one is not None for one in (asked.p, asked.trials, asked.repetitions, asked.condition, asked.sweep))
+    varied = any(one is not None for one in (asked.flip, asked.readings, asked.modality))
+    several = bool(len(asked.boxes_named) > 1 or asked.boxes) and not paper
+    holds = {
+        "short": not (paper or sized),
+        "several_boxes": several,
+        "as_paper": asked.as_paper,
+        "parts": asked.parts,
+        "full": asked.full,
+        "plain": not (varied or asked.as_paper or several or asked.p or asked.condition or asked.sweep),
+    }
+    return {case for case, held in holds.items() if held}
 
 
 def plant_of(asked: StudyOptions) -> PlantSource:
@@ -74,20 +73,21 @@ def plant_of(asked: StudyOptions) -> PlantSource:
 def with_defaults(asked: StudyOptions) -> StudyOptions:
     """A request with what it leaves out as its study has it, but for :func:`own_conditions`. What it says stays.
 
+    Where people play and it names no box, it has several of one difficulty: nobody meets one box twice.
+
     Raises:
+        BadValue: If the study has no such case.
         Conflict: If it is to be as in the paper and is none of its studies, or its labels can give the interlock away.
     """
-    own, plant = preset(asked.study), plant_of(asked)
+    own, plant, usual = preset(asked.study), plant_of(asked), dict[str, Any]()
+    if asked.full and asked.study in ("why", "looks"):
+        raise BadValue("full", True, f"none with {asked.study}, which has trials of its own; --trials says how many")
+    if asked.parts and "parts" not in own.when:
+        raise BadValue("parts", True, f"none with {asked.study}; why plays the parts of a false report")
     if asked.as_paper:
-        _check_as_paper(asked, plant)
-    cases = {
-        "short": is_short(asked),
-        "several_boxes": on_several_boxes(asked),
-        "as_paper": asked.as_paper,
-        "parts": asked.parts,
-    }
-    usual = dict[str, Any]()
-    for part in (own, *(own.when[case] for case, holds in cases.items() if holds and case in own.when)):
+        _check_as_paper(asked, own, plant)
+    cases = cases_of(asked)
+    for part in (own, *(found for case, found in own.when.items() if case in cases)):
         usual |= {name: getattr(part, name) for name in part.model_fields_set & StudyOptions.model_fields.keys()}
     usual.pop("condition", None)
     if asked.trials is not None or asked.until is not None:  # strategies play as many
@@ -98,9 +98,19 @@ def with_defaults(asked: StudyOptions) -> StudyOptions:
         usual.pop("layout", None)
     if usual.get("shuffle") == "never" and not plant.painted_labels:
         usual.pop("shuffle")
-    usual["modality"] = shown = _shown(usual.get("modality", [STATES]), asked, plant)
-    usual["agent"] = [one for one in usual["agent"] if taken_in(one, asked.modality or shown)] or usual["agent"]
+    shown = usual.get("modality", [STATES])
+    shown = [one for one in shown if plant.has_camera or not is_pictured(one)] or shown
+    usual["modality"] = ["symbolic" if one == STATES and asked.flip == "outcome-only" else one for one in shown]
+    seen = asked.modality or usual["modality"]
+    usual["agent"] = [one for one in usual["agent"] if taken_in(one, seen)] or usual["agent"]
     return asked.model_copy(update={name: value for name, value in usual.items() if getattr(asked, name) is None})
+
+
+def with_boxes_of_people(asked: StudyOptions) -> StudyOptions:
+    """A request on several boxes of one difficulty where people play and it names none: nobody meets one box twice."""
+    if PEOPLE not in (asked.agent or ()) or asked.box is not None or asked.boxes is not None or asked.as_paper:
+        return asked
+    return asked.model_copy(update={"box": ", ".join(ALIKE)}) if plant_of(asked).lays_out else asked
 
 
 def own_conditions(asked: StudyOptions) -> list[NamedCondition]:
@@ -110,14 +120,7 @@ def own_conditions(asked: StudyOptions) -> list[NamedCondition]:
     return own.conditions_named + parts
 
 
-def _shown(usual: list[str], asked: StudyOptions, plant: PlantSource) -> list[str]:
-    """How the box is shown, as far as the plant has a camera, and with outcomes where these alone are false."""
-    seen = [one for one in usual if plant.has_camera or not is_pictured(one)] or usual
-    return ["symbolic" if one == STATES and asked.flip == "outcome-only" else one for one in seen]
-
-
-def _check_as_paper(asked: StudyOptions, plant: PlantSource) -> None:
-    own = preset(asked.study)
+def _check_as_paper(asked: StudyOptions, own: Preset, plant: PlantSource) -> None:
     if "as_paper" not in own.when:
         raise Conflict("--as-paper", asked.study, "the studies of the paper are flips and modalities")
     if asked.shuffle == "never":

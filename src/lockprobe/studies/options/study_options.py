@@ -76,10 +76,13 @@ class NamedCondition(BaseModel):
     name: Annotated[str, Field(description="What records and report call it; its spec if it has none.")] = ""
 
 
-Several = Annotated[list[str], Field(max_length=64), BeforeValidator(_listed)]
+Spec = Annotated[str, Field(max_length=1000)]
+"""The spec of an agent, a condition or a plant."""
+
+Several = Annotated[list[Spec], Field(max_length=64), BeforeValidator(_listed)]
 """One, or a list of them."""
 
-Conditions = Annotated[list[NamedCondition | str], Field(max_length=1000), BeforeValidator(_listed)]
+Conditions = Annotated[list[NamedCondition | Spec], Field(max_length=1000), BeforeValidator(_listed)]
 
 
 Whole = Annotated[int, BeforeValidator(_number)]
@@ -176,7 +179,7 @@ class StudyOptions(BaseModel):
         ),
     ] = None
     plant: Annotated[
-        str | None,
+        Spec | None,
         _about(
             "What is acted on: a plant that lockprobe list plants lists, with options as in twin?looks=varied (flips: "
             "symbolic; modalities: fast-twin)."
@@ -249,15 +252,15 @@ class StudyOptions(BaseModel):
     name: Annotated[str | None, _about("A name for the study, with which keys of records begin (the study's).")] = None
 
     @property
-    def acting(self) -> list[str]:
-        """The specs of its conditions."""
-        return [one.spec for one in self.conditions_named]
-
-    @property
     def specs(self) -> dict[str, list[str]]:
         """The specs that can name code, by option."""
         agents, _ = named_agents(self.agent or ())
-        named = {"agent": agents, "condition": self.acting, "sweep": self.sweep, "plant": [self.plant]}
+        named = {
+            "agent": agents,
+            "condition": [one.spec for one in self.conditions_named],
+            "sweep": self.sweep,
+            "plant": [self.plant],
+        }
         return {
             what: [spec for spec in specs or () if isinstance(spec, str)]
             for what, specs in {**named, "box": self.boxes_named}.items()
@@ -273,12 +276,13 @@ class StudyOptions(BaseModel):
     @property
     def conditions_named(self) -> list[NamedCondition]:
         """Its conditions, those without a name too."""
-        return [_named_condition(one) if isinstance(one, str) else one for one in self.condition or ()]
-
-
-def _named_condition(text: str) -> NamedCondition:
-    name, spec = named_spec(text, "condition", "lies=flip?p=0.4")
-    return NamedCondition(spec=spec, name=name)
+        found = []
+        for one in self.condition or ():
+            if isinstance(one, str):
+                name, spec = named_spec(one, "condition", "lies=flip?p=0.4")
+                one = NamedCondition(spec=spec, name=name)  # noqa: PLW2901 - the same, parsed
+            found.append(one)
+        return found
 
 
 def study_options(given: Mapping[str, Any]) -> StudyOptions:
@@ -303,7 +307,7 @@ def refusal_of(error: ValidationError, name: str, got: object) -> BadValue:
     expected = plain(first["msg"]).removeprefix("expected ")
     if first["type"] == "literal_error":
         expected = "one of " + expected.replace("'", "").replace(" or ", ", ")
-    return BadValue(name, got, expected)
+    return BadValue(name, got if len(str(got)) <= 1000 else f"{str(got)[:40]}…", expected)
 
 
 def read_options_file(path: Path) -> StudyOptions:

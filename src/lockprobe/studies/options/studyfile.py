@@ -30,14 +30,7 @@ from lockprobe.studies.modality import is_pictured, refuse_blind, shows_places
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.asked_conditions import AGENT_SWEEP, alone_with_strategies, conditions_of
 from lockprobe.studies.options.misreadings import with_misreadings
-from lockprobe.studies.options.presets import (
-    is_short,
-    on_several_boxes,
-    plant_of,
-    preset,
-    with_boxes_of_people,
-    with_defaults,
-)
+from lockprobe.studies.options.presets import cases_of, plant_of, preset, with_boxes_of_people, with_defaults
 from lockprobe.studies.options.study_options import (
     SHIPPED,
     STUDIES,
@@ -49,12 +42,8 @@ from lockprobe.studies.options.study_options import (
 from lockprobe.studies.study import LIMITS, Study
 from lockprobe.studies.until import MOST, Until
 from lockprobe.trial.condition import Condition
-from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
-
-LONGEST_SPEC = 1000
-"""Characters of the spec of an agent, a condition or a plant."""
 
 MOST_BOXES = 100
 """The most boxes that a study generates."""
@@ -90,24 +79,20 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
         asked = read_options_file(Path(asked)) if str(asked).endswith(".toml") else StudyOptions(study=str(asked))
     if not isinstance(asked, StudyOptions):
         raise BadValue("study", asked, f"options, the path of a TOML file, or one of {', '.join(STUDIES)}")
-    request = asked.model_copy(update={name: getattr(study_options(options), name) for name in options})
-    allow(*(spec for specs in request.specs.values() for spec in specs))  # a file that names code was refused
-    if request.study not in STUDIES:
-        raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
-    _check_lengths(request)
-    if request.full and request.study in ("why", "looks"):
-        raise BadValue("full", True, f"none with {request.study}, which has trials of its own; --trials says how many")
-    if request.parts and request.study != "why":
-        raise BadValue("parts", True, f"none with {request.study}; why plays the parts of a false report")
-    said = with_boxes_of_people(request)
+    said = asked.model_copy(update={name: getattr(study_options(options), name) for name in options})
+    allow(*(spec for specs in said.specs.values() for spec in specs))  # a file that names code was refused
+    if said.study not in STUDIES:
+        raise UnknownName("study", said.study, [*STUDIES, *SHIPPED, "FILE.toml"])
+    said = with_boxes_of_people(said)
     request, plant = with_defaults(said), plant_of(said)
     agents, names = _agents(request)
     allow(*agents)
     conditions, spared = conditions_of(said, request, plant), tuple[Condition, ...]()
-    case = _plain_case(said)
-    if any(map(is_strategy, agents)) and (besides := preset(said.study).strategies.get(case)):
+    cases, own = cases_of(said), preset(said.study)
+    case = ("full" if said.full else "short" if "short" in cases else "") if "plain" in cases else ""
+    if any(map(is_strategy, agents)) and (besides := own.strategies.get(case)):
         spared = alone_with_strategies(besides.model_copy(update={"p": request.p}))
-        models = preset(said.study).models.get(case, request).p or ()
+        models = own.models.get(case, request).p or ()
         conditions, spared = (*conditions, *spared), (*spared, *(one for one in conditions if one.p not in models))
     seen = PEOPLE in agents or any(shows_places(one.modality) for one in conditions)
     if request.layout is None and seen and plant.lays_out:  # or whoever sees places need not look at anything else
@@ -117,28 +102,24 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     allow(*planned.plants)
     planned.check_agents()
     planned = with_misreadings(planned)
-    _check_played(planned, request)
-    for box in planned.boxes:
-        _check_kept(box)
+    _check_kept_and_played(planned, asked_for=request.condition is not None or request.sweep is not None)
     return planned
 
 
-def _check_played(planned: Study, request: StudyOptions) -> None:
-    """Refuse a condition that was asked for and that no agent of the study plays."""
-    if request.condition is None and request.sweep is None:
-        return
-    played = {one.label for agent in planned.agents for one in planned.conditions_of(agent)}
-    for one in planned.conditions:
-        if one.label not in played and one.specs and is_pictured(one.modality):
-            refuse_blind(planned.agents[0], one.modality, "words")
-
-
-def _plain_case(asked: StudyOptions) -> str:
-    """``full`` or ``short`` for a study of which nothing is said that varies; else nothing."""
-    varied = (asked.p, asked.flip, asked.readings, asked.modality, asked.condition, asked.sweep)
-    if any(given is not None for given in varied) or asked.as_paper:
-        return ""
-    return "full" if asked.full else "short" if is_short(asked) and not on_several_boxes(asked) else ""
+def _check_kept_and_played(planned: Study, *, asked_for: bool) -> None:
+    """Refuse a condition that was asked for and nobody plays, and a box that cannot be played or that no file holds."""
+    if asked_for:
+        played = {one.label for agent in planned.agents for one in planned.conditions_of(agent)}
+        for one in planned.conditions:
+            if one.label not in played and one.specs and is_pictured(one.modality):
+                refuse_blind(planned.agents[0], one.modality, "words")
+    for box in planned.boxes:
+        try:
+            box_from_data(box.as_data())
+        except UserMistake as error:
+            raise BadValue("box", box.name, f"one that a file can hold ({error})") from None
+        if fault := fault_of(box):
+            raise BadValue("box", box.name, f"one that can be played ({fault.reason})")
 
 
 def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") -> Study:
@@ -174,7 +155,6 @@ def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") ->
         raise refusal_of(error, said, given[said]) from None
     for one, extent in _PLURAL.items():
         check_whole(one, getattr(request, extent), 1, LIMITS[extent])
-    _check_lengths(request)
     plant = resolve_plant("symbolic" if request.plant is None else request.plant)
     planned = _planned(request, plant, [agent], [_one_condition(condition, request, plant)], {})
     if len(planned.boxes) > 1:
@@ -210,31 +190,23 @@ def _sizes(request: StudyOptions, boxes: int) -> dict[str, Any]:
     Raises:
         BadValue: If it asks for a fixed number and for one that depends on what was played, or the rule is none.
     """
-    until = _until(request)
-    if until is not None:
-        most = MOST if request.most is None else request.most
-        check_whole("most", most, 1, LIMITS["trials"])
-        return {"repetitions": 1, "trials": most, "until": until}
-    found = {name: getattr(request, name) for name in ("repetitions", "trials", "strategy_trials")}
-    many = {"repetitions": 1, "trials": boxes, "strategy_trials": boxes}
-    return {name: value * many[name] for name, value in found.items() if value is not None}
-
-
-def _until(request: StudyOptions) -> Until | None:
-    """When the study stops; None if it plays all of its trials."""
+    sizes = {name: getattr(request, name) for name in ("repetitions", "trials", "strategy_trials")}
     if request.until is None:
         if request.most is not None:
             raise BadValue("most", request.most, "--until with it; --trials says how many trials are played")
-        return None
+        many = {"repetitions": 1, "trials": boxes, "strategy_trials": boxes}
+        return {name: value * many[name] for name, value in sizes.items() if value is not None}
     if request.study == "looks":
         raise BadValue("until", request.until, f"none with {request.study}, whose answer holds for one look")
-    for name in ("trials", "strategy_trials", "repetitions"):
-        if (given := getattr(request, name)) is not None:
+    for name, given in sizes.items():
+        if given is not None:
             raise BadValue(name, given, f"none with --until {request.until}; --most says how many trials at most")
     if request.full:
         rates = "--p 0,0.1,0.2,0.3,0.4,0.5,0.6 plays the paper's flip rates"
         raise BadValue("full", True, f"none with --until {request.until}; {rates}")
-    return Until.parse(request.until)
+    most = MOST if request.most is None else request.most
+    check_whole("most", most, 1, LIMITS["trials"])
+    return {"repetitions": 1, "trials": most, "until": Until.parse(request.until)}
 
 
 def find_boxes(request: StudyOptions) -> tuple[Lockbox, ...]:
@@ -253,61 +225,36 @@ def find_boxes(request: StudyOptions) -> tuple[Lockbox, ...]:
     return alike_boxes(int(drawn[1]), request.boxes)
 
 
-def _check_kept(box: Lockbox) -> None:
-    """Refuse a box that cannot be played, or that the settings of a study on disk could not hold."""
-    try:
-        box_from_data(box.as_data())
-    except UserMistake as error:
-        raise BadValue("box", box.name, f"one that a file can hold ({error})") from None
-    if fault := fault_of(box):
-        raise BadValue("box", box.name, f"one that can be played ({fault})")
-
-
 def _agents(request: StudyOptions) -> tuple[list[str], dict[str, str]]:
-    """The agents, each with every value of its options that are swept, and spec -> name of those with a name."""
+    """The agents, each with every value of its options that are swept, and spec -> name of those with a name.
+
+    Of ``agent.temperature=0,0.5,1`` agents without the option stay. A name gets it too: ``small?temperature=0``.
+    """
     agents, names = named_agents(request.agent or ())
     for spec in agents:
         resolve(spec)
-    for spec in request.sweep or ():
-        if spec.startswith(AGENT_SWEEP):
-            agents, names = _swept_agents(agents, names, spec)
-    return agents, names
-
-
-def _swept_agents(agents: Sequence[str], names: Mapping[str, str], spec: str) -> tuple[list[str], dict[str, str]]:
-    """Agents with every value of one of their options: ``agent.temperature=0,0.5,1``. Those without it stay.
-
-    A name gets the option too: ``small`` is ``small?temperature=0``.
-    """
-    option, _, values = spec.removeprefix(AGENT_SWEEP).partition("=")
-    if not option or "," not in values:
-        raise BadValue("sweep", spec, "several values with commas between, for example agent.temperature=0,0.5,1")
-    for value in values.split(","):
-        if not _can_be_dose(value):
-            raise BadValue(f"sweep, {option}", value, DOSES_SAID)
-    found, called, refused = list[str](), dict(names), ""
-    for agent in agents:
-        said = [value.strip() for value in values.split(",")]
-        several = [Spec.parse(agent).appending(option, value) for value in said]
-        try:
-            found += [str(one) for one in several if resolve(one)]
+    for swept in request.sweep or ():
+        if not swept.startswith(AGENT_SWEEP):
+            continue
+        option, _, said = swept.removeprefix(AGENT_SWEEP).partition("=")
+        if not option or "," not in said:
+            raise BadValue("sweep", swept, "several values with commas between, for example agent.temperature=0,0.5,1")
+        found, refused = list[str](), ""
+        for agent in agents:
+            several = [str(Spec.parse(agent).appending(option, value.strip())) for value in said.split(",")]
+            try:
+                found += [one for one in several if resolve(one)]
+            except UnknownName as error:
+                refused = refused or str(error)
+                found.append(agent)
+                continue
             if name := names.get(agent):
-                here = [str(Spec.parse(name).appending(option, value)) for value in said]
-                called |= dict(zip(map(str, several), here, strict=True))
-        except UnknownName as error:
-            refused = refused or str(error)
-            found.append(agent)
-    if len(found) == len(agents):
-        raise BadValue("sweep", spec, f"an option that one of the agents has ({refused})")
-    return found, called
-
-
-def _can_be_dose(text: str) -> bool:
-    """Whether a value of an option is a word, or a number that can be a dose."""
-    try:
-        return can_be_fitted(float(text))
-    except ValueError:
-        return True
+                called = [str(Spec.parse(name).appending(option, value.strip())) for value in said.split(",")]
+                names |= dict(zip(several, called, strict=True))
+        if len(found) == len(agents):
+            raise BadValue("sweep", swept, f"an option that one of the agents has ({refused})")
+        agents = found
+    return agents, names
 
 
 def _one_condition(
@@ -335,16 +282,3 @@ def _one_condition(
     if request.modality is not None and request.modality != [found.modality]:
         raise BadValue("modality", request.modality[0], f"none with a condition that says {found.modality} itself")
     return found
-
-
-def _check_lengths(request: StudyOptions) -> None:
-    for what, specs in (
-        ("agent", request.agent or ()),
-        ("plant", [request.plant or ""]),
-        ("modality", request.modality or ()),
-        ("condition", request.acting),
-        ("sweep", request.sweep or ()),
-    ):
-        for spec in specs:
-            if len(spec) > LONGEST_SPEC:
-                raise BadValue(what, f"{spec[:40]}…", f"at most {LONGEST_SPEC} characters; these are {len(spec)}")

@@ -6,12 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.decisions import answers, counted, due
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
-from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.running.runner import next_plans, run, run_study
@@ -113,16 +111,6 @@ def test_merged_parts_go_on_until_they_are_decided_together(tmp_path, every, sto
     assert source_of_directory(tmp_path / "both").study.shard is None
 
 
-def test_all_agents_of_a_directory_are_judged_together_whichever_is_run(tmp_path):
-    others = replace(STUDY, agents=("random-no-repeat",))
-    run_study(STUDY, tmp_path)
-    run_study(others, tmp_path)
-    both = replace(STUDY, agents=(AGENT, "random-no-repeat"))
-    assert due(both, "random-no-repeat", load(tmp_path)) == []
-    run_study(both, tmp_path)
-    assert [due(both, agent, load(tmp_path)) for agent in both.agents] == [[], []]
-
-
 FLAKY = """
 from lockprobe.foundation.errors import ModelFault
 from lockprobe.trial.record import Decision
@@ -154,8 +142,3 @@ def test_trials_that_broke_are_played_again_before_the_next_look_as_long_as_othe
         run(down, journal)
         assert len(journal.trials) == 8
         assert len(next_plans(down, journal)(down.agents[0])) == 8
-
-
-def test_a_study_whose_answer_holds_for_one_look_does_not_stop():
-    with pytest.raises(UserMistake, match="until: got 'decided', expected none with looks, whose answer holds for one"):
-        study("looks", until="decided")
