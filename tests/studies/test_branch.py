@@ -138,7 +138,7 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
     broken = replace(trials[0], ending="error", error=TrialError(boundary="model", message="gone", step=3))
     with pytest.raises(BadValue, match="ended as an error"):
         branching(planned, [broken, *trials[1:]], keys=[broken.key])
-    assert branching(planned, [broken, *trials[1:]]).left.errors == 1
+    assert branching(planned, [broken, *trials[1:]]).left == {"ended as an error": 1}
 
 
 def test_pictures_tell_truth_and_lies_and_cannot_be_corrected():

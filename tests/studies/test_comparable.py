@@ -31,8 +31,8 @@ SEVERAL = replace(FLIPS, boxes=(FLIPS.box, box("fork"), box("reset")))
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        ({"boxes": (FLIPS.box,)}, "the boxes are chain-4, not chain-4, fork and reset"),
-        ({"boxes": (FLIPS.box, box("reset"), box("fork"))}, "in another order, not chain-4, fork and reset"),
+        ({"boxes": (FLIPS.box,)}, "its boxes, in their order, are chain-4, not chain-4, fork and reset"),
+        ({"boxes": (FLIPS.box, box("reset"), box("fork"))}, "are chain-4, reset and fork, not chain-4, fork and reset"),
         ({"seed": 9}, "studies of several boxes are compared in pairs of equal luck"),
     ],
     ids=str,
@@ -46,8 +46,8 @@ def test_boxes_of_several_are_the_same_in_one_order_with_one_luck(change, why):
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        ({"boxes": (box("chain-5"),)}, "the box is chain-5, not chain-4"),
-        ({"boxes": (replace(box("chain-5"), name="chain-4"),)}, "chain-4 is another box there under the same name"),
+        ({"boxes": (box("chain-5"),)}, "its boxes, in their order, are chain-5, not chain-4"),
+        ({"boxes": (replace(box("chain-5"), name="chain-4"),)}, "a box of it is another one there under the same name"),
         ({"max_steps": 30}, r"the budget of steps \(max_steps\) is 30, not 20"),
         ({"plant": "fast-twin"}, r"the plant \(plant\) is fast-twin, not symbolic"),
         ({"layout": "shuffled"}, r"the layout \(layout\) is shuffled, not fixed"),
@@ -63,13 +63,15 @@ def test_one_study_and_one_without_a_condition_in_common_are_refused_with_the_re
     with pytest.raises(BadValue, match="two or more"):
         check_comparable({A: FLIPS})
     flips = study_of((0.1, 0.9), name="flips", agents=("random",), boxes=(box("chain-4"),))
-    with pytest.raises(BadFile, match=r"^a: it shares no condition .*: it has truth, flip\?p=0\.3, flip\?p=0\.6; they"):
+    with pytest.raises(
+        BadFile, match=r"^a: it shares no condition .*: it has truth, flip\?p=0\.3 and flip\?p=0\.6; they"
+    ):
         check_comparable({A: FLIPS, B: flips})
     sticky = study_of((0.3,), "integrated", name="flips", agents=("random",), boxes=(box("chain-4"),))
     with pytest.raises(BadFile, match=r"they have flip\?p=0\.3&others=kept$"):
         check_comparable({A: FLIPS, B: sticky})
     shown = [modality_study(modalities=(one,)) for one in ("rgb", "symbolic")]
-    with pytest.raises(BadFile, match=r"the modality is rgb, not symbolic$"):
+    with pytest.raises(BadFile, match=r"it has rgb; they have symbolic$"):
         check_comparable({A: shown[0], B: shown[1]})
     with pytest.raises(BadFile, match=r"^c: it shares no condition"):
         check_comparable({A: FLIPS, B: FLIPS, C: flips})

@@ -140,14 +140,9 @@ def _lines(asked: Branching, journal: Journal, planned: int, owed: int) -> list[
         f"later reports {'true' if asked.truthful else 'as in the condition'}"
     )
     lines = [what, f"Records: {journal.directory} (the same command resumes it)"]
-    left = asked.left
-    why = [
-        f"{count(left.errors, 'trial')} ended as error" * bool(left.errors),
-        f"{count(left.people, 'trial')} of people or clients, who cannot be asked again" * bool(left.people),
-        f"{count(left.short, 'trial')} without such a step" * bool(left.short),
-    ]
-    if any(why):
-        lines.append(f"Not forked: {', '.join(filter(None, why))}")
+    if asked.left:
+        left = [f"{count(number, 'trial')} {why}" for why, number in asked.left.items()]
+        lines.append(f"Not forked: {', '.join(left)}")
     if owed < planned:
         lines.append(f"{planned - owed} of {count(planned, 'fork')} are done already")
     return lines

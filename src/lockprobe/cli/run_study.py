@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import sys
 from contextlib import suppress
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
 from lockprobe.cli.progress import Progress
 from lockprobe.cli.result import read_result, result_facts, result_lines
-from lockprobe.cli.study_lines import invalid_in_words, results_line
+from lockprobe.cli.study_lines import results_line
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.records.counted import count_records, invalid_conditions
-from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.results_hash import StudyHashes, note_hash
@@ -73,10 +70,12 @@ def play_study(
         if planned.size == planned.invited and not journal.trials:
             return 0  # people have yet to be invited
         _tell_results(journal, progress, report=report, ended=reached is None)
-        records = count_records(journal.store, read_study(directory))
-        if (progress.ended or not progress.broken) and (found := invalid_conditions(planned, records)):
-            said = invalid_in_words(found)
-            progress.tell("no-valid-trial", said, conditions=[asdict(one) for one in found], message=said)
+        valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
+        if not (valid or progress.broken):
+            error = journal.read(next(iter(journal.trials)))[0].error
+            assert error is not None
+            said = f"No valid trial: all ended as an error, the first at {error.boundary}: {error.message}"
+            progress.tell("no-valid-trial", f"{said}; the same command with --again {error.boundary} plays them anew")
         if progress.broken or progress.abandoned:
             progress.broke()
         owed = 0
@@ -88,7 +87,6 @@ def play_study(
             if not journal.trials:
                 raise _NothingKept
             return BUDGET_REACHED
-        valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
         return BROKE if owed or progress.abandoned or not valid else 0
     return BUDGET_REACHED
 

@@ -15,7 +15,7 @@ from lockprobe.cli.command import Directory
 from lockprobe.cli.decisions import decided
 from lockprobe.cli.format_cost import money, spent_facts
 from lockprobe.cli.result import read_result
-from lockprobe.cli.study_lines import in_boundaries, invalid_in_words
+from lockprobe.cli.study_lines import in_boundaries
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
@@ -26,7 +26,7 @@ from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import LoggedCall, logged_calls
 from lockprobe.studies.costs.spending import Ledger, Spending, total
 from lockprobe.studies.decisions import planned_now
-from lockprobe.studies.records.counted import Counted, count_records, idle_conditions, invalid_conditions
+from lockprobe.studies.records.counted import Counted, count_records
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.results_hash import stored_hash
@@ -48,7 +48,6 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         results = stored_hash(store, study)
     trials = load(directory, study) if study.until else []
     report, flow = read_result(directory), flow_of(study, read_diaries(directory), withdrawn(directory))
-    invalid, unchanged = invalid_conditions(study, records), idle_conditions(study, records)
     facts: dict[str, Any] = {
         "study": study.name,
         "time": time_said(),
@@ -59,8 +58,6 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
         "pictures": len({name for one in records for name in one.trial.picture_names}),
         "forks": sum(not fork.owed_again for fork in read_forks(directory)),
-        "without_valid_trial": [one.condition for one in invalid],
-        "changed_nothing": unchanged,
         "reported": None if report is None else report.progress.finished,
         "participants": {}
         if flow is None
@@ -68,12 +65,11 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         "settings_hash": study.settings_hash,
         "results_hash": results,
     }
-    said = [("invalid", invalid_in_words(invalid))] if invalid else []
-    said += [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
+    said = list[tuple[str, str]]()
     if study.until:
         lines, facts["decided"] = decided(study, trials)
         facts["until"] = str(study.until)
-        said = [*(("decided" * (not i), line.strip()) for i, line in enumerate(lines)), *said]
+        said = [("decided" * (not i), line.strip()) for i, line in enumerate(lines)]
     ledger, forks = _ledger(study, logged, records), _ledger(study, logged_calls(directory / FORKS))
     if json:
         print(json_.dumps(facts | _spent(study, ledger, forks)))

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from lockprobe.agents.catalogue import is_strategy, resolve
-from lockprobe.agents.llm.answer import MENDING
 from lockprobe.foundation.formatting import count
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.why.arms import CROSSED
 from lockprobe.studies.options.presets import preset
-from lockprobe.studies.records.counted import Invalid
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.results_hash import StudyHashes
@@ -141,19 +139,3 @@ def in_boundaries(errors: Mapping[str, int]) -> str:
     if not (number := sum(errors.values())):
         return ""
     return f"{count(number, 'error')}: {', '.join(f'{name} {errors[name]}' for name in sorted(errors))}"
-
-
-def invalid_in_words(found: Sequence[Invalid]) -> str:
-    """Conditions without a valid trial in one line: which, why, and what plays their trials again; at least one."""
-    errors, owed = sum(one.errors for one in found), sum(one.owed for one in found)
-    others = f" and {count(len(found) - 1, 'more condition')}" if len(found) > 1 else ""
-    ended = "the only trial" if errors == 1 else f"all {errors} trials"
-    first = f"{found[0].first.boundary}: {' '.join(found[0].first.message.split())[:200]}"
-    again = " and then ".join(f"--again {name}" for name in sorted({name for one in found for name in one.final}))
-    mended = "when that is mended, " if MENDING in found[0].first.message else ""
-    remedy = {errors: f"{mended}the same command plays them again", 0: f"the same command with {again} plays them anew"}
-    mixed = f"the same command plays {owed} of them again, with {again} all"
-    return (
-        f"No valid trial of {found[0].condition}{others}: {ended} ended as an error, the first at {first}; "
-        f"{remedy.get(owed, mixed)}"
-    )

@@ -6,8 +6,9 @@ name no trial of the study, so they are never counted as its trials.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -67,21 +68,6 @@ _MOST = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NotForked:
-    """The number of trials that are not forked, by reason.
-
-    Attributes:
-        errors: Trials that ended as error.
-        people: Trials of a person or a client with tools, who cannot be asked again.
-        short: Trials that have none of the fork points, or end before them.
-    """
-
-    errors: int = 0
-    people: int = 0
-    short: int = 0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Branching:
     """A request for forks: recorded trials, fork points and arms.
 
@@ -92,7 +78,7 @@ class Branching:
         arms: Names of the arms (what is told or done), ``truth`` first.
         truthful: Whether all later reports are true.
         times: Continuations per arm.
-        left: Trials that are not forked.
+        left: Why trials are not forked -> how many.
     """
 
     study: Study
@@ -101,7 +87,7 @@ class Branching:
     arms: tuple[str, ...]
     truthful: bool = False
     times: int = 1
-    left: NotForked = NotForked()
+    left: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def agents(self) -> tuple[str, ...]:
@@ -237,7 +223,7 @@ def branching(
             raise BadValue("act", arm, "one of tremble, random, force=JOINT")
     own = {trial.key: trial for trial in records}
     chosen = _chosen(own, keys)
-    forked, left = _forkable(chosen, at, named=bool(keys))
+    forked, left = _forkable(chosen, at)
     arms = tuple(dict.fromkeys([TRUTH, *told, *act]))
     for condition in {_condition(study, trial).label: _condition(study, trial) for trial in forked.values()}.values():
         for arm in arms:
@@ -280,15 +266,8 @@ def read_forks(directory: Path | str) -> list[Trial]:
     return load(forks) if is_there(forks / STORE) else []
 
 
-def _connects(agent: str) -> bool:
-    """Whether an agent is a person or a client: it connects by itself and cannot be called."""
-    return spec_kind(agent) in (PEOPLE, MCP)
-
-
 def _chosen(own: Mapping[str, Trial], keys: Sequence[str]) -> dict[str, Trial]:
-    if not keys:
-        return dict(own)
-    chosen: dict[str, Trial] = {}
+    chosen = {} if keys else dict(own)
     for key in keys:
         found = {key: own[key]} if key in own else {one: own[one] for one in own if one.startswith(f"{key}/")}
         if not found:
@@ -297,24 +276,23 @@ def _chosen(own: Mapping[str, Trial], keys: Sequence[str]) -> dict[str, Trial]:
     return chosen
 
 
-def _forkable(chosen: Mapping[str, Trial], at: Sequence[str], *, named: bool) -> tuple[dict[str, Trial], NotForked]:
-    """The trials that can be forked, and the number of others by reason; a named trial that cannot is refused."""
-    errors = [trial for trial in chosen.values() if trial.ending == "error"]
-    ended = [trial for trial in chosen.values() if trial.ending != "error"]
-    people = [trial for trial in ended if _connects(trial.agent)]
-    whole = [trial for trial in ended if not _connects(trial.agent)]
-    forked = {trial.key: trial for trial in whole if any(fork_steps(trial, rule) for rule in at)}
-    if forked and not (named and len(chosen) == 1):
-        return forked, NotForked(errors=len(errors), people=len(people), short=len(whole) - len(forked))
-    if forked:
-        return forked, NotForked()
-    if people:
-        expected = "a trial of an agent that is run: clients and people cannot be asked to play a part of it again"
-        raise BadValue("trial", people[0].key, expected)
-    if errors:
-        raise BadValue("trial", errors[0].key, "a trial that ended: this one ended as an error")
-    longest = max((len(trial.steps) for trial in whole), default=0) - 1
-    expected = "a study with a trial of two steps or more: no other can be forked"
-    if longest >= 1:
-        expected = f"a place after which a trial goes on: after steps 1 to {longest} of the longest one here"
-    raise BadValue("at", ", ".join(at), expected)
+def _forkable(chosen: Mapping[str, Trial], at: Sequence[str]) -> tuple[dict[str, Trial], dict[str, int]]:
+    """The trials that can be forked, and why others cannot -> how many; refused if none can."""
+    forked, left = dict[str, Trial](), Counter[str]()
+    for trial in chosen.values():
+        if trial.ending == "error":
+            left["ended as an error"] += 1
+        elif spec_kind(trial.agent) in (PEOPLE, MCP):
+            left["of people or clients, who cannot be asked again"] += 1
+        elif any(fork_steps(trial, rule) for rule in at):
+            forked[trial.key] = trial
+        else:
+            left["without such a step"] += 1
+    if not forked:
+        longest = max((len(trial.steps) for trial in chosen.values()), default=0) - 1
+        why = f" ({', '.join(left)})" if left else ""
+        expected = f"a place after which a trial goes on: after steps 1 to {longest} of the longest one here{why}"
+        if longest < 1:
+            expected = "a study with a trial of two steps or more: no other can be forked"
+        raise BadValue("at", ", ".join(at), expected)
+    return forked, dict(left)

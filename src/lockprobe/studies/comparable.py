@@ -82,42 +82,26 @@ def check_comparable(studies: Mapping[Path, Study]) -> None:
     for directory, study in studies.items():
         rest = [other for place, other in studies.items() if place != directory]
         if not _names(study) & set().union(*map(_names, rest)):
-            raise BadFile(directory, f"it shares no condition with the other studies: {_apart(study, rest)}")
+            here, there = ([*dict.fromkeys(name for one in some for name in _names(one))] for some in ([study], rest))
+            why = f"it has {listed(here, named=_SAID)}; they have {listed(there, named=_SAID)}"
+            raise BadFile(directory, f"it shares no condition with the other studies: {why}")
 
 
 def _another_task(ours: Study, theirs: Study) -> str:
     """The first difference between the tasks of two studies, in words; empty if there is none."""
     here, there = ([box.name for box in one.boxes] for one in (ours, theirs))
     if here != there:
-        several = "boxes are" if {*map(len, (here, there))} - {1} else "box is"
-        order = ", in another order" * (sorted(here) == sorted(there))
-        return f"the {several} {listed(there, named=3)}{order}, not {listed(here, named=3)}"
-    for own, other in zip(ours.boxes, theirs.boxes, strict=True):
-        if own.as_data() != other.as_data():
-            return f"{other.name} is another box there under the same name"
+        return f"its boxes, in their order, are {listed(there, named=3)}, not {listed(here, named=3)}"
+    if ours.boxes != theirs.boxes:
+        return "a box of it is another one there under the same name"
     if len(ours.boxes) > 1 and ours.seed != theirs.seed:
-        return (
-            f"the seed is {theirs.seed}, not {ours.seed}: studies of several boxes are compared in pairs of equal luck"
-        )
+        seeds = f"the seed is {theirs.seed}, not {ours.seed}"
+        return f"{seeds}: studies of several boxes are compared in pairs of equal luck"
     for setting, said in _ALIKE.items():
         there, here = getattr(theirs, setting), getattr(ours, setting)
         if there != here:
             return f"{said} ({setting}) is {there}, not {here}"
     return ""
-
-
-def _apart(study: Study, rest: Sequence[Study]) -> str:
-    """The reason why a study shares no condition: other modalities, or other interventions."""
-    shown, elsewhere = dict.fromkeys(study.modalities), dict.fromkeys(m for one in rest for m in one.modalities)
-    if not shown.keys() & elsewhere.keys():
-        return f"the modality is {_listed(shown)}, not {_listed(elsewhere)}"
-    names = dict.fromkeys(name for one in rest for name in _names(one))
-    return f"it has {_listed(_names(study))}; they have {_listed(names)}"
-
-
-def _listed(names: Iterable[str]) -> str:
-    listed = list(names)
-    return ", ".join(listed[:_SAID]) + (f" and {len(listed) - _SAID} more" if len(listed) > _SAID else "")
 
 
 def _names(study: Study) -> KeysView[str]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import make_trial, play_study, small_study, write_study
+from builders import make_trial, small_study, write_study
 from hypothesis import given
 from hypothesis import strategies as st
 from stored import sql, timings
@@ -13,7 +13,7 @@ from stored import sql, timings
 from lockprobe import run_study, study
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.studies.records.counted import Counted, count_records, idle_conditions, invalid_conditions
+from lockprobe.studies.records.counted import count_records
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.results_hash import StudyHashes, check_hash, results_hash, stored_hash
@@ -118,22 +118,6 @@ def test_records_that_stand_for_other_trials_or_in_place_of_others_are_found(tmp
     sql(tmp_path, "update trial set key = 'another' where id = 2")
     with read(tmp_path) as store, pytest.raises(BadFile, match="another: its record is damaged"):
         list(contradictions(store))
-
-
-def test_conditions_without_a_valid_trial_and_those_that_never_act_are_named():
-    asked = {"agent": "random", "trials": 2, "p": [0, 0.4, 0.6], "repetitions": 1, "max_steps": 2}
-    trials = [
-        make_trial([0], budget=2, broken="reply"),
-        make_trial([0, 0], budget=2, trial=2),
-        make_trial([0], budget=2, p=0.4, broken="reply"),
-        make_trial([0], budget=2, p=0.4, broken="model", trial=2),
-    ]  # and nothing of p = 0.6
-    (found,) = invalid_conditions(study("flips", **asked), [Counted(one, 1, 1) for one in trials])
-    assert (found.condition, found.errors, found.owed) == ("flips/random/flip?p=0.4", 2, 1)
-    assert found.first.boundary == "reply"
-    acting = study("flips", agent="random", p=[0, 0.4], condition=["nudge", "history?last=50"], trials=4)
-    counted = [Counted(one, 1, len(one.steps)) for one in play_study(acting)]
-    assert idle_conditions(acting, counted) == ["flips/random/history?last=50"]
 
 
 def planned(**more):

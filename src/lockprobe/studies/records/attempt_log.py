@@ -19,10 +19,7 @@ from lockprobe.trial.record import Outcome
 
 
 class _Entry(BaseModel):
-    """That a client began or resumed a trial, one attempt with the report that followed, or that the box broke.
-
-    Where it broke, the trial is played again from its first step.
-    """
+    """That a client began or resumed a trial, one attempt with the report that followed, or that the box broke."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
@@ -96,7 +93,7 @@ class AttemptLog:
         self._write(key, _Entry(kind="attempt", **step._asdict()))
 
     def broke(self, key: str) -> None:
-        """Write that the box broke."""
+        """Write that the box broke: the trial is played again from its first step."""
         self._write(key, _Entry(kind="broke"))
 
     def replace(self, key: str, attempts: Sequence[RecordedAttempt]) -> None:
