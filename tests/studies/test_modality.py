@@ -20,7 +20,6 @@ from lockprobe.studies.modality import (
     shown,
     taken_in,
 )
-from lockprobe.trial.condition import Condition
 
 
 def test_reports_are_flipped_and_put_into_words():
@@ -43,15 +42,6 @@ def test_pictures_come_from_the_camera_alone_where_they_are_true(spec, eye):
     assert is_pictured(spec)
     assert shown(spec) == eye
     assert interventions_for(flips((0.0,), "integrated", (spec,))[0]) == (eye,)
-
-
-def test_false_pictures_are_made_by_a_flip_before_the_camera():
-    flipped = (OutcomeFlip(p=0.3, others="kept"), CameraChannel())
-    assert interventions_for(flips((0.3,), "integrated", ("rgb",))[0]) == flipped
-    assert interventions_for(flips((0.0,), "integrated", ("rgb?p=0.3",))[0]) == flipped
-    assert interventions_for(flips((0.0,), "re-observed", ("rgb?p=0.3",))[0]) == (OutcomeFlip(p=0.3), CameraChannel())
-    under = Condition(interventions=(Delay(lag=1),), modality="rgb")
-    assert interventions_for(under) == (Delay(lag=1), CameraChannel())
 
 
 @pytest.mark.parametrize(

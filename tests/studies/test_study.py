@@ -123,16 +123,6 @@ SHUFFLED = study(
 )
 
 
-def test_the_deal_depends_on_seed_and_trial_and_not_on_condition_or_agent():
-    deals = {}
-    for agent in SHUFFLED.agents:
-        for plan in SHUFFLED.plans(agent):
-            deals.setdefault((plan.repetition, plan.trial), set()).add(plan.box.names)
-    assert all(len(names) == 1 for names in deals.values())
-    again = [plan.box.names for plan in replace(SHUFFLED, seed=2).plans("random")]
-    assert again != [plan.box.names for plan in SHUFFLED.plans("random")]
-
-
 def test_a_shuffled_trial_records_its_own_panel():
     trials = play_study(SHUFFLED)
     for trial in trials:
@@ -282,13 +272,6 @@ def test_people_play_every_condition_that_reaches_them():
     with pytest.raises(BadValue, match="condition: got 'history.last=3', expected what is told or done, or nudge"):
         study("flips", agent=["random", "participant"], condition="history?last=3")
     study("flips", agent="random", condition="history?last=3")
-
-
-def test_a_condition_with_a_long_spec_needs_a_name():
-    spec = " + ".join(f"remark?after={after}" for after in range(2, 18))
-    with pytest.raises(BadValue, match="expected at most 200 characters, not 269, or a name: --condition 'NAME=SPEC'"):
-        study("flips", agent="random", condition=spec)
-    assert study("flips", agent="random", condition=f"chatty={spec}").conditions[1].label == "chatty"
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,12 @@
-"""What is said of a study: before its first trial, after the last, and of what is not valid or not its own."""
+"""What is said of a study before its first trial and after the last."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.foundation.formatting import count
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.statistics.why.arms import CROSSED
-from lockprobe.studies.options.presets import preset
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.results_hash import StudyHashes
@@ -19,50 +16,35 @@ from lockprobe.studies.until import LOOK_EVERY
 _STEPS_PER_TRIAL, _STEPS_PER_MINUTE = 17.0, 300.0
 """What the embedded model was measured to play on two cores; only for the first guess of the time."""
 
-_KINDS = {"flips": "Flip study", "modalities": "Modality study"}
-"""What the paper's studies are called."""
-
 _LOOKS = (
     f"After every {LOOK_EVERY} blocks it looks what is decided. A decision holds however often it looks; conditions "
     "that are decided are no longer played."
 )
 
-_BLOCKS = (
-    "Of studies of 50 trials a condition, 96 % or more name the right cause of an effect of the paper's size; a "
-    "smaller effect needs more (lockprobe power why)"
-)
-
 
 def begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
-    """What will be played, how long it should take, where it goes, and what of it is done."""
-    invited = []
+    """What will be played, where it goes, and what of it is done."""
+    run, done = study.size - study.invited, done_of(study, journal)
+    if run:
+        kind = {"flips": "Flip study", "modalities": "Modality study"}.get(study.name, "") if study.of_flips else ""
+        yield (
+            f"{kind or f'Study {study.name}'} on {study.boxes_in_words}: {_conditions(study)}; {_extent(study)} of "
+            f"{study.max_steps} steps; agents {', '.join(study.labels)}; seed {study.seed}"
+        )
+        if study.simulated:
+            source = resolve_plant(study.plant)
+            drawn = study.has_pictures and owed and source.picture_size is not None
+            yield f"Plant: {study.plant}" + (f"; pictures by {source.renderer()}" if drawn else "")
+        elif study.name == "modalities":
+            yield "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)"
+        if reading := [study.label_of(one) for one in study.agents if study.modalities_of(one) != study.modalities]:
+            yield f"Reports only, since they look at no pictures: {', '.join(reading)}"
     if study.invited:
         played = sum(not trial.owed_again for trial in journal.trials.values() if trial.player)
-        invited.append(
-            f"People: {played} of {count(study.invited, 'trial')} played; they are not run but invited, by "
-            f"lockprobe serve {journal.directory}"
-        )
-    run, done = study.size - study.invited, done_of(study, journal)
+        said = f"People: {played} of {count(study.invited, 'trial')} played; they are not run but invited, by"
+        yield f"{said} lockprobe serve {journal.directory}"
     if not run:
-        yield from invited
         return
-    little = preset("flips").when["short"]
-    short = study.of_flips and ([*study.p], study.trials, study.repetitions) == (little.p, little.trials, 3)
-    kind = _KINDS.get(study.name, f"Study {study.name}") if study.of_flips else f"Study {study.name}"
-    yield (
-        f"{f'Short {kind.lower()}' if short else kind} on {study.boxes_in_words}: {_conditions(study)}; "
-        f"{_extent(study)} of {study.max_steps} steps; agents {', '.join(study.labels)}; seed {study.seed}"
-    )
-    yield from _of_the_plant(study, owed)
-    yield from _of_agents(study)
-    yield from invited
-    if short:
-        engines = {spec: resolve(spec).engine for spec in study.agents}
-        trials = sum(study.size_of(spec) for spec, engine in engines.items() if engine == "process")
-        time_needed = f"about {minutes(trials)} minutes on two cores" if trials else "some seconds"
-        if "network" in engines.values():
-            time_needed += " and what the provider needs"
-        yield f"First guess: {time_needed}; --full plays the paper's 7 flip rates x 3 repetitions x 10 trials."
     yield f"Records: {journal.directory} (the same command resumes it)"
     yield settings_line(read_study(journal.directory).settings_hash)
     if study.until:
@@ -100,27 +82,6 @@ def _conditions(study: Study) -> str:
         return p
     shown = f"shown as {', '.join(study.modalities)}"
     return f"{shown}; {p}" if any(study.p) else shown
-
-
-def _of_the_plant(study: Study, owed: int) -> list[str]:
-    """What is acted on, what makes its pictures, and what a plant without a camera leaves out."""
-    if not study.simulated:
-        left_out = "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)"
-        return [left_out] if study.name == "modalities" else []
-    said, source = f"Plant: {study.plant}", resolve_plant(study.plant)
-    if study.has_pictures and owed and source.picture_size is not None:
-        said += f"; pictures by {source.renderer()}"
-    own = study.name == "modalities" and study.plant == preset("modalities").plant
-    robot = "; the paper's robot is --plant twin" if own else ""
-    return [said + robot]
-
-
-def _of_agents(study: Study) -> list[str]:
-    """Which agents look at no pictures, and how many trials a study of controls needs of a model."""
-    reading = [study.label_of(agent) for agent in study.agents if study.modalities_of(agent) != study.modalities]
-    said = [f"Reports only, since they look at no pictures: {', '.join(reading)}"] if reading else []
-    crossed = {one.label for one in study.conditions} >= set(CROSSED)
-    return said + [_BLOCKS] * (crossed and not all(map(is_strategy, study.agents)))
 
 
 def settings_line(found: str) -> str:

@@ -18,8 +18,7 @@ from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.interventions.asked import OwnPrompt
 from lockprobe.statistics.conditions.axis import axis_key
 from lockprobe.statistics.conditions.design import Design
-from lockprobe.studies.flip_axis import flip_axis
-from lockprobe.studies.study import Study
+from lockprobe.studies.study import Study, flip_axis
 from lockprobe.studies.study_design import arms_of
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.doses import OF_PLAIN_FLIPS, modality_doses

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Annotated, Any, get_args
 
@@ -22,29 +22,23 @@ from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.boxes.layouts import redealt
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import parse_json
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.validation import AS_WRITTEN, Text, check_choice, check_whole, plain
-from lockprobe.interventions.conditions import tells_positions
+from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import with_rates
-from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.flip_axis import flip_axis, reading_of
-from lockprobe.studies.modality import is_pictured, refuse_blind, taken_in
+from lockprobe.plants.catalogue import plant_change, resolve_plant
+from lockprobe.studies.modality import check_distinct, check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.options.agent_names import check_names
 from lockprobe.studies.records.shard import Shard
-from lockprobe.studies.study_checks import (
-    check_boxes,
-    check_contrasts,
-    check_doses,
-    check_people,
-    check_plant,
-    check_sizes,
-)
+from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.studies.until import EarlierSize, Until
 from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition, Contrast
+from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_name import TrialName
@@ -58,6 +52,11 @@ LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_0
 
 SIZES = ("repetitions", "trials", "strategy_trials", "until")
 """The settings that say how much is played."""
+
+_CLOSEST_P = 1e-6
+
+_LONGEST_CONTRAST = 100
+"""Characters of the name of a contrast."""
 
 WHO = ("agents", "names")
 """The settings that say who plays."""
@@ -160,12 +159,10 @@ class Study:
         check_whole("seed", self.seed, 0, LARGEST_SEED)
         if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
             raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
-        check_people(self)
-        check_boxes(self)
-        check_sizes(self)
-        check_doses(self.conditions, self.p)
-        check_contrasts(self.contrasts, labels)
-        check_plant(self)
+        _check_sizes(self)
+        _check_doses(self.conditions, self.p)
+        _check_contrasts(self.contrasts, labels)
+        _check_plant(self)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -194,7 +191,7 @@ class Study:
     @property
     def flip(self) -> OutcomeFlip:
         """What a false report is in those conditions: a flip at rate 0."""
-        return reading_of(self.flip_axis)
+        return _reading_of(self.flip_axis)
 
     @property
     def flip_kind(self) -> str:
@@ -444,6 +441,85 @@ class Study:
             return len(self.conditions_of(agent)) * self.repetitions * self.trials_of(agent)
         every = product(self.conditions_of(agent), self.blocks_of(agent))
         return sum(self.in_shard(agent, condition, *block) for condition, block in every)
+
+
+def flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
+    """Flips of one reading and the truth: each rate once in each modality. Of several, that of the first flip."""
+    flips = [one for one in conditions if one.p is not None]
+    reading = _reading_of(flips)
+    found: dict[tuple[str, float | None], Condition] = {}
+    for one in flips:
+        if not one.specs or ((flip := flip_alone(one)) is not None and flip.at_rate(0) == reading):
+            found.setdefault((one.modality, one.p), one)
+    return tuple(found.values())
+
+
+def _reading_of(flips: Sequence[Condition]) -> OutcomeFlip:
+    """What a false report is in the first of these conditions that flips reports: a flip at rate 0."""
+    return next(
+        (flip.at_rate(0) for one in flips if one.specs and (flip := flip_alone(one)) is not None), OutcomeFlip()
+    )
+
+
+def _check_sizes(study: Study) -> None:
+    """Refuse boxes that cannot be told apart, what people cannot play, and earlier plans that are larger."""
+    if PEOPLE in study.agents:
+        check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
+        if study.until:
+            raise BadValue("until", str(study.until), "none with people, who are compared at one look")
+    names = [box.name for box in study.boxes]
+    if not names or len(set(names)) < len(names):
+        raise BadValue("box", ", ".join(names), "at least one, and every one once")
+    if len(names) > 1 and study.until:
+        expected = "none with several boxes: what holds at every look is computed for one"
+        raise BadValue("until", str(study.until), expected)
+    for one in study.earlier:
+        for name in ("repetitions", "trials"):
+            planned, most = getattr(one, name), getattr(study, name)
+            if not 1 <= planned <= most:
+                raise BadValue(f"{name} of an earlier plan", planned, f"from 1 to {most}, the present number")
+
+
+def _check_contrasts(contrasts: Mapping[str, Contrast], labels: Sequence[str]) -> None:
+    """Refuse contrasts that have no name, name unknown conditions, or have one on both sides."""
+    for name, one in contrasts.items():
+        if not name.strip() or len(name) > _LONGEST_CONTRAST:
+            raise BadValue("contrasts", name, f"a name of 1 to {_LONGEST_CONTRAST} characters")
+        for label in (*one.of, *one.minus):
+            if label not in labels:
+                raise UnknownName(f"condition of the contrast {name}", label, labels)
+        if both := {*one.of} & {*one.minus}:
+            raise BadValue(f"contrasts, {name}", min(both), "every condition on one side alone")
+
+
+def _check_doses(conditions: Sequence[Condition], p: Sequence[float]) -> None:
+    """Refuse flip rates that are almost equal, and doses that no curve can be fitted to."""
+    rates = sorted(p)
+    close = any(second - first < _CLOSEST_P for first, second in pairwise(rates))
+    if close or len({f"{rate:g}" for rate in rates}) < len(rates):
+        raise BadValue("p", list(p), "values that differ by 0.000001 or more, within six digits")
+    for one in conditions:
+        for name, dose in one.doses.items():
+            if not can_be_fitted(dose):
+                raise BadValue(f"{name} of {one.label}", dose, DOSES_SAID)
+
+
+def _check_plant(study: Study) -> None:
+    """Refuse what the plant of a condition cannot show, and changes that the study's plant does not allow."""
+    own, shown = resolve_plant(study.plant), grouped(study.conditions, study.plant_of)
+    check_distinct(study.modalities)
+    for spec, conditions in shown.items():
+        plant = resolve_plant(spec)
+        check_shown(conditions, plant)
+        if study.shuffle != "never" and plant.painted_labels and any(is_pictured(one.modality) for one in conditions):
+            expected = "never with pictures of a real box, on which labels are painted"
+            raise BadValue("shuffle", study.shuffle, expected)
+        if study.layout != "fixed" and plant.lays_out is False:
+            raise BadValue("layout", study.layout, f"fixed with {plant.spec}, whose joints stay where they are")
+    for one in study.conditions:
+        if own.ships and (change := plant_change(own, one.plant.options)) != one.plant:
+            got, expected = (f"{part.spec or 'none'}, {dict(part.own)}" for part in (one.plant, change))
+            raise BadValue(f"plant of {one.label}", got, expected)
 
 
 def trials_planned(agent: str, plan: Study | EarlierSize) -> int:

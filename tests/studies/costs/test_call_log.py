@@ -53,19 +53,6 @@ def test_what_was_replied_is_looked_up_by_place_and_request(tmp_path):
     assert list(read_calls(tmp_path)) == [replied()]
 
 
-def test_equal_requests_of_an_agent_that_forgets_have_their_own_replies_in_the_order_in_which_they_came(tmp_path):
-    """What it remembers says how many steps there were: two steps can stand at one place with one request."""
-    first, second, other = replied(seconds=1.0), replied(seconds=2.0), replied(request="another")
-    with call_log(tmp_path) as calls:
-        for call in (first, other, second):
-            asyncio.run(calls.of(PLAN).reserve(about(call)))
-            calls.of(PLAN).write(call)
-    with call_log(tmp_path) as calls:
-        page = calls.of(PLAN)
-        assert [page.recall(1, 1, request) for request in ("r", "another", "r", "r")] == [first, other, second, None]
-        assert calls.of(PLAN).recall(1, 1, "r") == first
-
-
 def test_what_was_on_its_way_at_a_kill_is_noted_as_broken_off_with_its_worst_case(tmp_path):
     with call_log(tmp_path) as calls:
         ask(calls, replied(step=1))
@@ -84,16 +71,6 @@ def test_what_was_on_its_way_at_a_kill_is_noted_as_broken_off_with_its_worst_cas
     with call_log(tmp_path):
         pass
     assert len(list(read_calls(tmp_path))) == 3  # it is noted once
-
-
-def test_a_call_of_unknown_cost_keeps_its_worst_case_and_one_that_was_counted_does_not(tmp_path):
-    broken, uncounted = failed(BROKEN_OFF), call_of(PLAN, usage=Usage(calls=1))
-    refused = failed("the provider answered 401", request="s")
-    with call_log(tmp_path) as calls:
-        for call in (broken, refused, uncounted):
-            ask(calls, call)
-        ask(calls, replied(step=2))
-    assert [call.most for call in read_calls(tmp_path)] == [WORST, None, WORST, None]
 
 
 def test_a_call_that_is_made_again_is_one_call_and_each_of_its_attempts_can_have_cost_something(tmp_path):

@@ -31,14 +31,6 @@ ONE_BY_ONE = {
 SEEDS = range(200)
 
 
-@pytest.mark.parametrize("box", ["chain-4", "fork"])
-def test_it_makes_the_study_that_its_options_make_one_by_one(box):
-    switched = study("flips", agent="random", box=box, as_paper=True)
-    assert switched == study("flips", agent="random", box=box, **ONE_BY_ONE)
-    assert switched.size == 210
-    assert switched.p == (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-
-
 def test_the_modality_study_has_the_three_observations_of_the_paper():
     shown = study("modalities", as_paper=True)
     assert shown.modalities == ("rgb", "rgbd", "symbolic?tell=state&form=json")

@@ -7,7 +7,7 @@ from builders import call_of, make_trial, play_study, small_study, write_study
 from stored import call_log, contents, records, rewrite, sql, timings
 from taking_part import take_part
 
-from lockprobe.foundation.errors import BadFile, DirectoryBusy
+from lockprobe.foundation.errors import BadFile
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
@@ -218,16 +218,3 @@ def test_nobody_comes_in_under_an_id_that_is_none(tmp_path):
     with pytest.raises(BadFile, match="participant:ID with 4 to 32"):
         gather(tmp_path / "here", [source_of_directory(there)])
     assert not (tmp_path / "here").exists()
-
-
-def test_what_else_is_taken_sees_the_trials_and_nobody_else_may_write_meanwhile(tmp_path):
-    there = write_study(tmp_path / "there", only("random"))
-    seen = []
-
-    def beside(journal):
-        seen.append(set(journal.trials))
-        with pytest.raises(DirectoryBusy), Journal.open(tmp_path / "here", only("random")):
-            pass
-
-    gather(tmp_path / "here", [source_of_directory(there)], beside)
-    assert seen == [{trial.key for trial in load(there)}]

@@ -2,7 +2,6 @@
 
 import os
 from contextlib import contextmanager
-from dataclasses import replace
 
 import pytest
 from stored import timings
@@ -12,7 +11,6 @@ from lockprobe.foundation.workers import Lost
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.running import runner
 from lockprobe.studies.running.elsewhere import can_travel
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run
@@ -73,26 +71,6 @@ def test_records_and_pictures_are_those_of_one_process_wherever_they_are_played(
         assert pictures(tmp_path / place) == pictures(tmp_path / "here") != {}
         assert all(timing.cpu for timing in timings(tmp_path / place))
         assert sorted(told_there.steps, key=repr) == sorted(told, key=repr)  # each once
-
-
-@pytest.mark.parametrize("alone", [0.05, 600])
-def test_a_strategy_goes_on_in_processes_if_it_takes_longer(tmp_path, monkeypatch, alone):
-    """In either case this process makes it once."""
-    made, plain = [], runner.resolve
-
-    def resolve(spec, access):
-        source = plain(spec, access)
-        return replace(source, make=lambda: made.append(spec) or source.make())
-
-    planned = study("flips", agent=["cognitive:perseverant"], p=[0, 0.4], trials=100, repetitions=1)
-    with played(tmp_path / "here", planned):
-        pass
-    monkeypatch.setattr(runner, "_ALONE", alone)
-    monkeypatch.setattr(runner, "resolve", resolve)
-    with played(tmp_path / "there", planned, observer=(seen := Seen()), workers=2):
-        assert made == [*planned.agents]
-    assert lines(tmp_path / "there") == lines(tmp_path / "here")
-    assert len(seen.steps) == sum(len(trial.steps) for trial in load(tmp_path / "there"))
 
 
 MORTAL = """

@@ -117,17 +117,6 @@ def test_what_breaks_ends_it_as_an_error(plant, breaks_at):
     assert plant.closed == 1
 
 
-def test_letting_go_of_it_lets_go_of_its_plant(plant):
-    async def let_go() -> None:
-        held = await PausedTrial.begin(PLAN)
-        assert plant.closed == 0
-        await held.close()
-        await held.close()
-
-    asyncio.run(let_go())
-    assert plant.closed == 1
-
-
 def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: PhotographedPlant(box))
     monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)

@@ -135,44 +135,6 @@ def test_all_plants_of_a_run_act_in_one_thread_and_hold_nobody_up(monkeypatch):
     assert threads.isdisjoint({threading.get_ident()})
 
 
-def test_a_run_that_is_ended_waits_for_what_a_plant_is_doing_and_then_closes_it(monkeypatch):
-    course, begun, go_on = [], threading.Event(), threading.Event()
-
-    class Slow(SymbolicPlant):
-        def attempt(self, joint):
-            begun.set()
-            assert go_on.wait(10)
-            course.append("attempted")
-            return super().attempt(joint)
-
-        def close(self):
-            course.append("closed")
-
-    class First:
-        facts: ClassVar = {}
-
-        async def decide(self, situation, rng):
-            return Decision(joint=situation.task.joints[0])
-
-    async def ended():
-        planned = study(StudyOptions(agent=["random"], p=[0], trials=1))
-        plan = planned.plan("random", planned.conditions[0], 1, 1)
-        with play.own_thread() as place:
-            task = asyncio.ensure_future(play.play_timed(plan, First(), place=place))
-            assert await asyncio.to_thread(begun.wait, 10)
-            task.cancel()
-            await asyncio.sleep(0)
-            go_on.set()
-            with pytest.raises(asyncio.CancelledError):
-                await task
-
-    monkeypatch.setattr(
-        catalogue, "resolve_plant", lambda spec: PlantSource(spec=spec, make=lambda box, labels, rng: Slow(box))
-    )
-    asyncio.run(ended())
-    assert course == ["attempted", "closed"]
-
-
 def test_equal_conditions_that_hold_other_interventions_are_not_taken_for_each_other():
     conditions = [Condition(interventions=(OutcomeFlip(p=p),)) for p in (0, 0.0)]
     assert conditions[0] == conditions[1]
