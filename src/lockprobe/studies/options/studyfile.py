@@ -119,7 +119,7 @@ def _check_kept_and_played(planned: Study, *, asked_for: bool) -> None:
         except UserMistake as error:
             raise BadValue("box", box.name, f"one that a file can hold ({error})") from None
         if fault := fault_of(box):
-            raise BadValue("box", box.name, f"one that can be played ({fault.reason})")
+            raise BadValue("box", box.name, f"one that can be played ({fault})")
 
 
 def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") -> Study:
