@@ -16,7 +16,6 @@ from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
-from lockprobe_robot.box_model.scene import TIMESTEP
 from lockprobe_robot.twin import Twin
 from lockprobe_robot.twin_settings import TwinSettings
 
@@ -133,7 +132,7 @@ def row(name: str, tally: Tally) -> str:
         return f"{told.get(rule, 0)}/{sum(told.values())}"
 
     moved, blocked = tally.peaks["moved"], tally.peaks["blocked"]
-    steps = np.mean(tally.simulated) / TIMESTEP
+    steps = np.mean(tally.simulated) / 0.002
     cells = [
         name,
         f"{right}/{total}",

@@ -16,7 +16,8 @@ from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
-from lockprobe_robot.box_model.mechanism import RESTING, Mechanism
+from lockprobe_robot.box_model.joints import RESTING
+from lockprobe_robot.box_model.mechanism import Mechanism
 from lockprobe_robot.box_model.scene import LockboxScene, build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 

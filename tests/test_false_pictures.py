@@ -81,7 +81,7 @@ def test_drawing_what_is_not_changes_nothing_that_is(plant):
 
 
 def whole_state(plant):
-    model, data = plant._mechanism._model, plant._mechanism._data
+    model, data = plant._mechanism.model, plant._mechanism.data
     everything = mujoco.mjtState.mjSTATE_INTEGRATION
     state = np.empty(mujoco.mj_stateSize(model, everything))
     mujoco.mj_getState(model, data, state, everything)
@@ -92,7 +92,8 @@ def test_a_false_picture_is_the_picture_of_that_configuration_and_the_arm_stays(
     settings = TwinSettings(width=160, height=120)
     plant = Twin(box(), labels=tuple("ABCD"), settings=settings, rng=np.random.default_rng(2))
     false = plant.observe().render((False, False, False, True)).rgb.astype(int)
-    plant.put((False, False, False, True))
+    plant._mechanism.set_configuration((False, False, False, True))
+    plant.settle()
     true = plant.observe().look().rgb.astype(int)
     plant.close()
     assert (np.abs(false - true).max(axis=2) > 40).mean() < 0.002

@@ -1,7 +1,7 @@
 """Reports from an arm or a camera of the plants here: without error they are the truth, and records hold all three."""
 
 import pytest
-from lockprobe_robot.rendering import plant_camera
+from lockprobe_robot import plant_camera
 from saboteur import Evidence
 
 from lockprobe import run_study, run_trial, study
@@ -48,7 +48,7 @@ def test_a_study_of_readings_is_verified_without_a_picture(tmp_path, monkeypatch
     def unseen(*args, **options):
         raise AssertionError("a picture was taken")
 
-    monkeypatch.setattr(plant_camera, "open_renderer", unseen)
+    monkeypatch.setattr(plant_camera, "Renderer", unseen)
     found = {check.name: check for check in verify(tmp_path / "study")}
     assert found["luck"].holds
     assert "1 take what a camera read from their records" in found["luck"].said

@@ -5,37 +5,38 @@ from types import SimpleNamespace
 import mujoco
 import numpy as np
 import pytest
-from lockprobe_robot.arm.guarded_move import GuardedMove, Touch
+from lockprobe_robot import twin as module
+from lockprobe_robot.arm.guarded_move import Touch
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
 from lockprobe_robot.fast_twin import FastTwin
 from lockprobe_robot.twin import Twin
 from lockprobe_robot.twin_settings import SceneSettings, TwinSettings
+from mjcf_models import EXAMPLES, written
 
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadValue, PlantFault
+from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.trial.protocols import Plant
 
 CHAIN = box("chain-4")
+LABELS = tuple("ABCD")
 TARGET, FIRST, SECOND, FREE = range(4)
+HAND = EXAMPLES / "own_hand.xml"
 
 
 def twin(seed=1, film=None, **settings):
-    return Twin(
-        CHAIN,
-        labels=("A", "B", "C", "D"),
-        settings=TwinSettings(**settings),
-        rng=np.random.default_rng(seed),
-        film=film,
-    )
+    rng = np.random.default_rng(seed)
+    return Twin(CHAIN, labels=LABELS, settings=TwinSettings(**settings), rng=rng, film=film)
 
 
-def test_it_is_a_plant_and_shows_the_configuration_at_the_start():
-    plant = twin()
-    assert isinstance(plant, Plant)
-    assert plant.observe().configuration == CHAIN.initial
-    assert plant.observe().outcome is None
-    assert plant.facts["engine"] == f"mujoco {mujoco.__version__}"
-    assert plant.facts["renderer"] is None
+def moving(move):
+    """In the place of the guarded move: what it does, and what the robot believes."""
+
+    def instead(arm, path):
+        verdict = move(arm, path)
+        return Touch(verdict=verdict, peak_force=0.0, progress=0.5, seconds=1.0)
+
+    return instead
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +48,7 @@ def solution():
         times.append(data.time)
         for contact in data.contact:
             names = [model.body(model.geom_bodyid[geom]).name for geom in (contact.geom1, contact.geom2)]
-            if any(name.startswith(("link", "hand", "plate")) for name in names):
+            if any(name.startswith(("arm-", "hand")) for name in names):
                 touching.add(tuple(sorted(name.rstrip("0123456789") for name in names)))
                 deepest.append(-contact.dist)
 
@@ -56,123 +57,91 @@ def solution():
     return SimpleNamespace(snapshots=snapshots, plant=plant, times=times, touching=touching, deepest=deepest)
 
 
-def assert_as_ruled(snapshots, joints):
+def test_a_whole_solution_with_locked_joints_between_is_as_the_rules_have_it(solution):
+    assert isinstance(solution.plant, Plant)
     configuration = CHAIN.initial
-    for joint, snapshot in zip(joints, snapshots, strict=True):
+    for joint, snapshot in zip((TARGET, FREE, SECOND, FREE, FIRST, TARGET), solution.snapshots, strict=True):
         configuration, moved = CHAIN.attempt(configuration, joint)
-        assert snapshot.configuration == configuration
-        assert snapshot.joint == joint
+        assert (snapshot.configuration, snapshot.joint) == (configuration, joint)
         assert snapshot.outcome == snapshot.sensed["verdict"] == ("moved" if moved else "blocked")
         assert 2 < snapshot.sensed["seconds"] < 6.2
+        assert (snapshot.sensed["peak_force"] < 5.1) if moved else (10 < snapshot.sensed["peak_force"] < 12)
+        assert (snapshot.sensed["progress"] >= 1) == moved
+    assert solution.plant.facts["engine"] == f"mujoco {mujoco.__version__}"
+    assert solution.plant.facts["renderer"] is None
 
 
-def test_a_whole_solution_with_locked_joints_between_is_as_the_rules_have_it(solution):
-    assert_as_ruled(solution.snapshots, (TARGET, FREE, SECOND, FREE, FIRST, TARGET))
+def test_a_film_has_25_pictures_in_a_simulated_second_and_changes_nothing(solution):
+    assert solution.snapshots[0].sensed == twin().attempt(TARGET).sensed
+    assert np.diff(solution.times) == pytest.approx(np.full(len(solution.times) - 1, 0.04), abs=0.0021)
 
 
-def test_with_an_ideal_mechanism_attempts_are_as_the_rules_have_them():
-    plant, joints = twin(mechanism="ideal"), (TARGET, FREE)
-    assert_as_ruled([plant.attempt(joint) for joint in joints], joints)
+def test_only_the_ring_touches_and_only_the_handle_and_nothing_goes_into_anything(solution):
+    assert solution.touching == {("hand-plate", "part-")}
+    assert max(solution.deepest) < 0.0015
 
 
-def test_what_a_locked_joint_feels_like_is_not_what_a_free_one_does(solution):
-    blocked, moved = (snapshot.sensed for snapshot in solution.snapshots[:2])
-    assert moved["peak_force"] < 5
-    assert 10 < blocked["peak_force"] < 12
-    assert blocked["progress"] < 0.5
-    assert moved["progress"] >= 1
-
-
-def test_with_noise_the_robot_still_judges_right():
-    plant = twin(pose_error=0.004, force_noise=0.3)
-    for joint, outcome in ((FIRST, "blocked"), (FREE, "moved"), (SECOND, "moved")):
-        snapshot = plant.attempt(joint)
-        assert (snapshot.outcome, snapshot.sensed["verdict"]) == (outcome, outcome)
-
-
-def test_a_hand_that_misses_the_handle_believes_that_it_moved_and_truth_and_belief_part():
-    plant = twin(pose_error=0.03)
-    snapshot = plant.attempt(FREE)
-    assert snapshot.outcome == "blocked"
-    assert snapshot.configuration == CHAIN.initial
-    assert snapshot.sensed["verdict"] == "moved"
-
-
-def test_the_same_seed_gives_the_same_trial_bit_by_bit():
-    def course(seed, joints=(FREE, TARGET)):
-        plant = twin(seed, pose_error=0.004, force_noise=0.3)
-        snapshots = [plant.attempt(joint) for joint in joints]
-        return [dict(s.sensed) for s in snapshots], plant._data.qpos.tobytes()
-
-    first = course(3)
-    assert first == course(3)
-    assert first[0][0] != course(4, (FREE,))[0][0]
-
-
-def test_what_makes_pictures_hard_changes_nothing_that_the_arm_does():
+def test_with_noise_the_robot_still_judges_right_and_one_seed_is_one_course_bit_by_bit():
+    """Whatever makes pictures hard, too, which changes nothing that the arm does."""
     hard = {
         "board": "bare", "labels": False, "handle_colours": "plain", "light": "dim", "colours": "second", "viewpoint": "oblique",
         "handle_shape": "square", "clutter": 9, "view_jitter": 5.0, "view_turn": 1.0,
     }  # fmt: skip
     courses = []
-    for options in ({}, hard):
-        plant = twin(pose_error=0.004, force_noise=0.3, **options)
-        courses.append((dict(plant.attempt(FREE).sensed), plant._data.qpos.tobytes()))
-    assert courses[0] == courses[1]
+    for seed, options in ((1, {}), (1, hard), (2, {})):
+        plant = twin(seed, pose_error=0.004, force_noise=0.3, **options)
+        course = []
+        for joint, outcome in ((FIRST, "blocked"), (FREE, "moved")):
+            snapshot = plant.attempt(joint)
+            assert (snapshot.outcome, snapshot.sensed["verdict"]) == (outcome, outcome)
+            course.append(dict(snapshot.sensed))
+        courses.append(course)
+    assert courses[0] == courses[1] != courses[2]
+
+
+def test_a_hand_that_misses_the_handle_believes_that_it_moved_and_truth_and_belief_part():
+    snapshot = twin(pose_error=0.03).attempt(FREE)
+    assert (snapshot.outcome, snapshot.configuration) == ("blocked", CHAIN.initial)
+    assert snapshot.sensed["verdict"] == "moved"
+
+
+def test_luck_does_not_depend_on_how_much_of_it_there_is(monkeypatch):
+    """Where the robot errs is the same direction whatever the scale, and noise does not depend on the attempt before."""
+    shifts, noises = [], []
+
+    def note(arm, path):
+        shifts[-1].append(path.points[0])
+        arm._read(np.zeros(3))
+        noises[-1].append(arm.force().tolist())
+        return "blocked"
+
+    for error in (0.0, 0.001, 0.002):
+        plant = twin(pose_error=error, force_noise=0.3)
+        if error:
+            plant.attempt(TARGET)
+        else:
+            plant._aim.standard_normal(2)
+            plant._force.spawn(1)
+        shifts.append([])
+        noises.append([])
+        with monkeypatch.context() as patched:
+            patched.setattr(module, "guarded_move", moving(note))
+            plant.attempt(FIRST)
+            plant.attempt(FIRST)
+    (zero, _), (small, _), (large, _) = shifts
+    assert large - zero == pytest.approx(2 * (small - zero))
+    assert noises[0] == noises[1] == noises[2]
+    assert noises[0][0] != noises[0][1]
 
 
 @pytest.mark.parametrize("tilt", [0, 75])
 def test_an_arm_at_home_hides_nothing_of_the_board_from_the_oblique_camera(tilt):
     options = {"tilt": tilt, "viewpoint": "oblique", "width": 128, "height": 96}
-    alone = (
-        FastTwin(CHAIN, labels=tuple("ABCD"), settings=SceneSettings(**options), rng=np.random.default_rng(1))
-        .observe()
-        .look()
-    )
-    seen = twin(**options).observe().look()
-    board = alone.camera.heights(alone.depth) > -0.002
+    alone = FastTwin(CHAIN, labels=LABELS, settings=SceneSettings(**options), rng=np.random.default_rng(1))
+    seen, plain = twin(**options).observe().look(), alone.observe().look()
+    board = plain.camera.heights(plain.depth) > -0.002
     assert board.mean() > 0.1
-    assert (alone.depth - seen.depth)[board].max() < 0.02
-
-
-def test_luck_does_not_depend_on_how_much_of_it_there_is():
-    """Where the robot errs is the same direction whatever the scale, so that conditions are compared on the same luck."""
-    shifts = []
-    for error in (0.001, 0.002):
-        plant = twin(pose_error=error)
-        path, believed = plant._panel.handle_path(FREE, False), plant._believed_path(FREE, False)
-        shifts.append((believed.points - path.points)[0] / error)
-        assert plant._aim.bit_generator.state == twin_after_one_draw()
-    assert np.allclose(shifts[0], shifts[1])
-
-
-def twin_after_one_draw():
-    plant = twin(pose_error=0.0)
-    plant._believed_path(FREE, False)
-    return plant._aim.bit_generator.state
-
-
-def test_luck_of_an_attempt_does_not_depend_on_how_long_the_one_before_took(monkeypatch):
-    """A hand that misses a locked handle goes on, so that more forces are read in its first attempt."""
-    ways = [{}, {"pose_error": 0.004}, {"pose_error": 0.03}]
-    plants = [twin(force_noise=0.3, **settings) for settings in ways]
-    seconds = [plant.attempt(TARGET).sensed["seconds"] for plant in plants]
-    assert len(set(seconds)) > 1
-    noises = []
-
-    def feel_nothing(self, arm, path):
-        arm._read(np.zeros(3))
-        noises.append(arm.force().tolist())
-        return Touch(verdict="blocked", peak_force=0.0, progress=0.0, seconds=1.0)
-
-    monkeypatch.setattr(GuardedMove, "attempt", feel_nothing)
-    for plant in plants:
-        plant.attempt(FIRST)
-        plant.attempt(FIRST)
-    second, third = noises[::2], noises[1::2]
-    assert second == [second[0]] * 3
-    assert third == [third[0]] * 3
-    assert second[0] != third[0]
+    assert (plain.depth - seen.depth)[board].max() < 0.02
 
 
 def test_a_handle_out_of_reach_is_refused_by_the_name_of_the_setting(monkeypatch):
@@ -185,12 +154,12 @@ def test_a_handle_out_of_reach_is_refused_by_the_name_of_the_setting(monkeypatch
 def test_a_joint_left_between_its_ends_is_pushed_to_the_nearer_one(monkeypatch, left, outcome):
     plant = twin()
 
-    def leave_it(self, arm, path):
-        plant._data.joint("joint-3").qpos[0] = left * plant._panel.mounted_joints[FREE].travel
-        return Touch(verdict="failed", peak_force=0.0, progress=0.5, seconds=1.0)
+    def leave_it(arm, path):
+        plant._joints.data.joint("revolute-right").qpos[0] = left * plant.panel.mounted_joints[FREE].travel
+        return "failed"
 
-    monkeypatch.setattr(GuardedMove, "attempt", leave_it)
-    monkeypatch.setattr("lockprobe_robot.twin._PATIENCE", 0.02)
+    monkeypatch.setattr(module, "guarded_move", moving(leave_it))
+    monkeypatch.setattr(module, "_PATIENCE", 0.02)
     seen = plant.attempt(FREE)
     assert (seen.outcome, seen.sensed["nudged"], seen.sensed["verdict"]) == (outcome, True, "failed")
 
@@ -198,22 +167,38 @@ def test_a_joint_left_between_its_ends_is_pushed_to_the_nearer_one(monkeypatch, 
 def test_another_joint_that_moves_breaks_the_trial(monkeypatch):
     plant = twin()
 
-    def move_another(self, arm, path):
-        plant._data.joint("joint-3").qpos[0] = plant._panel.mounted_joints[FREE].travel
-        return Touch(verdict="blocked", peak_force=12.0, progress=0.1, seconds=1.0)
+    def move_another(arm, path):
+        plant._joints.data.joint("revolute-right").qpos[0] = plant.panel.mounted_joints[FREE].travel
+        return "blocked"
 
-    monkeypatch.setattr(GuardedMove, "attempt", move_another)
+    monkeypatch.setattr(module, "guarded_move", moving(move_another))
     with pytest.raises(PlantFault, match="another joint moved with joint 1: 0000 became 0001"):
         plant.attempt(FIRST)
 
 
-def test_a_film_has_25_pictures_in_a_simulated_second_and_changes_nothing(solution):
-    times = solution.times
-    assert solution.snapshots[0].sensed == twin().attempt(TARGET).sensed
-    assert np.diff(times) == pytest.approx(np.full(len(times) - 1, 0.04), abs=0.0021)
-    assert len(times) == pytest.approx(25 * solution.plant.data.time, abs=2)
+def test_ones_own_hand_moves_a_free_joint_feels_a_locked_one_and_is_named_by_its_digest():
+    plant = twin(hand=str(HAND))
+    blocked, moved = plant.attempt(FIRST), plant.attempt(FREE)
+    assert (blocked.outcome, blocked.sensed["verdict"]) == ("blocked", "blocked")
+    assert (moved.outcome, moved.sensed["verdict"]) == ("moved", "moved")
+    assert moved.sensed["peak_force"] < 10 < blocked.sensed["peak_force"]
+    spec = resolve_plant(f"twin?hand={HAND}").spec
+    assert "hand_digest=" in spec
+    assert resolve_plant(spec).spec == spec
+    with pytest.raises(BadFile, match="another model: its digest is"):
+        twin(hand=str(HAND), hand_digest="0" * 16)
 
 
-def test_only_the_ring_touches_and_only_the_handle_and_nothing_goes_into_anything(solution):
-    assert solution.touching == {("part-", "plate")}
-    assert max(solution.deepest) < 0.0015
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<mujoco><worldbody><body><geom size='.01'/></body></worldbody></mujoco>", "no site 'tool' in a body"),
+        ("<mujoco><worldbody><body><site name='tool'/><geom size='-1'/></body></worldbody></mujoco>", "size"),
+        ("<mujoco><extension><plugin plugin='mujoco.pid'/></extension></mujoco>", "a plugin would run code"),
+        ("<robot/>", "not an MJCF file"),
+    ],
+)
+def test_what_is_no_hand_is_refused_in_one_line(tmp_path, text, said):
+    with pytest.raises(BadFile, match=said) as refusal:
+        twin(hand=str(written(tmp_path, text)))
+    assert "\n" not in str(refusal.value)

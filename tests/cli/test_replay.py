@@ -20,7 +20,7 @@ KEY = "flips/human-inspired/truth/rep=1/trial=1"
 
 @pytest.fixture(autouse=True)
 def made(monkeypatch):
-    monkeypatch.setattr("lockprobe_robot.film.replay.STAND_IN", "fast-twin")
+    monkeypatch.setattr("lockprobe_robot.film.make.STAND_IN", "fast-twin")
     return painted_twins(monkeypatch)
 
 
@@ -80,10 +80,9 @@ def test_a_film_of_a_symbolic_trial_says_what_it_is_made_of(directory, tmp_path)
     assert done.stdout == (
         f"Film: {tmp_path / 'a.gif'} ({1 + 2 * steps} pictures, {size / 1e3:.0f} kB, every one of {steps} steps as recorded)\n"
     )
-    found = json.loads(replay(directory, KEY, "--out", tmp_path / "frames", "--json").stdout)
-    sizes = sum(path.stat().st_size for path in (tmp_path / "frames").iterdir())
+    found = json.loads(replay(directory, KEY, "--out", tmp_path / "a.gif", "--json").stdout)
     assert found == {
-        "film": str(tmp_path / "frames"), "pictures": 1 + 2 * steps, "bytes": sizes, "plant": "fast-twin", "differs": None,
+        "film": str(tmp_path / "a.gif"), "pictures": 1 + 2 * steps, "bytes": size, "plant": "fast-twin", "differs": None,
     }  # fmt: skip
 
 
@@ -91,7 +90,7 @@ def test_a_plant_that_breaks_when_it_is_played_again_is_one_line(directory, tmp_
     def broken(*given, **named):
         raise PlantFault("the arm, reach: no answer within 30 s")
 
-    monkeypatch.setattr("lockprobe_robot.film.make.film_trial", broken)
+    monkeypatch.setattr("lockprobe_robot.film.make.played_again", broken)
     with pytest.raises(
         UserMistake,
         match="the film ends where the trial breaks when it is played again .the arm, reach: no answer within 30 s.$",

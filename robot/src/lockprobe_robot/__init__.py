@@ -1,7 +1,15 @@
-"""Lockprobe on physical boxes: the MuJoCo twin with its robot arm, films, calibration, and adapters of real robots."""
+"""Lockprobe on physical boxes: the MuJoCo twin with its robot arm, films, calibration, and adapters of real robots.
+
+MuJoCo draws with what the variable ``MUJOCO_GL`` names. Where nobody has set it, this package sets it on Linux: to
+``egl`` if that library is there, else to ``osmesa`` if that one is. On a Mac MuJoCo itself takes CGL.
+"""
 
 from __future__ import annotations
 
+import importlib
+import os
+import sys
+from ctypes.util import find_library
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -10,6 +18,13 @@ if TYPE_CHECKING:
     from lockprobe.boxes.box import Lockbox
 
 __all__ = ["scene"]
+
+if sys.platform == "linux" and "MUJOCO_GL" not in os.environ:
+    _there = [platform for platform, library in (("egl", "EGL"), ("osmesa", "OSMesa")) if find_library(library)]
+    if _there:
+        os.environ["MUJOCO_GL"] = _there[0]
+    if _there and (_read := sys.modules.get("mujoco.rendering.classic.gl_context")):
+        importlib.reload(_read)  # MuJoCo, which was imported before, has read the variable
 
 
 def scene(box: Lockbox, *, arm: bool = False) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -23,10 +38,7 @@ def scene(box: Lockbox, *, arm: bool = False) -> tuple[mujoco.MjModel, mujoco.Mj
 
     Raises:
         BadValue: If the box cannot be built.
-        Missing: If a package is missing.
     """
     from lockprobe_robot.box_model.mjcf import plain_model
-    from lockprobe_robot.rendering.probe import require_mujoco
 
-    require_mujoco()
     return plain_model(box, arm=arm)

@@ -11,38 +11,26 @@ import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.trial.record import Fact, Snapshot
+from lockprobe_robot.box_model.joints import Joints
 from lockprobe_robot.box_model.mechanism import Mechanism
 from lockprobe_robot.box_model.scene import LockboxScene, build_scene
-from lockprobe_robot.rendering.plant_camera import PlantCamera
+from lockprobe_robot.plant_camera import PlantCamera
 from lockprobe_robot.twin_settings import SceneSettings
 
 _PUSH: Final = 30.0
 """Force at a handle, newtons."""
 
 
-class SimulatedLockbox:
-    """A compiled scene as a plant (base class); a subclass implements the attempt.
+class SimulatedPlant:
+    """A simulation as a plant (base class); a subclass implements the attempt.
 
     Args:
-        scene: The scene, with everything that is added to it.
-        settings: Mechanism, looks and camera.
-        noise: Random stream of the camera: noise of depth, error of the view.
+        joints: The joints of the box.
+        camera: Its camera.
     """
 
-    def __init__(self, scene: LockboxScene, settings: SceneSettings, noise: np.random.Generator) -> None:
-        self._model = scene.spec.compile()
-        self._data = mujoco.MjData(self._model)
-        self._mechanism = Mechanism(self._model, self._data, scene)
-        self._camera = PlantCamera(
-            self._model,
-            self._data,
-            mechanism=self._mechanism,
-            panel=scene.panel,
-            settings=settings,
-            rng=noise,
-            jitter=settings.view_jitter,
-            turn=settings.view_turn,
-        )
+    def __init__(self, joints: Joints, camera: PlantCamera) -> None:
+        self._joints, self._camera = joints, camera
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -52,7 +40,7 @@ class SimulatedLockbox:
     def observe(self) -> Snapshot:
         """The truth now."""
         return Snapshot(
-            configuration=self._mechanism.configuration(),
+            configuration=self._joints.configuration(),
             look=self._camera.look_now(),
             render=self._camera.look_as_told(),
         )
@@ -61,12 +49,13 @@ class SimulatedLockbox:
         """Attempt a joint, by index in panel order.
 
         Raises:
-            PlantFault: If a joint stays between its ends, another joint moves, or an arm is blocked.
+            PlantFault: If a joint stays between its ends, another joint moves, an arm is blocked, or the simulation
+                becomes unstable.
         """
-        before = self._mechanism.configuration()
+        before = self._joints.configuration()
         self._camera.end_moment()
         sensed = self._act(joint, before)
-        after = self._mechanism.configuration_after(joint, before)
+        after = self._joints.configuration_after(joint, before)
         return replace(
             self.observe(), joint=joint, outcome="moved" if after[joint] != before[joint] else "blocked", sensed=sensed
         )
@@ -80,18 +69,32 @@ class SimulatedLockbox:
         self._camera.close()
 
 
+class SimulatedLockbox(SimulatedPlant):
+    """A compiled scene, with everything that is added to it, as a plant (base class).
+
+    Its camera draws noise of depth and error of the view from the stream ``noise``.
+    """
+
+    def __init__(self, scene: LockboxScene, settings: SceneSettings, noise: np.random.Generator) -> None:
+        model = scene.spec.compile()
+        self._mechanism = Mechanism(model, mujoco.MjData(model), scene)
+        pose, handles = scene.panel.pose, scene.panel.handles
+        super().__init__(
+            self._mechanism, PlantCamera(self._mechanism, pose=pose, handles=handles, settings=settings, rng=noise)
+        )
+
+
 class FastTwin(SimulatedLockbox):
     """A simulated lockbox whose handles are pushed by a force, without an arm.
 
     Args:
         box: The box.
         labels: Labels of the joints, in panel order.
-        settings: Mechanism, looks and camera.
+        settings: Looks and camera.
         rng: For the appearance; noise of depth and error of the view draw from a child of it.
 
     Raises:
         BadValue: If the box cannot be built.
-        Missing: If a package is missing.
     """
 
     def __init__(

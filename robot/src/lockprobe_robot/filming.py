@@ -1,4 +1,4 @@
-"""What a film of an arm needs of a simulation: a camera that sees arm and board, and a call at regular intervals."""
+"""What a film of an arm needs of a simulation: the camera of ``scene.xml``, and a call at regular intervals."""
 
 from __future__ import annotations
 
@@ -14,19 +14,6 @@ _EVERY = 1 / 25
 
 BOARD = np.array([0.42, 0.03, 0.16])
 """What the camera looks at, metres from the base of the arm."""
-
-_EYE = np.array([-0.30, 0.60, 0.76])
-"""Where it stands: at the arm's left shoulder, so that letters on the board are upright."""
-
-
-def add_film_camera(spec: mujoco.MjSpec) -> None:
-    """Add the camera for films to a scene; it looks at the board over the arm's shoulder."""
-    back = (_EYE - BOARD) / np.linalg.norm(_EYE - BOARD)
-    right = np.cross([0, 0, 1], back)
-    right /= np.linalg.norm(right)
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.array([right, np.cross(back, right), back]).T.ravel())
-    spec.worldbody.add_camera(name=FILM_CAMERA, pos=_EYE, quat=quaternion, fovy=33.0)
 
 
 class Filming:

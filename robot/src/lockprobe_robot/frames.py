@@ -23,7 +23,8 @@ from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.png import to_png
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.record import Trial
-from lockprobe_robot.film.replay import WITHOUT_ARM, difference, plan_of
+from lockprobe_robot.film.make import WITHOUT_ARM
+from lockprobe_robot.film.replay import plan_of, played_again
 
 
 def write_frames(directory: Path, out: Path, *, only: str, tell: Callable[[str], None]) -> int:
@@ -79,25 +80,21 @@ def _frames(trial: Trial, plan: Plan) -> Iterator[tuple[Frame, dict[str, object]
     if source.picture_size is None:
         source = resolve_plant(WITHOUT_ARM)
     source.check(plan.box)
-    plant = source.make(plan.box, Names(plan).labels, plan.luck.physics())
     try:
-        snapshot = plant.observe()
-        for at in range(-1, len(trial.steps)):
+        for at, snapshot, differs in played_again(
+            trial, source.make(plan.box, Names(plan).labels, plan.luck.physics())
+        ):
+            if differs is not None:
+                raise BadFile(trial.key, differs)
             facts: dict[str, object] = {"key": trial.key, "agent": trial.agent, "step": at + 1}
             if at >= 0:
-                step, before = trial.steps[at], bits(snapshot.configuration)
-                snapshot = plant.attempt(trial.joints.index(step.joint))
-                if (differs := difference(trial, at, before, snapshot)) is not None:
-                    raise BadFile(trial.key, differs)
+                step = trial.steps[at]
                 facts |= {"joint": step.joint, "moved": step.moved, "told_moved": step.told_moved}
                 facts |= {"told_state": step.told_state, "told": step.told}
             assert snapshot.look is not None
             yield snapshot.look(), {**facts, "state": bits(snapshot.configuration)}
     except TrialFault as fault:
-        if trial.error is None or trial.error.boundary != fault.boundary:
-            raise BadFile(trial.key, f"it breaks when it is played again ({fault})") from None
-    finally:
-        plant.close()
+        raise BadFile(trial.key, f"it breaks when it is played again ({fault})") from None
 
 
 def _camera(frame: Frame, trial: Trial) -> dict[str, object]:

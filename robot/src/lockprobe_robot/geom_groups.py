@@ -1,6 +1,9 @@
-"""Groups of geoms in the scene: which can collide (``contype``, ``conaffinity``), and which cameras show."""
+"""The plant's camera, and groups of geoms: which can collide (``contype``, ``conaffinity``), and which it shows."""
 
 from __future__ import annotations
+
+CAMERA = "lockprobe"
+"""Name of the plant's camera, in our scene and in a user's model."""
 
 NOTHING = 0
 """``conaffinity`` of the panel's parts, which never touch each other; both bits of geoms that are only looked at."""

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, in_words, settings_of, with_options
 from lockprobe.plants.catalogue import FilmHook, Make, PlantSource
 from lockprobe.trial.protocols import Plant
-from lockprobe_robot.rendering.probe import renderer_name, require_mujoco, require_opengl
 from lockprobe_robot.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
 
 RehearsalRung = Literal["scripted", "twin"]
 """The rungs below a robot; :mod:`lockprobe_robot.hardware.rehearsal` says what they are."""
 
-_FILES = ("model", "root", "digest", "hand", "hand_digest")
+_FILES = ("model", "digest", "hand", "hand_digest")
 """Options that say which plant it is, and no property of it."""
 
 _SIZES = ("width", "height")
@@ -29,9 +29,8 @@ _SIZES = ("width", "height")
 def fast_twin(spec: Spec) -> PlantSource:
     """The mechanism, pushed without an arm, and a camera.
 
-    Options: mechanism, tilt, looks, friction, width, height, depth_noise. Harder pictures: discs, board,
-    labels, handle_colours, clutter, view_jitter, view_turn. Single factors of looks: light, colours, viewpoint,
-    handle_shape.
+    Options: tilt, looks, friction, width, height, depth_noise. Harder pictures: discs, board, labels, handle_colours,
+    clutter, view_jitter, view_turn. Single factors of looks: light, colours, viewpoint, handle_shape.
     """
     settings = with_options(SceneSettings, "fast-twin", spec.options)
 
@@ -46,10 +45,9 @@ def fast_twin(spec: Spec) -> PlantSource:
 def twin(spec: Spec) -> PlantSource:
     """The same with a robot arm, a hand and a force sensor.
 
-    Options: mechanism, tilt, looks, friction, width, height, depth_noise, pose_error, force_noise, hand.
-    Harder pictures: discs, board, labels, handle_colours, clutter, view_jitter, view_turn. Single
-    factors of looks: light, colours, viewpoint, handle_shape. A user's own model of the box: model, root,
-    digest, force, torque, width, height, depth_noise.
+    Options: tilt, looks, friction, width, height, depth_noise, pose_error, force_noise, hand. Harder pictures: discs,
+    board, labels, handle_colours, clutter, view_jitter, view_turn. Single factors of looks: light, colours, viewpoint,
+    handle_shape. A user's own model of the box: model, digest, force, torque, and the camera's options.
     """
     if "model" in spec.options:
         return _of_a_user(spec)
@@ -71,7 +69,7 @@ def _pictured(spec: Spec, settings: CameraSettings, make: Make) -> PlantSource:
     """A simulated plant, which this machine has to be able to simulate and to draw, with a box that can be built."""
 
     def check(box: Lockbox) -> None:
-        _require_pictures()
+        renderer()
         make(box, box.names, np.random.default_rng(0)).close()
 
     size, known = (settings.width, settings.height), settings_of(settings)
@@ -80,15 +78,24 @@ def _pictured(spec: Spec, settings: CameraSettings, make: Make) -> PlantSource:
         make=make,
         check=check,
         picture_size=size,
-        renderer=renderer_name,
+        renderer=renderer,
         options={name: in_words(value) for name, value in known.items() if name not in _FILES},
         doses=tuple(name for name, value in known.items() if type(value) in (int, float) and name not in _SIZES),
     )
 
 
-def _require_pictures() -> None:
-    require_mujoco()
-    require_opengl()
+def renderer() -> str:
+    """The name, with versions, of what draws pictures here.
+
+    Raises:
+        Missing: If nothing does.
+        BadValue: If ``MUJOCO_GL`` names an OpenGL platform that is not there, so that MuJoCo cannot be imported.
+    """
+    try:
+        from lockprobe_robot.renderer import renderer_name
+    except (AttributeError, ImportError, RuntimeError):
+        raise BadValue("MUJOCO_GL", os.environ.get("MUJOCO_GL"), "a platform that works here; unset it") from None
+    return renderer_name()
 
 
 def _of_a_user(spec: Spec) -> PlantSource:
@@ -97,7 +104,7 @@ def _of_a_user(spec: Spec) -> PlantSource:
     if not settings.digest:
         from lockprobe_robot.user_model.mjcf_file import read_model
 
-        return _of_a_user(spec.appending("digest", read_model(Path(settings.model), settings.folder).digest))
+        return _of_a_user(spec.appending("digest", read_model(Path(settings.model)).digest))
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         from lockprobe_robot.user_model.user_model import UserModel
@@ -105,8 +112,8 @@ def _of_a_user(spec: Spec) -> PlantSource:
         return UserModel(box, labels=labels, settings=settings, rng=rng)
 
     def check(box: Lockbox) -> None:
-        _require_pictures()
-        from lockprobe_robot.user_model.user_model import check_model
+        renderer()
+        from lockprobe_robot.user_model.rules_check import check_model
 
         check_model(box, settings)
 
@@ -116,22 +123,20 @@ def _of_a_user(spec: Spec) -> PlantSource:
 def manual(spec: Spec) -> PlantSource:
     """A real box whose joints a person moves; a camera tells the truth.
 
-    Options: camera, handles. What the person sets up before the camera: discs, handle_colours, labels, clutter,
-    light, colours, viewpoint, view_jitter.
+    Options: camera, handles.
     """
-    from lockprobe_robot.hardware.manual_camera import ManualSettings, check_manual, make_manual
+    from lockprobe_robot.hardware.sight import ManualSettings, make_manual
 
     settings = with_options(ManualSettings, "manual", spec.options)
     return PlantSource(
         spec=str(spec),
         make=lambda box, labels, rng: make_manual(settings, box, labels),
-        check=partial(check_manual, settings),
+        check=lambda box: make_manual(settings, box, box.names).close(),
         photographs=bool(settings.camera),
         painted_labels=bool(settings.camera),
         lays_out=False,
         is_attended=lambda: True,
-        options={name: in_words(level) for name, level in settings.levels.items()} if settings.camera else {},
-        doses=("clutter", "view_jitter") if settings.camera else (),
+        options={},
     )
 
 
@@ -148,9 +153,9 @@ def rig(spec: Spec) -> PlantSource:
     settings = with_options(_RehearsalSettings, "rig", spec.options)
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
-        from lockprobe_robot.hardware.rehearsal import rehearse_rig
+        from lockprobe_robot.hardware.rehearsal import rehearsed_rig
 
-        return rehearse_rig(settings.rung, box, labels, rng, film)
+        return rehearsed_rig(settings.rung, box, labels, rng, film)
 
     return PlantSource(
         spec=str(spec),

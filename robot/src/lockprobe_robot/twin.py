@@ -9,23 +9,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox
-from lockprobe.foundation.errors import BadValue, PlantFault
+from lockprobe.foundation.errors import BadValue
 from lockprobe.plants.catalogue import FilmHook
 from lockprobe.trial.record import Fact
-from lockprobe_robot.arm.guarded_move import GuardedMove, HandlePath
-from lockprobe_robot.arm.hand import add_hand
-from lockprobe_robot.arm.panda import add_panda
+from lockprobe_robot.arm.guarded_move import CLEARANCE, HandlePath, guarded_move
+from lockprobe_robot.arm.model import add_arm, add_hand
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
-from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.box_model.scene import build_scene
 from lockprobe_robot.fast_twin import SimulatedLockbox
 from lockprobe_robot.filming import Filming
 from lockprobe_robot.twin_settings import TwinSettings
-from lockprobe_robot.user_model.own_hand import add_own_hand
+from lockprobe_robot.user_model.mjcf_file import read_hand
 
 _PATIENCE = 1.0
 """Longest wait for the mechanism to come to rest after the arm is at home, seconds."""
@@ -40,11 +37,15 @@ class Twin(SimulatedLockbox):
     Args:
         box: The box; its rules become pins and blocks.
         labels: Labels of the joints, in panel order.
-        settings: Mechanism, looks, camera and errors of the robot.
+        settings: Looks, camera and errors of the robot.
         rng: The trial's random stream for the plant. The appearance draws from it; depth noise, pose error and force
             noise each draw from a child of it. The n-th look and the n-th attempt have the same luck whatever the
             settings are. Every attempt has a separate force stream, because attempts differ in length.
         film: Called about 25 times per simulated second with the model and its state, which it must not change.
+
+    Attributes:
+        arm: The arm.
+        panel: The layout of the panel, with the positions of the handles.
 
     Raises:
         BadValue: If the box cannot be built, or its handles cannot be reached.
@@ -63,93 +64,41 @@ class Twin(SimulatedLockbox):
         scene = build_scene(box, labels=labels, settings=settings, rng=rng)
         # The same streams as in fast-twin: one seed gives the same panel with and without an arm.
         noise, self._aim, self._force = *rng.spawn(1), *rng.spawn(2)
-        flange = add_panda(scene.spec)
-        if settings.hand:
-            add_own_hand(scene.spec, flange, Path(settings.hand), settings.hand_digest)
-        else:
-            add_hand(scene.spec, flange)
+        hand = read_hand(Path(settings.hand), settings.hand_digest) if settings.hand else None
+        add_hand(scene.spec, add_arm(scene.spec), hand)
         super().__init__(scene, settings, noise)
-        self._box, self._settings, self._panel = box, settings, scene.panel
-        self._arm = SimulatedArm(
-            self._model,
-            self._data,
-            force_noise=settings.force_noise,
-            rng=self._force,
-            before_step=self._mechanism.before_step,
-            after_step=Filming(film, self._model, self._data),
-        )
-        self._move = GuardedMove()
-        self._refuse_out_of_reach()
-        self.put(box.initial)
+        self._settings, self.panel = settings, scene.panel
+        model, data = self._joints.model, self._joints.data
+        filming = Filming(film, model, data)
+        self.arm = SimulatedArm(model, data, force_noise=settings.force_noise, rng=self._force, after_step=filming)
+        for joint, name in enumerate(box.names):
+            path = self.panel.handle_path(joint, False)
+            lift = -CLEARANCE * path.axis
+            for point in (path.points[0], path.points[-1], path.points[0] + lift, path.points[-1] + lift):
+                if not self.arm.reaches(point, path.axis):
+                    raise BadValue("tilt", settings.tilt, f"one at which the arm reaches the handle of {name}")
+        self._mechanism.set_configuration(box.initial)
+        self.arm.stand()
+        self.settle()
 
     def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
-        self._arm.use_stream(self._force.spawn(1)[0])
-        touch = self._move.attempt(self._arm, self._believed_path(joint, before[joint]))
-        self._settle()
-        return {**touch.as_facts(), **self._nudged()}
-
-    def _nudged(self) -> Mapping[str, Fact]:
-        """Push a handle that the hand left between its ends to the nearer one, as a person would; for the record."""
-        if self._mechanism.resting():
-            return {}
-        self._mechanism.set_configuration(self._mechanism.configuration())
-        self._settle()
-        return {"nudged": True}
-
-    @property
-    def model(self) -> mujoco.MjModel:
-        """The compiled scene with the arm."""
-        return self._model
-
-    @property
-    def data(self) -> mujoco.MjData:
-        """The state of the simulation, for measurements."""
-        return self._data
-
-    @property
-    def arm(self) -> SimulatedArm:
-        """The arm, for rehearsals of a rig."""
-        return self._arm
-
-    @property
-    def panel(self) -> PanelLayout:
-        """The layout of the panel, with the positions of the handles."""
-        return self._panel
-
-    def settled(self) -> Configuration:
-        """The configuration once the mechanism is at rest.
-
-        Raises:
-            PlantFault: If a joint stays between its ends.
-        """
-        self._settle()
-        if not self._mechanism.resting():
-            raise PlantFault(f"a joint stays between its ends: {np.round(self._mechanism.fractions(), 2).tolist()}")
-        return self._mechanism.configuration()
-
-    def put(self, configuration: Configuration) -> None:
-        """Set the configuration with the arm at home, at rest; for tests and measurements."""
-        self._mechanism.set_configuration(configuration)
-        self._arm.stand()
-        self._settle()
-
-    def _settle(self) -> None:
-        """Wait until every joint is at an end, up to a time limit."""
-        deadline = self._data.time + _PATIENCE
-        self._arm.wait()
-        while not self._mechanism.resting() and self._data.time < deadline:
-            self._arm.wait()
-
-    def _believed_path(self, joint: int, position: bool) -> HandlePath:
-        """The handle's path with a random pose error in the panel's plane."""
+        """The guarded move along the handle's path, with a random pose error in the panel's plane."""
+        self.arm.use_stream(self._force.spawn(1)[0])
         shift = self._settings.pose_error * self._aim.standard_normal(2)
-        path = self._panel.handle_path(joint, position)
-        return HandlePath(points=path.points + self._panel.pose[:3, :2] @ shift, axis=path.axis)
+        path = self.panel.handle_path(joint, before[joint])
+        believed = HandlePath(points=path.points + self.panel.pose[:3, :2] @ shift, axis=path.axis)
+        touch = guarded_move(self.arm, believed)
+        if self.settle():
+            return touch.as_facts()
+        # The hand left a handle between its ends. A person would push it to the nearer one.
+        self._mechanism.set_configuration(self._joints.configuration())
+        self.settle()
+        return {**touch.as_facts(), "nudged": True}
 
-    def _refuse_out_of_reach(self) -> None:
-        for joint, name in enumerate(self._box.names):
-            path = self._panel.handle_path(joint, False)
-            lift = -self._move.clearance * path.axis
-            for point in (path.points[0], path.points[-1], path.points[0] + lift, path.points[-1] + lift):
-                if not self._arm.reaches(point, path.axis):
-                    raise BadValue("tilt", self._settings.tilt, f"one at which the arm reaches the handle of {name}")
+    def settle(self) -> bool:
+        """Wait until every joint is at an end, up to a time limit; whether they are."""
+        deadline = self.arm.time + _PATIENCE
+        self.arm.wait()
+        while not self._joints.resting() and self.arm.time < deadline:
+            self.arm.wait()
+        return self._joints.resting()

@@ -5,8 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 from lockprobe_robot.arm.guarded_move import HandlePath
-from lockprobe_robot.arm.hand import add_hand
-from lockprobe_robot.arm.panda import add_panda
+from lockprobe_robot.arm.model import add_arm, add_hand
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
 
 TOP = np.array([0.5, 0.0, 0.2])
@@ -32,7 +31,7 @@ def slider(*, held=False):
         frictionloss=0.6,
     )
     bar.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[0, 0, 0, 0, 0, 0.05], size=[0.015, 0, 0], mass=0.1)
-    add_hand(spec, add_panda(spec))
+    add_hand(spec, add_arm(spec))
     return spec.compile()
 
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from arm.fake_arm import FakeArm
-from lockprobe_robot.arm.guarded_move import GuardedMove, HandlePath
+from lockprobe_robot.arm import guarded_move as module
+from lockprobe_robot.arm.guarded_move import CLEARANCE, HELD_STIFFNESS, HandlePath, guarded_move
 
 AXIS = np.array([0.0, 0.0, -1.0])
 START, END = np.array([0.5, 0.0, 0.2]), np.array([0.5, 0.08, 0.2])
 PATH = HandlePath(points=np.linspace(START, END, 9), axis=AXIS)
-MOVE = GuardedMove()
 WEIGHT = np.array([0.3, -0.2, -6.0])
 
 
@@ -23,15 +23,15 @@ def held_at(place, give=0.2):
 
 
 def test_a_handle_that_comes_along_has_moved():
-    touch = MOVE.attempt(FakeArm(feel=resists_from(0.01, 5.0)), PATH)
+    touch = guarded_move(FakeArm(feel=resists_from(0.01, 5.0)), PATH)
     assert touch.verdict == "moved"
-    assert touch.progress == pytest.approx(1 + MOVE.overdrive / PATH.length)
+    assert touch.progress == pytest.approx(1 + module._OVERDRIVE / PATH.length)
     assert touch.peak_force == pytest.approx(5.0, abs=0.1)
 
 
 def test_a_handle_that_holds_is_blocked_and_is_let_go_at_once():
     arm = FakeArm(feel=resists_from(0.01, 15.0), follows=held_at(0.01))
-    touch = MOVE.attempt(arm, PATH)
+    touch = guarded_move(arm, PATH)
     assert touch.verdict == "blocked"
     assert touch.progress < 0.4
     assert max(point[1] for point, _, _ in arm.drawn) < 0.03
@@ -41,13 +41,13 @@ def test_a_handle_that_holds_is_blocked_and_is_let_go_at_once():
 def test_the_threshold_of_force(newtons, verdict):
     """What is not held by more than it does not count as held, and the hand is then seen to come too short."""
     arm = FakeArm(feel=resists_from(0.01, newtons), follows=held_at(0.01, give=0.4))
-    assert MOVE.attempt(arm, PATH).verdict == verdict
+    assert guarded_move(arm, PATH).verdict == verdict
 
 
 @pytest.mark.parametrize(("give", "verdict"), [(0.4, "blocked"), (0.9, "moved")])
 def test_a_handle_that_resists_and_comes_along_is_not_held(give, verdict):
     arm = FakeArm(feel=resists_from(0.01, 15.0), follows=held_at(0.01, give=give))
-    assert MOVE.attempt(arm, PATH).verdict == verdict
+    assert guarded_move(arm, PATH).verdict == verdict
 
 
 @pytest.mark.parametrize(("seconds", "verdict"), [(0.04, "failed"), (0.2, "blocked")])
@@ -61,21 +61,21 @@ def test_a_knock_is_not_a_hold(seconds, verdict):
         knocking = began is not None and time - began < seconds
         return WEIGHT + (np.array([0.0, -14.0, 0.0]) if knocking else 0)
 
-    assert MOVE.attempt(FakeArm(feel=feel, follows=held_at(0.02)), PATH).verdict == verdict
+    assert guarded_move(FakeArm(feel=feel, follows=held_at(0.02)), PATH).verdict == verdict
 
 
 @pytest.mark.parametrize(("place", "verdict"), [(0.5, "blocked"), (0.85, "moved")])
 def test_force_counts_only_until_enough_has_been_travelled(place, verdict):
     """At the end of its travel a handle that moved holds, too."""
     arm = FakeArm(feel=resists_from(place * 0.08 - 0.002, 30.0), follows=held_at(place * 0.08))
-    assert MOVE.attempt(arm, PATH).verdict == verdict
+    assert guarded_move(arm, PATH).verdict == verdict
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.5, "failed"), (0.75, "failed"), (0.9, "moved")])
 def test_a_hand_that_is_stopped_without_being_held_failed_unless_it_came_far_enough(share, verdict):
     stop = share * 0.08
     arm = FakeArm(follows=lambda point: np.array([point[0], min(point[1], stop), point[2]]))
-    touch = MOVE.attempt(arm, PATH)
+    touch = guarded_move(arm, PATH)
     assert touch.verdict == verdict
     assert touch.progress == pytest.approx(share, abs=1e-6)
 
@@ -85,7 +85,7 @@ def test_a_hand_that_lands_on_something_goes_up_and_home_and_has_failed():
         return WEIGHT + (np.array([0.0, 0.0, 40.0]) if at[2] < 0.22 else 0)
 
     arm = FakeArm(feel=feel)
-    touch = MOVE.attempt(arm, PATH)
+    touch = guarded_move(arm, PATH)
     assert (touch.verdict, touch.peak_force, touch.progress) == ("failed", 0.0, 0.0)
     assert arm.position()[2] > 0.22
     assert all(point[1] == 0 for point, _, _ in arm.drawn)
@@ -94,51 +94,41 @@ def test_a_hand_that_lands_on_something_goes_up_and_home_and_has_failed():
 
 def test_what_the_hand_weighs_and_what_presses_before_the_drag_are_taken_off():
     bias = np.array([0.0, -20.0, 0.0])
-    assert MOVE.attempt(FakeArm(feel=lambda at, time: bias + WEIGHT), PATH).verdict == "moved"
+    assert guarded_move(FakeArm(feel=lambda at, time: bias + WEIGHT), PATH).verdict == "moved"
 
 
 def test_the_order_of_things_and_the_way():
     arm = FakeArm()
-    touch = MOVE.attempt(arm, PATH)
+    touch = guarded_move(arm, PATH)
     assert (arm.log[0], arm.log[-1]) == ("reach", "home")
     assert set(arm.log[1:-1]) == {"follow"}
     points = np.array([point for point, _, _ in arm.drawn])
-    assert points[0] == pytest.approx(START - MOVE.clearance * AXIS)
+    assert points[0] == pytest.approx(START - CLEARANCE * AXIS)
     assert points[:, 2].min() == pytest.approx(0.2, abs=1e-3)
-    assert points[:, 1].max() == pytest.approx(0.08 + MOVE.overdrive)
-    assert points[-1][2] > 0.2 + 0.9 * MOVE.clearance
+    assert points[:, 1].max() == pytest.approx(0.08 + module._OVERDRIVE)
+    assert points[-1][2] > 0.2 + 0.9 * CLEARANCE
     assert touch.seconds == pytest.approx(arm.time)
 
 
 def test_the_hand_is_drawn_smoothly_and_never_faster_than_it_may():
     arm = FakeArm()
-    MOVE.attempt(arm, PATH)
+    guarded_move(arm, PATH)
     fastest = max(np.linalg.norm(velocity) for _, velocity, _ in arm.drawn)
-    assert fastest <= MOVE.descent + 1e-9
+    assert fastest <= module._DESCENT + 1e-9
     for (point, velocity, _), (following, _, _) in zip(arm.drawn, arm.drawn[1:], strict=False):
         assert np.linalg.norm(following - point - arm.period * velocity) < 1e-3
 
 
 def test_the_arm_is_softer_while_it_drags():
     arm = FakeArm()
-    MOVE.attempt(arm, PATH)
+    guarded_move(arm, PATH)
     along = {stiffness for _, velocity, stiffness in arm.drawn if abs(velocity[1]) > 0}
-    assert along == {MOVE.held_stiffness}
-
-
-def test_facts_are_plain_and_rounded():
-    facts = MOVE.attempt(FakeArm(feel=resists_from(0.01, 1 / 3)), PATH).as_facts()
-    assert set(facts) == {"verdict", "peak_force", "progress", "seconds"}
-    assert all(facts[name] == round(facts[name], 6) for name in ("peak_force", "progress", "seconds"))
+    assert along == {HELD_STIFFNESS}
 
 
 DOWN = np.array([0.0, 0.0, -1.0])
 ANGLES = np.linspace(0, 1.4, 33)
 ARC = HandlePath(points=0.06 * np.stack([np.cos(ANGLES), np.sin(ANGLES), 0 * ANGLES], axis=1), axis=DOWN)
-
-
-def test_a_fine_polygon_is_as_long_as_its_arc():
-    assert ARC.length == pytest.approx(0.06 * 1.4, rel=1e-4)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.999, 1.0])

@@ -1,97 +1,166 @@
-"""The simulated arm with the guarded move: a knob that slides, one that is held, limits, luck."""
+"""The simulated arm: published kinematics, springs, limits, luck; and the guarded move on a knob that slides or is held."""
+
+import math
 
 import mujoco
 import numpy as np
 import pytest
 from arm.slider_scene import AXIS, PATH, TOP, TRAVEL, arm_over, slider
-from lockprobe_robot.arm.guarded_move import GuardedMove
-from lockprobe_robot.arm.panda import HOME, LOWER, UPPER, VELOCITY_LIMITS
+from lockprobe_robot.arm.force_control import ForceController
+from lockprobe_robot.arm.guarded_move import guarded_move
+from lockprobe_robot.arm.inverse_kinematics import InverseKinematics
+from lockprobe_robot.arm.model import HOME, VELOCITY_LIMITS, add_arm
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
+from scipy.spatial.transform import Rotation
 
 from lockprobe.foundation.errors import PlantFault
 
-
-def test_a_knob_that_slides_is_brought_to_its_end():
-    arm, data = arm_over(slider())
-    touch = GuardedMove().attempt(arm, PATH)
-    assert touch.verdict == "moved"
-    assert data.joint("joint-0").qpos[0] > 0.8 * TRAVEL
-    assert touch.peak_force < 6
+ABOVE = TOP - 0.1 * AXIS
+STILL = np.zeros(3)
 
 
-def test_a_knob_that_is_held_is_felt():
-    arm, data = arm_over(slider(held=True))
-    touch = GuardedMove().attempt(arm, PATH)
-    assert touch.verdict == "blocked"
-    assert 10 < touch.peak_force < 30
-    assert data.joint("joint-0").qpos[0] < 0.002
+@pytest.fixture(scope="module")
+def model():
+    return slider()
 
 
-def test_all_limits_are_kept_and_it_ends_at_home_at_rest():
+def forward(angles):
+    """Forward kinematics from the manufacturer's table, written without what is tested."""
+    pose = np.eye(4)
+    table = [
+        (0, 0.333, 0), (0, 0, -np.pi / 2), (0, 0.316, np.pi / 2), (0.0825, 0, np.pi / 2),
+        (-0.0825, 0.384, -np.pi / 2), (0, 0, np.pi / 2), (0.088, 0, np.pi / 2), (0, 0.107, 0),
+    ]  # fmt: skip
+    for (a, d, alpha), theta in zip(table, [*angles, 0.0], strict=True):
+        for turn, shift in ((Rotation.from_euler("x", alpha), (a, 0, 0)), (Rotation.from_euler("z", theta), (0, 0, d))):
+            step = np.eye(4)
+            step[:3, :3], step[:3, 3] = turn.as_matrix(), shift
+            pose = pose @ step
+    return pose
+
+
+@pytest.mark.parametrize("degrees", [True, False])
+def test_kinematics_limits_and_masses_are_the_published_ones_whatever_the_unit_of_the_scene(degrees):
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = degrees
+    add_arm(spec).add_site(name="end")
+    arm = spec.compile()
+    data = mujoco.MjData(arm)
+    lower, upper = arm.jnt_range.T
+    assert lower[[0, 3, 5]] == pytest.approx([-2.8973, -3.0718, -0.0175])
+    assert upper[[0, 3, 5]] == pytest.approx([2.8973, -0.0698, 3.7525])
+    assert arm.actuator_ctrlrange[:, 1].tolist() == [87.0] * 4 + [12.0] * 3
+    assert ((lower < HOME) & (upper > HOME)).all()
+    assert sum(arm.body(f"arm-link{number}").mass[0] for number in range(1, 8)) == pytest.approx(16.06, abs=0.01)
+    for seed in range(10):
+        data.qpos[:] = np.random.default_rng(seed).uniform(lower, upper)
+        mujoco.mj_forward(arm, data)
+        wanted = forward(data.qpos)
+        assert data.site("end").xpos == pytest.approx(wanted[:3, 3], abs=1e-12)
+        assert data.site("end").xmat.reshape(3, 3) == pytest.approx(wanted[:3, :3], abs=1e-12)
+
+
+@pytest.mark.parametrize(("tilt", "height"), [(0, 0.16), (20, 0.2), (45, 0.45), (80, 0.8)])
+@pytest.mark.parametrize(("forward", "left"), [(0.5, 0.0), (0.45, 0.3), (0.55, -0.3)])
+def test_the_tool_is_where_it_was_asked_to_be(model, forward, left, tilt, height):
+    """What a steep panel needs is height: under it the wrist would have to bend further than it can."""
+    place = np.array([forward, left, height])
+    axis = np.array([math.sin(math.radians(tilt)), 0, -math.cos(math.radians(tilt))])
+    solver = InverseKinematics(model)
+    angles = solver.solve(place, axis)
+    assert angles is not None
+    data = mujoco.MjData(model)
+    first = model.joint("arm-1").qposadr[0]
+    data.qpos[first : first + 7] = angles
+    mujoco.mj_forward(model, data)
+    assert data.site("tool").xpos == pytest.approx(place, abs=3e-4)
+    assert data.site("tool").xmat.reshape(3, 3)[:, 2] @ axis > math.cos(math.radians(0.1))
+    assert np.array_equal(solver.solve(place, axis), angles)
+
+
+def test_what_is_out_of_reach_breaks_the_trial_with_the_place(model):
+    arm, _ = arm_over(model)
+    for place, axis in (((1.2, 0, 0.2), AXIS), ((0, 0, 2.0), AXIS), ((0.45, 0, 0.16), (math.sin(1), 0, -math.cos(1)))):
+        assert not arm.reaches(np.array(place), np.array(axis))
+    with pytest.raises(PlantFault, match=r"1\.2"):
+        arm.reach(np.array([1.2, 0, 0.2]), AXIS)
+
+
+@pytest.mark.parametrize("stiffness", [1500.0, 2500.0])
+@pytest.mark.parametrize("push", [(0.0, 0.0, 0.0), (20.0, 0.0, 0.0), (0.0, 20.0, 0.0), (0.0, 0.0, 20.0)])
+def test_a_push_moves_it_by_force_over_stiffness(model, push, stiffness):
+    data = mujoco.MjData(model)
+    controller = ForceController(model, data)
+    controller.joints[:] = angles = InverseKinematics(model).solve(ABOVE, AXIS)
+    mujoco.mj_forward(model, data)
+    turn, forces, hand = controller.turn.copy(), np.zeros(model.nv), model.body("hand").id
+    for _ in range(750):
+        mujoco.mj_step1(model, data)
+        forces[:] = 0
+        mujoco.mj_applyFT(model, data, np.array(push), np.zeros(3), controller.tool, hand, forces)
+        data.qfrc_applied[:] = forces
+        controller.pull(ABOVE, turn, STILL, STILL, stiffness=stiffness, posture=angles)
+        mujoco.mj_step2(model, data)
+    assert controller.tool - ABOVE == pytest.approx(np.array(push) / stiffness, abs=3e-4)
+    assert np.trace(turn.T @ controller.turn) == pytest.approx(3, abs=4e-4)
+
+
+@pytest.mark.parametrize("push", [(7.0, 0.0, 0.0), (2.0, 3.0, 5.0)])
+def test_the_sensor_reads_a_known_force_on_the_ring_which_yields_and_comes_back(push):
+    """With the arm held still: what a push adds to the reading is the push, seen from the flange with opposite sign."""
     model = slider()
-    angles, speeds = [], []
-    arm, _ = arm_over(
+    model.opt.gravity[:] = 0
+    model.dof_armature[[model.joint(f"arm-{joint}").dofadr[0] for joint in range(1, 8)]] = 1e6
+    data = mujoco.MjData(model)
+    place = model.joint("arm-1").qposadr[0]
+    data.qpos[place : place + 7] = HOME
+    yielded = []
+    for newtons in (np.array(push), np.zeros(3)):
+        data.xfrc_applied[model.body("hand-plate").id, :3] = newtons
+        mujoco.mj_step(model, data, 500)
+        reading = data.site("wrench").xmat.reshape(3, 3) @ data.sensor("force").data
+        assert -reading == pytest.approx(newtons, abs=0.02)
+        yielded.append(abs(data.joint("hand-x").qpos[0]) + abs(data.joint("hand-y").qpos[0]))
+    assert yielded[0] > 2e-4
+    assert yielded[1] < 1e-6
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_a_knob_that_slides_is_brought_to_its_end_and_one_that_is_held_is_felt_within_all_limits(held):
+    model, angles, speeds = slider(held=held), [], []
+    arm, data = arm_over(
         model,
+        force_noise=0.3,
         after_step=lambda: (angles.append(arm._controller.joints.copy()), speeds.append(arm._controller.speeds.copy())),
     )
-    GuardedMove().attempt(arm, PATH)
-    assert ((np.array(angles) > LOWER) & (np.array(angles) < UPPER)).all()
+    touch = guarded_move(arm, PATH)
+    assert touch.verdict == ("blocked" if held else "moved")
+    assert (10 < touch.peak_force < 30) if held else (touch.peak_force < 6)
+    assert (data.joint("joint-0").qpos[0] > 0.8 * TRAVEL) != held
+    first = model.joint("arm-1").id
+    lower, upper = model.jnt_range[first : first + 7].T
+    assert ((np.array(angles) > lower) & (np.array(angles) < upper)).all()
     assert (np.abs(speeds) < VELOCITY_LIMITS).all()
-    assert np.abs(arm._controller.joints - HOME).max() < 0.01
-    assert np.abs(arm._controller.speeds).max() < 0.05
+    assert arm._controller.joints == pytest.approx(HOME, abs=0.01)
+    again, other = arm_over(model, force_noise=0.3)
+    assert guarded_move(again, PATH) == touch
+    assert other.qpos.tobytes() == data.qpos.tobytes()
 
 
-def test_the_way_to_the_knob_and_back_touches_nothing():
-    model = slider()
-    touched = []
-    arm, data = arm_over(model, after_step=lambda: touched.append(data.ncon))
-    arm.reach(TOP - 0.05 * AXIS, AXIS)
-    arm.home()
-    assert not any(touched)
-
-
-def test_noise_is_scaled_and_never_skipped():
-    model, spread, states = slider(), [], []
+def test_noise_is_scaled_and_never_skipped_and_comes_from_the_stream_that_it_takes(model):
+    spread, states = [], []
     for noise in (0.0, 0.3):
         rng = np.random.default_rng(5)
-        arm = SimulatedArm(model, mujoco.MjData(model), force_noise=noise, rng=rng)
+        arm = SimulatedArm(model, mujoco.MjData(model), force_noise=noise, rng=np.random.default_rng(1))
         arm.stand()
-        arm.reach(TOP - 0.05 * AXIS, AXIS)
+        arm.reach(ABOVE, AXIS)
+        arm.use_stream(rng)
         forces = []
         for _ in range(120):
-            arm.follow(TOP - 0.05 * AXIS, np.zeros(3), stiffness=1500.0)
+            arm.follow(ABOVE, STILL, stiffness=1500.0)
             forces.append(arm.force())
         spread.append(np.std(forces[40:], axis=0))
         states.append(rng.bit_generator.state)
     assert states[0] == states[1]
     assert (spread[0] < 0.01).all()
     assert spread[1] == pytest.approx(np.full(3, 0.3), rel=0.25)
-
-
-def test_luck_that_it_takes_is_what_it_feels_from_then_on():
-    model, forces = slider(), []
-    for seed in (5, 6):
-        arm = SimulatedArm(model, mujoco.MjData(model), force_noise=0.3, rng=np.random.default_rng(seed))
-        arm.stand()
-        for _ in range(3 * seed):
-            arm.follow(TOP - 0.05 * AXIS, np.zeros(3), stiffness=0.0)
-        arm.use_stream(np.random.default_rng(8))
-        arm._read(np.zeros(3))
-        forces.append(arm.force().tolist())
-    assert forces[0] == forces[1] == (0.3 * np.random.default_rng(8).standard_normal(3)).tolist()
-
-
-def test_the_same_seed_gives_the_same_course_bit_by_bit():
-    courses = []
-    for _ in range(2):
-        arm, data = arm_over(slider(), force_noise=0.3)
-        touch = GuardedMove().attempt(arm, PATH)
-        courses.append((touch, data.qpos.tobytes(), data.qvel.tobytes()))
-    assert courses[0] == courses[1]
-
-
-def test_what_is_out_of_reach_breaks_the_trial_with_the_place():
-    arm, _ = arm_over(slider())
-    assert not arm.reaches(np.array([1.2, 0, 0.2]), AXIS)
-    with pytest.raises(PlantFault, match=r"1\.2"):
-        arm.reach(np.array([1.2, 0, 0.2]), AXIS)

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lockprobe_robot.box_model.gates import MAX_GATES, PIN_RADIUS, STROKE, Gate, blocks_of, gates_of, pin_of
+from lockprobe_robot.box_model.gates import MAX_GATES, PIN_RADIUS, STROKE, blocks_of, gates_of, pin_of
 from lockprobe_robot.box_model.mounted_joint import mounting_choices
 
 from lockprobe.boxes.box import Joint, Lockbox
-from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
 
 SIZE = 4
@@ -38,16 +37,6 @@ def test_all_gates_stand_open_exactly_when_the_joint_may_move(interlock):
             mine = [gate for gate in gates if gate.joint == joint]
             is_open = all(any(configuration[j] == p for j, p in gate.literals) for gate in mine)
             assert is_open == drawn.may_move(configuration, joint)
-
-
-def test_a_conjunction_is_so_many_gates_and_an_alternative_is_one():
-    assert gates_of(lockbox({"a": ({"b": True, "c": False},)})) == (
-        Gate(joint=0, literals=((1, True),)),
-        Gate(joint=0, literals=((2, False),)),
-    )
-    assert gates_of(lockbox({"a": ({"b": True}, {"c": False})})) == (Gate(joint=0, literals=((1, True), (2, False))),)
-    assert gates_of(lockbox({"a": ({"b": True}, {"b": False})})) == ()
-    assert len(gates_of(box("chain-4"))) == 3
 
 
 def test_a_joint_that_never_moves_is_refused():

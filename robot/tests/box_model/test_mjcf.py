@@ -94,7 +94,6 @@ def test_its_surfaces_lie_beside_it(tmp_path):
 def test_joints_may_have_the_names_that_parts_of_the_scene_have(tmp_path):
     write_model(box("random-3-4"), tmp_path / "box.xml")
     known, model = box("random-3-4"), mujoco.MjModel.from_xml_path(str(tmp_path / "box.xml"))
-    assert "knob-1" in known.names
     for number, name in enumerate(known.names):
         assert model.joint(name).bodyid == model.body(f"part-{number}").id
         assert model.site(name).bodyid == model.body(f"part-{number}").id

@@ -1,171 +1,154 @@
-"""What others rely on in a scene: names, places, what touches what."""
-
-import subprocess
-import sys
-from dataclasses import replace
-from typing import get_args
+"""What others rely on in a scene: names, places, what touches what, and that looks change nothing of that."""
 
 import mujoco
 import numpy as np
 import pytest
 from box_model.scenes import mechanism_of, scene_of
-from lockprobe_robot.box_model.appearance import HandleShape, appearance_of
+from lockprobe_robot.box_model.appearance import HANDLES, appearance_of
+from lockprobe_robot.box_model.board_texture import PIXELS_PER_METRE, paint_board
 from lockprobe_robot.box_model.mounted_joint import KNOB_RADIUS, KNOB_TOP
-from lockprobe_robot.box_model.scene import EYE, TIMESTEP, add_handle, build_scene
-from lockprobe_robot.geom_groups import HIDDEN, PANEL
+from lockprobe_robot.box_model.panel import lay_out_panel
+from lockprobe_robot.box_model.view import view_of
+from lockprobe_robot.geom_groups import ARM, HIDDEN, NOTHING, PANEL, SHOWN_GROUPS
 from lockprobe_robot.twin_settings import SceneSettings
 
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadValue
-from lockprobe.trial.pictures.frame import Camera
 
 
-def test_knobs_are_where_the_panel_says_they_are():
-    for name, tilt in (("chain-4", 20), ("branched", 45)):
-        mechanism, model, data = mechanism_of(box(name), tilt=tilt)
-        panel = scene_of(box(name), tilt=tilt).panel
-        for position in (False, True):
-            mechanism.set_configuration((position,) * len(panel.mounted_joints))
-            for i in range(len(panel.mounted_joints)):
-                expected = panel.pose[:3, :3] @ panel.handles[i, int(position)] + panel.pose[:3, 3]
-                assert data.site(f"knob-{i}").xpos == pytest.approx(expected, abs=1e-6)
-                assert model.joint(f"joint-{i}").range == pytest.approx([0, panel.mounted_joints[i].travel])
-
-
-def test_the_scene_itself_touches_nothing_but_what_locks():
-    _, model, _ = mechanism_of(box("chain-4"))
-    assert model.opt.timestep == TIMESTEP <= 0.002
-    pairs = {
-        model.geom(g).name.split("-")[0] for pair in zip(model.pair_geom1, model.pair_geom2, strict=True) for g in pair
-    }
-    assert pairs == {"pin", "block"}
-    for first in range(model.ngeom):
-        for second in range(model.ngeom):
-            assert not model.geom_contype[first] & model.geom_conaffinity[second]
-    assert all(model.geom_contype[model.geom(name).id] == PANEL for name in ("board", "knob-0", "ground"))
-
-
-def test_all_that_locks_is_behind_the_board_and_unseen():
-    for name in ("chain-4", "common-cause-4", "gray-code-8"):
-        scene = scene_of(box(name))
-        model = scene.spec.compile()
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
-        for i in range(model.ngeom):
-            if model.geom(i).name.split("-")[0] in {"pin", "block", "lifter", "crossbar"}:
-                assert model.geom_group[i] == HIDDEN
-                inside = scene.panel.pose[:3, :3].T @ (data.geom_xpos[i] - scene.panel.pose[:3, 3])
-                assert -scene.panel.depth < inside[2] < -0.01
-
-
-def test_looks_change_nothing_that_can_be_touched():
-    plain, varied = (scene_of(box("chain-4"), seed=5, looks=looks).spec.compile() for looks in ("plain", "varied"))
-    for what in ("body_mass", "body_inertia", "dof_armature", "dof_damping", "dof_frictionloss", "jnt_range"):
-        assert (getattr(plain, what) == getattr(varied, what)).all(), what
-    hands_on = [model.geom_size[model.geom_contype != 0] for model in (plain, varied)]
-    assert (hands_on[0] == hands_on[1]).all()
-    assert (plain.tex_data[:3000] != varied.tex_data[:3000]).any()
-
-
-def test_the_same_seed_gives_the_same_model():
-    first, second, other = (scene_of(box("random-5-1"), seed=seed, looks="varied").spec.compile() for seed in (7, 7, 8))
-    for what in ("body_pos", "geom_size", "geom_pos", "geom_rgba", "cam_pos", "light_pos", "eq_data", "tex_data"):
-        assert (getattr(first, what) == getattr(second, what)).all(), what
-    assert (first.tex_data != other.tex_data).any()
-
-
-def test_friction_is_a_multiple_of_the_usual():
-    once, thrice = (scene_of(box("chain-4"), friction=friction).spec.compile() for friction in (1.0, 3.0))
-    joints = [once.joint(f"joint-{i}").dofadr[0] for i in range(4)]
-    assert thrice.dof_frictionloss[joints] == pytest.approx(3 * once.dof_frictionloss[joints])
-
-
-def test_labels_have_to_fit_the_joints():
-    with pytest.raises(BadValue, match="labels.*one for each of 4 joints"):
-        build_scene(box(), labels=("A",), settings=SceneSettings(), rng=np.random.default_rng(1))
-
-
-def test_a_scene_is_made_without_any_graphics():
-    code = (
-        "import sys, numpy, lockprobe_robot.box_model.scene as board, lockprobe_robot.twin_settings as s, lockprobe;"
-        "board.build_scene(lockprobe.box(), labels=tuple('ABCD'), settings=s.SceneSettings(),"
-        " rng=numpy.random.default_rng(1)).spec.compile();"
-        "print([m for m in sys.modules if m.startswith(('OpenGL', 'mujoco.egl'))])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
-
-
-PLAIN = appearance_of(SceneSettings(), np.random.default_rng(1))
-
-
-@pytest.mark.parametrize("shape", get_args(HandleShape))
-def test_every_shape_is_the_same_to_the_touch_and_lies_within_it(shape):
-    spec = mujoco.MjSpec()
-    part = spec.worldbody.add_body(name="part")
-    part.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
-    add_handle(part, 3, np.array([0.02, 0.0]), replace(PLAIN, handle=shape))
-    model = spec.compile()
-    knob = model.geom("knob-3")
-    assert knob.pos[2] + knob.size[1] + knob.size[0] == pytest.approx(KNOB_TOP)
-    assert knob.size[0] == KNOB_RADIUS
-    assert model.body_mass[1] == pytest.approx(0.105, abs=0.001)
-    assert [bool(bits) for bits in model.geom_contype] == [i == knob.id for i in range(model.ngeom)]
-    assert model.site_pos[model.site("knob-3").id] == pytest.approx([0.02, 0, KNOB_TOP])
-    seen = [i for i in range(model.ngeom) if model.geom_group[i] != HIDDEN]
-    assert (knob.id in seen) == (shape == "round")
-    ball, square, capsule = (int(getattr(mujoco.mjtGeom, f"mjGEOM_{kind}")) for kind in ("SPHERE", "BOX", "CAPSULE"))
-    reaches, tops = [], []
-    for kind, size, place in zip(model.geom_type[seen], model.geom_size[seen], model.geom_pos[seen], strict=True):
-        reaches.append(np.hypot(*size[:2]) if kind == square else size[0])
-        tops.append(place[2] + size[{ball: 0, square: 2}.get(int(kind), 1)] + size[0] * (kind == capsule))
-    assert max(reaches) == pytest.approx(KNOB_RADIUS)
-    assert max(tops) == pytest.approx(KNOB_TOP)
-
-
-@pytest.mark.parametrize(("name", "tilt"), [("chain-2", 0), ("chain-4", 20), ("chain-8", 60), ("branched", 60)])
-def test_the_camera_sees_the_whole_board_with_a_margin(name, tilt):
-    scene = scene_of(box(name), tilt=tilt)
+def model_of(name="chain-4", seed=1, **settings):
+    scene = scene_of(box(name), seed=seed, **settings)
     model = scene.spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    seen = model.camera(EYE).id
-    turn = data.cam_xmat[seen].reshape(3, 3) @ np.diag([1, -1, -1])
-    pose = np.eye(4)
-    pose[:3, :3] = turn.T @ scene.panel.pose[:3, :3]
-    pose[:3, 3] = turn.T @ (scene.panel.pose[:3, 3] - data.cam_xpos[seen])
-    focal = 240 / np.tan(np.radians(model.cam_fovy[seen]) / 2)
-    half = np.array([*scene.panel.size, 0]) / 2
-    corners = half * [[x, y, 0] for x in (-1, 1) for y in (-1, 1)]
-    points = Camera(width=640, height=480, focal=focal, panel=pose).project(corners)
-    share = np.abs(points[:, :2] - (319.5, 239.5)) / (320, 240)
-    assert 0.75 < share.max() < 0.85
-    assert points[1, 1] < points[0, 1], "up on the panel is up in the picture"
-    assert points[2, 0] > points[0, 0], "right on the panel is right in the picture"
+    return scene, model, data
 
 
-def test_a_wide_picture_is_used_to_its_sides_and_a_tall_one_too():
-    """Each is filled in one direction, so that the angle of sight differs with the shape of the picture."""
-    shares = []
-    for width, height in ((960, 240), (640, 480), (240, 960)):
-        scene = scene_of(box("chain-4"), width=width, height=height)
-        model = scene.spec.compile()
-        eye = model.camera(EYE)
-        up = np.tan(np.radians(eye.fovy[0]) / 2) * np.linalg.norm(eye.pos - scene.panel.pose[:3, 3])
-        shares.append([scene.panel.size[0] / 2 / (up * width / height), scene.panel.size[1] / 2 / up])
-    assert all(0.7 < max(share) < 0.9 for share in shares)
-    assert [share[1] == max(share) for share in shares] == [True, False, False]
+@pytest.mark.parametrize(("name", "tilt"), [("chain-4", 20), ("branched", 45)])
+def test_knobs_are_where_the_panel_says_they_are(name, tilt):
+    mechanism, model, data = mechanism_of(box(name), tilt=tilt)
+    panel = scene_of(box(name), tilt=tilt).panel
+    for position in (False, True):
+        mechanism.set_configuration((position,) * len(panel.mounted_joints))
+        for joint, handle, mounted in zip(box(name).names, panel.handles, panel.mounted_joints, strict=True):
+            assert data.site(joint).xpos == pytest.approx(panel.in_world(handle[int(position)]), abs=1e-6)
+            assert model.joint(joint).range == pytest.approx([0, mounted.travel])
 
 
-def test_one_camera_sees_board_and_arm_from_aside():
-    scene = scene_of(box("chain-4"))
-    model = scene.spec.compile()
-    film = model.camera("oblique")
-    pose = np.zeros(9)
-    mujoco.mju_quat2Mat(pose, film.quat)
-    half = np.tan(np.radians(film.fovy[0]) / 2)
-    for point in (scene.panel.pose[:3, 3], np.array([0.0, 0.0, 0.3])):
-        right, up, back = pose.reshape(3, 3).T @ (point - film.pos)
-        assert back < 0
-        assert abs(up / back) < half
-        assert abs(right / back) < half * 4 / 3
+@pytest.mark.parametrize("name", ["chain-4", "common-cause-4", "gray-code-8"])
+def test_nothing_of_it_touches_but_what_locks_behind_the_board_and_unseen(name):
+    scene, model, data = model_of(name)
+    pairs = zip(model.pair_geom1, model.pair_geom2, strict=True)
+    touching = {model.geom(geom).name.split("-")[0] for pair in pairs for geom in pair}
+    assert touching <= {"pin", "block", "lifter", "crossbar"}
+    assert not (model.geom_contype[:, None] & model.geom_conaffinity).any()
+    assert all(model.geom_contype[model.geom(part).id] == PANEL for part in ("board", "knob-0", "ground"))
+    assert ARM & NOTHING == ARM & ARM >> 2 == 0
+    for i in range(model.ngeom):
+        if model.geom(i).name.split("-")[0] in touching:
+            assert model.geom_group[i] == HIDDEN
+            inside = scene.panel.pose[:3, :3].T @ (data.geom_xpos[i] - scene.panel.pose[:3, 3])
+            assert -scene.panel.depth < inside[2] < -0.01
+    assert not SHOWN_GROUPS[HIDDEN]
+
+
+LOOKS = [
+    {"looks": "varied"},
+    {"clutter": 9, "board": "bare", "labels": False, "discs": False},
+    {"light": "side", "colours": "drawn", "viewpoint": "oblique", "handle_colours": "plain"},
+    *({"handle_shape": shape} for shape in ("ball", "square", "hollow")),
+]
+
+
+@pytest.mark.parametrize("looks", LOOKS, ids=str)
+def test_looks_change_nothing_that_can_be_touched(looks):
+    (_, plain, _), (_, other, _) = model_of(seed=5), model_of(seed=5, **looks)
+    for what in ("body_mass", "body_inertia", "dof_armature", "dof_damping", "dof_frictionloss", "jnt_range", "nv"):
+        assert np.array_equal(getattr(plain, what), getattr(other, what)), what
+    hands_on = [model.geom_size[model.geom_contype != 0] for model in (plain, other)]
+    assert (hands_on[0] == hands_on[1]).all()
+    seen = [model.geom_rgba.tobytes() + model.tex_data.tobytes() + model.cam_pos.tobytes() for model in (plain, other)]
+    assert seen[0] != seen[1]
+    knobs = [model.body(f"part-{joint}").mass[0] for model in (plain, other) for joint in range(4)]
+    assert knobs[:4] == knobs[4:]
+
+
+def test_the_same_seed_gives_the_same_model_and_another_one_another_and_friction_is_a_multiple():
+    first, second, other = (model_of("random-5-1", seed=seed, looks="varied", clutter=3)[1] for seed in (7, 7, 8))
+    for what in ("body_pos", "geom_size", "geom_pos", "geom_rgba", "cam_pos", "light_pos", "eq_data", "tex_data"):
+        assert (getattr(first, what) == getattr(second, what)).all(), what
+    assert (first.tex_data != other.tex_data).any()
+    once, thrice = (model_of(friction=friction)[1].dof_frictionloss for friction in (1.0, 3.0))
+    assert thrice == pytest.approx(3 * once)
+
+
+@pytest.mark.parametrize("looks", ["plain", "varied"])
+def test_as_many_numbers_are_drawn_whatever_is_asked_and_plain_looks_never_differ(looks):
+    for option in ({}, {"light": "dim"}, {"colours": "drawn"}, {"colours": "second", "clutter": 5}):
+        first, second = np.random.default_rng(3), np.random.default_rng(3)
+        appearance_of(SceneSettings(looks=looks), first)
+        appearance_of(SceneSettings(**({"looks": looks} | option)), second)
+        assert first.random() == second.random()
+    drawn = [appearance_of(SceneSettings(looks=looks), np.random.default_rng(seed)) for seed in range(60)]
+    assert len({look.knob for look in drawn}) == (1 if looks == "plain" else 60)
+    assert {look.handle for look in drawn} == ({"round"} if looks == "plain" else set(HANDLES))
+
+
+def pixel(panel, point):
+    column, row = ((np.array(point) * (1, -1) + np.array(panel.size) / 2) * PIXELS_PER_METRE).astype(int)
+    return row, column
+
+
+def test_a_track_is_dark_its_ends_are_told_apart_and_what_is_left_out_is_wood():
+    panel, labels = lay_out_panel(box("chain-4")), tuple("ABCD")
+    look = appearance_of(SceneSettings(), np.random.default_rng(1))
+
+    def painted(**settings):
+        return paint_board(panel, labels, look, SceneSettings(**settings), target=0).astype(int)
+
+    usual, without, bare = painted(), painted(discs=False), painted(board="bare", labels=False)
+    for mounted in panel.mounted_joints:
+        start, middle, end = (pixel(panel, mounted.knob(fraction)) for fraction in (0, 0.5, 1))
+        assert usual[start].sum() > 650
+        assert usual[middle].sum() < 120
+        assert usual[end].sum() < 120
+        assert (without[start] == without[end]).all()
+        assert bare[middle].sum() > 250
+    unlabelled = painted(labels=False)
+    rows, columns = np.nonzero((usual != unlabelled).any(2))
+    places = np.array([pixel(panel, point) for point in panel.labels])
+    far = np.linalg.norm(np.stack([rows, columns], axis=1)[:, None] - places, axis=-1)
+    assert far.min(1).max() < 0.75 * panel.letter * PIXELS_PER_METRE
+    assert set(far.argmin(1)) == {0, 1, 2, 3}
+
+
+@pytest.mark.parametrize("viewpoint", ["plain", "oblique"])
+@pytest.mark.parametrize(("name", "tilt"), [("chain-2", 0), ("chain-4", 20), ("chain-8", 60)])
+@pytest.mark.parametrize("aspect", [4 / 3, 0.5])
+def test_board_and_handles_are_in_the_picture_with_a_margin(name, tilt, viewpoint, aspect):
+    panel = scene_of(box(name), tilt=tilt).panel
+    view = view_of(panel, viewpoint, (0.0, 0.0, 0.0), aspect=aspect)
+    corners = np.array([[x, y, 0] for x in (-1, 1) for y in (-1, 1)]) * np.array([*panel.size, 0]) / 2
+    seen = view.project(panel.in_world(corners))
+    assert 0.7 < np.abs(seen).max() < 0.87
+    assert np.abs(view.project(panel.in_world(panel.handles))).max() < 0.9
+    assert seen[1, 1] > seen[0, 1], "up on the panel is up in the picture"
+    assert seen[2, 0] > seen[0, 0], "right on the panel is right in the picture"
+
+
+@pytest.mark.parametrize(("name", "settings"), [("chain-4", {}), ("branched", {"tilt": 60, "viewpoint": "oblique"})])
+def test_clutter_is_in_the_picture_hides_no_handle_and_more_is_the_same_and_more(name, settings):
+    scene, model, data = model_of(name, clutter=12, **settings)
+    panel, ids = scene.panel, [model.geom(f"clutter-{number}").id for number in range(12)]
+    eye = view_of(panel, settings.get("viewpoint", "plain"), (0.0, 0.0, 0.0), aspect=4 / 3)
+    assert np.abs(eye.project(data.geom_xpos[ids])).max() < 1
+    _, few, _ = model_of(name, clutter=4, **settings)
+    assert (model.geom_pos[ids[:4]] == few.geom_pos[[few.geom(f"clutter-{number}").id for number in range(4)]]).all()
+    model.geom_group[:], model.geom_group[ids] = 0, 1
+    only, hit = np.array([0, 1, 0, 0, 0, 0], dtype=np.uint8), np.zeros(1, dtype=np.int32)
+    for mounted in panel.mounted_joints:
+        for fraction, turn in np.stack(np.meshgrid(np.linspace(0, 1, 6), np.arange(4) * np.pi / 2), -1).reshape(-1, 2):
+            rim = mounted.knob(fraction) + KNOB_RADIUS * np.array([np.cos(turn), np.sin(turn)])
+            for height in (0.0, KNOB_TOP / 2, KNOB_TOP):
+                point = panel.in_world(np.array([*rim, height]))
+                seen = mujoco.mj_ray(model, data, eye.position, point - eye.position, only, 1, -1, hit)
+                assert not 0 <= seen < 1, "clutter before a handle"

@@ -1,90 +1,277 @@
-"""Camera and board are found from known poses; what cannot be relied on is refused; the hold-out error is honest."""
+"""Camera and board are found from pictures with known poses; what cannot be relied on is refused; errors are honest."""
 
+import json
+import math
+import sys
+from functools import cache, partial
+
+import lockprobe_robot.calibration.calibrate as library
+import mujoco
 import numpy as np
 import pytest
-from calibration import tagged
-from lockprobe_robot.calibration import calibrate as library
-from lockprobe_robot.calibration.calibrate import FEWEST_VIEWS, calibrate, turned_degrees
-from lockprobe_robot.calibration.pose import array_of
-from lockprobe_robot.calibration.views import Views
+from box_model.scenes import scene_of
+from lockprobe_robot.box_model.panel import lay_out_panel
+from lockprobe_robot.box_model.tag_layout import QUIET_ZONE, TAG_SIDE, place_tags, tag_corners
+from lockprobe_robot.calibration.calibrate import BoardView, board_pose, find_tags, solved, turned_degrees
+from lockprobe_robot.calibration.calibration_file import VIEWS_FILE, Intrinsics, array_of, calibration_for, read_views
+from lockprobe_robot.geom_groups import NOTHING
+from lockprobe_robot.renderer import Renderer
+from scipy.spatial.transform import Rotation
+from typed import in_process
 
-from lockprobe.foundation.errors import BadValue
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.trial.pictures.png import to_png
 
-REFUSED = {"bad.png": "2 of 4 tags seen (0, 1); 3 are needed"}
+pytest.importorskip("cv2")
+
+BOX = "chain-2"
+PANEL = lay_out_panel(box(BOX))
+CAMERA = Intrinsics(width=640, height=480, focal=(433.0, 433.0), centre=(319.5, 239.5))
+ask = partial(in_process, "rig", "calibrate")
 
 
-def calibrated(seen, **options):
-    tags = tagged.board()[1]
-    return calibrate(seen, REFUSED, camera=tagged.CAMERA, tags=tags, box=tagged.BOX, board="0" * 64, **options)
+@cache
+def eye():
+    """Camera in hand."""
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler("zyx", [80, -8, 5], degrees=True).as_matrix()
+    pose[:3, 3] = (0.055, -0.032, 0.041)
+    return pose
 
 
-def test_without_noise_camera_and_board_are_found_and_held_out_views_agree():
-    pytest.importorskip("cv2")
-    found = calibrated(tagged.views())
-    np.testing.assert_allclose(array_of(found.camera_in_hand), tagged.eye(), atol=1e-6)
-    np.testing.assert_allclose(array_of(found.board_in_base), tagged.board()[0].pose, atol=1e-6)
-    assert found.errors.held_out_worst_mm < 0.01
-    assert found.refused == REFUSED
-    assert len(found.used) == 12
+def camera_pose(rng, tilt=25.0, roll=45.0, axes="xyz"):
+    angles = np.radians([tilt, tilt, roll]) * rng.uniform(-1, 1, 3)
+    used = [angle if axis in axes else 0.0 for axis, angle in zip("xyz", angles, strict=True)]
+    turned = np.eye(4)
+    turned[:3, :3] = (Rotation.from_euler("x", np.pi) * Rotation.from_euler("xyz", used)).as_matrix()
+    turned[:3, 3] = (*rng.uniform(-0.02, 0.02, 2), 0) - rng.uniform(0.4, 0.5) * turned[:3, 2]
+    return PANEL.pose @ turned
+
+
+def views(count=12, seed=1, millimetres=0.0, **turned):
+    """Views of a board, all poses known; the hand's positions have noise."""
+    rng, found = np.random.default_rng(seed), []
+    for number in range(count):
+        pose = camera_pose(rng, **turned)
+        hand = pose @ np.linalg.inv(eye())
+        hand[:3, 3] += 1e-3 * millimetres * rng.standard_normal(3)
+        board = np.linalg.inv(pose) @ PANEL.pose
+        found.append(BoardView(picture=f"{number}.png", hand=hand, board=board, reprojection=0.1))
+    return found
+
+
+def tag_cells(number):
+    """The cells of an AprilTag of the family 36h11 with its border, True for white, the upper row first."""
+    import cv2
+
+    family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+    return np.pad(cv2.aruco.generateImageMarker(family, number, 8) > 0, 1, constant_values=True)
+
+
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory):
+    """Ten views of the tagged twin, in one of which a tag is left and in one of which the picture is black.
+
+    Each tag is a mesh with texture coordinates: a face of a MuJoCo box does not show a picture as it was drawn.
+    """
+    folder, spec, rng = tmp_path_factory.mktemp("views"), scene_of(box(BOX)).spec, np.random.default_rng(2)
+    square = (0.5 + QUIET_ZONE) * TAG_SIDE * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]])
+    for number, middle in enumerate(place_tags(PANEL)):
+        name, grey = f"tag-{number}", np.kron(tag_cells(number), np.full((32, 32), 235)).astype(np.uint8)
+        texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=320, height=320, nchannel=3)
+        texture.data = np.repeat(grey[..., None], 3, axis=-1).tobytes()
+        spec.add_material(name=name, specular=0.0, shininess=0.0).textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
+        spec.add_mesh(
+            name=name,
+            uservert=square.ravel(),
+            userface=[0, 3, 2, 0, 2, 1],
+            usertexcoord=[0, 0, 1, 0, 1, 1, 0, 1],
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+        )
+        spec.body("panel").add_geom(
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            material=name,
+            pos=[*middle, 0.0001],
+            mass=0.0,
+            contype=NOTHING,
+            conaffinity=NOTHING,
+        )
+    spec.worldbody.add_body(name="hand", mocap=True).add_camera(name="hand", fovy=58.0)
+    model = spec.compile()
+    data, renderer, said = mujoco.MjData(model), Renderer(model, width=640, height=480), []
+    for number in range(12):
+        pose, name = camera_pose(rng), f"{number:02}.png"
+        data.mocap_pos[0] = pose[:3, 3]
+        mujoco.mju_mat2Quat(data.mocap_quat[0], np.ascontiguousarray(pose[:3, :3] @ np.diag([1.0, -1, -1])).ravel())
+        renderer.pose(data)
+        picture = renderer.colours("hand")
+        if number == 3:
+            picture[:] = 0
+        if number == 7:
+            picture[:, :320] = 90
+        (folder / name).write_bytes(to_png(picture))
+        said.append({"picture": name, "hand": (pose @ np.linalg.inv(eye())).tolist()})
+    renderer.close()
+    focal = 240 / math.tan(math.radians(29))
+    facts = {"width": 640, "height": 480, "focal": [focal] * 2, "centre": [319.5, 239.5]}
+    (folder / VIEWS_FILE).write_text(json.dumps({"camera": facts, "views": said}))
+    return folder
+
+
+def changed(pictures, folder, change):
+    """The same views with a change of their file."""
+    content = json.loads((pictures / VIEWS_FILE).read_text())
+    for view in content["views"]:
+        (folder / view["picture"]).write_bytes((pictures / view["picture"]).read_bytes())
+    change(content)
+    (folder / VIEWS_FILE).write_text(json.dumps(content))
+    return folder
+
+
+def test_a_calibration_finds_camera_and_board_and_names_what_it_refuses(pictures, tmp_path):
+    done = ask(pictures, "--box", BOX, "--out", tmp_path / "c.json")
+    refused = done.stderr.splitlines()
+    assert refused[0] == "refused 03.png: 0 of 4 tags seen (none); 3 are needed"
+    assert refused[1].startswith("refused 07.png: ")
+    assert len(refused) == 2
+    for part in ("chain-2: 10 of 12 views used", "hold-out error: ", "worst view", str(tmp_path / "c.json")):
+        assert part in done.stdout
+    found = calibration_for(tmp_path / "c.json", PANEL)
+    assert 1000 * np.linalg.norm((array_of(found.camera_in_hand) - eye())[:3, 3]) < 2.0
+    assert 1000 * np.linalg.norm((array_of(found.board_in_base) - PANEL.pose)[:3, 3]) < 2.0
+    assert found.held_out_mm < 2.0
+    wrong = ask(pictures, "--box", BOX, "--tag-size", 44, "--out", tmp_path / "b.json", "--json")
+    assert json.loads(wrong.stdout)["reprojection_px"] > 2 * found.reprojection_px
+    assert wrong.stderr.endswith("check --box, --tag-size, the numbers of the camera, and the place of every tag\n")
+
+
+def in_millimetres(content):
+    for view in content["views"]:
+        for row in view["hand"][:3]:
+            row[3] *= 1000
+
+
+def test_poses_of_the_hand_in_millimetres_are_suspected(pictures, tmp_path):
+    said = ask(changed(pictures, tmp_path, in_millimetres), "--box", BOX).stderr.splitlines()
+    assert said[-2:] == [
+        "the arm tolerates 4 mm: a study refuses this calibration",
+        "check the poses of the hand: metres, at the time of the picture",
+    ]
+
+
+def still(content):
+    for view in content["views"]:
+        view["hand"] = np.eye(4).tolist()
+
+
+MISTAKES = {
+    "another size": (lambda content: content["camera"].update(width=800), "640 x 480 pixels; the camera has 800 x 480"),
+    "few views": (
+        lambda content: content["views"].__delitem__(slice(5, None)),
+        "views with the board: got 4, expected",
+    ),
+    "no rotation": (still, "rotation of the hand off its most frequent axis.*turn the hand about two axes"),
+    "no views": (lambda content: content.update(views=[]), "views: .*at least 1"),
+    "twice": (lambda content: content["views"].append(content["views"][0]), "names the picture 00.png twice"),
+    "another folder": (lambda content: content["views"][0].update(picture="../00.png"), "views.0.picture: "),
+    "not rigid": (lambda content: content["views"][0].update(hand=[[1, 0, 0, 0]] * 4), "expected four rows of a rigid"),
+    "more": (lambda content: content.update(more=1), "more: no such key"),
+    "no focus": (lambda content: content["camera"].update(focal=[0, 1]), "camera.focal.0: .*greater than 0"),
+    "lens": (lambda content: content["camera"].update(distortion=[0, 0, 0]), "3 numbers; expected none, 4, 5 or 8"),
+    "no picture": (lambda content: content["views"][0].update(picture="gone.png"), "gone.png: cannot be read"),
+}
+
+
+@pytest.mark.parametrize(("change", "message"), MISTAKES.values(), ids=MISTAKES)
+def test_what_is_wrong_is_said_in_one_line(pictures, tmp_path, change, message):
+    with pytest.raises((BadFile, BadValue), match=message) as caught:
+        ask(changed(pictures, tmp_path, change), "--box", BOX)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("content", [b"", b"[]", b"{", b"\xff", b"[" * 10_000])
+def test_what_is_no_file_of_views_is_refused(tmp_path, content):
+    (tmp_path / VIEWS_FILE).write_bytes(content)
+    with pytest.raises(BadFile):
+        read_views(tmp_path)
+    with pytest.raises(BadValue, match="millimetres from 10 to 200"):
+        ask(tmp_path, "--tag-size", 4)
 
 
 def test_the_hold_out_error_grows_with_the_noise_and_is_no_smaller_than_the_error_of_the_board():
-    pytest.importorskip("cv2")
-    held, off = [], []
-    for millimetres in (0.5, 2.0, 8.0):
-        found = calibrated(tagged.views(16, millimetres=millimetres))
-        held.append(found.errors.held_out_mm)
-        off.append(1000 * np.linalg.norm((array_of(found.board_in_base) - tagged.board()[0].pose)[:3, 3]))
-        assert found.errors.held_out_worst_mm > found.errors.held_out_mm
-    assert held[0] < held[1] < held[2]
-    assert (np.array(held) > off).all()
-
-
-def test_a_single_wrong_view_shows_in_the_worst_error():
-    pytest.importorskip("cv2")
-    seen = tagged.views(16)
+    tags, held, off = place_tags(PANEL), [], []
+    for millimetres in (0.0, 0.5, 2.0, 8.0):
+        seen = views(16, millimetres=millimetres)
+        camera, board = solved(seen)
+        held.append(np.mean(library._held_out(seen, tags)))
+        off.append(1000 * np.linalg.norm((board - PANEL.pose)[:3, 3]))
+        if not millimetres:
+            assert camera == pytest.approx(eye(), abs=1e-6)
+            assert board == pytest.approx(PANEL.pose, abs=1e-6)
+    assert held[0] < 0.01 < held[1] < held[2] < held[3]
+    assert (np.array(held) >= off).all()
+    seen = views(16)
     seen[5].hand[:3, 3] += (0.03, 0, 0)
-    found = calibrated(seen)
-    assert found.errors.held_out_worst_mm > 20
+    assert max(library._held_out(seen, tags)) > 20, "a single wrong view shows in the worst error"
 
 
-def test_too_few_views_are_refused():
-    with pytest.raises(
-        BadValue, match=f"views with the board: got 7, expected at least {FEWEST_VIEWS}; 1 were refused"
-    ):
-        calibrated(tagged.views(7))
+def test_rotation_about_one_axis_counts_as_none_and_views_that_contradict_each_other_have_no_pose():
+    assert turned_degrees([view.hand for view in views(axes="z")]) == pytest.approx(0, abs=1e-3)
+    assert turned_degrees([view.hand for view in views()]) > 20
+    seen = views()
+    for view, turn in zip(seen, Rotation.random(len(seen), random_state=0), strict=True):
+        view.board[:3, :3] = turn.as_matrix()
+    with pytest.raises(BadValue, match="or tags in their places|tags in their places: no pose"):
+        solved(seen)
 
 
-@pytest.mark.parametrize("turned", [{"tilt": 3.0, "roll": 3.0}, {"axes": "z"}, {"axes": "x"}], ids=str)
-def test_little_rotation_and_rotation_about_one_axis_are_refused(turned):
-    with pytest.raises(BadValue, match="rotation of the hand off its most frequent axis.*turn the hand about two axes"):
-        calibrated(tagged.views(**turned))
-
-
-def test_rotation_about_one_axis_counts_as_none():
-    hands = [view.hand for view in tagged.views(axes="z")]
-    assert turned_degrees(hands) == pytest.approx(0, abs=1e-3)
-    assert turned_degrees([view.hand for view in tagged.views()]) > 20
-    assert turned_degrees(hands[:1]) == pytest.approx(0, abs=1e-6)
+def test_tags_in_a_picture_have_their_number_and_corners_and_those_give_the_pose_back():
+    picture, numbers = np.full((300, 600), 235, np.uint8), (3, 0, 200)
+    for place, number in enumerate(numbers):
+        picture[88:208, 38 + 180 * place : 158 + 180 * place] = np.kron(tag_cells(number) * 235, np.ones((12, 12)))
+    found = dict(find_tags(picture))
+    assert sorted(found) == sorted(numbers)
+    for place, number in enumerate(numbers):
+        left = 50 + 180 * place - 0.5
+        corners = [(left, 99.5), (left + 96, 99.5), (left + 96, 195.5), (left, 195.5)]
+        assert found[number] == pytest.approx(np.array(corners), abs=0.3)
+    assert find_tags(np.zeros((100, 100), np.uint8)) == []
+    squares = tag_corners(place_tags(PANEL), TAG_SIDE)
+    for view in views(5):
+        points = squares @ view.board[:3, :3].T + view.board[:3, 3]
+        pixels = points[..., :2] / points[..., 2:] * CAMERA.focal + CAMERA.centre
+        for seen in (
+            {0: pixels[0], 1: pixels[1], 2: pixels[2], 3: pixels[3]},
+            {0: pixels[0], 1: pixels[1], 3: pixels[3]},
+        ):
+            pose, error = board_pose(squares, seen, CAMERA)
+            assert pose == pytest.approx(view.board, abs=1e-5)
+            assert error < 1e-3
 
 
 @pytest.mark.parametrize(
     ("numbers", "refused"),
     [
-        ((0, 1, 2), None),
-        ((0, 1, 2, 9), None),
         ((0, 1, 9, 586), "2 of 4 tags seen (0, 1); 3 are needed"),
         ((0, 1, 2, 2), "a tag is seen twice (seen: 0, 1, 2, 2)"),
-        ((), "0 of 4 tags seen (none); 3 are needed"),
     ],
 )
-def test_a_view_is_refused_by_the_tags_of_the_board_that_it_shows(numbers, refused, monkeypatch, tmp_path):
+def test_a_view_is_refused_by_the_tags_of_the_board_that_it_shows(pictures, numbers, refused, monkeypatch):
     """Tags of other things in the laboratory do not count."""
-    (tmp_path / "0.png").touch()
-    views = Views(camera=tagged.CAMERA, views=[{"picture": "0.png", "hand": np.eye(4).tolist()}])
-    monkeypatch.setattr(library, "read_grey", lambda content, path: np.zeros((480, 640), np.uint8))
     monkeypatch.setattr(library, "find_tags", lambda grey: [(number, np.zeros((4, 2))) for number in numbers])
-    monkeypatch.setattr(library, "board_pose", lambda corners, found, camera: (np.eye(4), 0.5))
-    seen, reasons = library.look_at_views(tmp_path, views, tagged.board()[1])
-    assert reasons == ({} if refused is None else {"0.png": refused})
-    assert [view.tags for view in seen] == ([3] if refused is None else [])
+    with pytest.raises(BadValue) as caught:
+        ask(pictures, "--box", BOX)
+    assert f"00.png: {refused}" in str(caught.value)
+
+
+def test_without_opencv_the_extra_is_named(monkeypatch):
+    library._opencv.cache_clear()
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    with pytest.raises(Missing, match=r"lockprobe-robot\[calibrate\]"):
+        library._opencv()
+    monkeypatch.setitem(sys.modules, "cv2", type(sys)("cv2"))
+    sys.modules["cv2"].__version__ = "5.0.0"
+    with pytest.raises(Missing, match="5.0.0 has no hand-eye calibration"):
+        library._opencv()

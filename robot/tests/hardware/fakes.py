@@ -2,12 +2,12 @@
 
 import numpy as np
 from arm.fake_arm import FakeArm
+from drawn_board import HANDLES, HEIGHT, WIDTH, board
 from lockprobe_robot.box_model.panel import lay_out_panel
-from lockprobe_robot.hardware.board import calibrated_board
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
-from lockprobe_robot.hardware.camera import Shot
-from lockprobe_robot.hardware.rig import Rig
+from lockprobe_robot.hardware.rig import Board, Rig, calibrated_board
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
+from lockprobe_robot.hardware.sight import CameraSight, ImageHandles, Shot
 
 from lockprobe.plants.operator import ENTER, OperatorStopped
 
@@ -42,11 +42,11 @@ class Breaking(ScriptedArm):
 
     def __init__(self, box, path, *, at=10**9, instead=lambda arm: None):
         super().__init__(box, path)
-        self.log, self._at_call, self._instead, self._calls = [], at, instead, 0
+        self.log, self._at_call, self._instead, self.calls = [], at, instead, 0
 
     def follow(self, position, velocity, *, stiffness):
-        self._calls += 1
-        if self._calls == self._at_call:
+        self.calls += 1
+        if self.calls == self._at_call:
             self.log.append("broke")
             self._instead(self)
         super().follow(position, velocity, stiffness=stiffness)
@@ -65,41 +65,51 @@ class DrawnCamera:
         self._arm, self.closed = arm, False
 
     def grab(self):
-        from drawn_board import board
-
         if self.broken is not None:
             self.broken()
-        return Shot(rgb=board(self._arm.configuration), depth=np.ones((240, 320), np.float32))
+        return Shot(rgb=board(self._arm.configuration), depth=np.ones((HEIGHT, WIDTH), np.float32))
 
     def close(self):
         self.closed = True
 
 
+def image_handles(box):
+    places = {name: {"at_0": zero, "at_1": one} for name, (zero, one) in zip(box.names, HANDLES, strict=False)}
+    return ImageHandles(width=WIDTH, height=HEIGHT, joints=places)
+
+
+def rig_of(box, labels=tuple("ABCDE"), *, truth="verdict", operator=None, at=10**9, instead=lambda arm: None, **limits):
+    """A rig of scripted parts, its arm and its camera."""
+    panel = lay_out_panel(box)
+    arm = Breaking(box, panel.handle_path, at=at, instead=instead)
+    camera, operator = DrawnCamera(arm), operator or Willing()
+    rig = Rig(
+        box,
+        labels=labels[: len(box.joints)],
+        arm=Bounded(arm, Bounds(**{**SPACE, "answer": 60.0, **limits}), operator),
+        board=Board(panel=panel),
+        operator=operator,
+        truth=CameraSight(camera, image_handles(box)) if truth == "camera" else truth,
+        rung="scripted",
+    )
+    return rig, arm, camera
+
+
 def faulty_rig(*, box, labels, rng):
     """A rig whose arm loses its connection in the first trial that is played in this process."""
-    path = lay_out_panel(box).handle_path
-    at = 10**9 if BROKEN else 30
-    arm = Breaking(box, path, at=at, instead=_lost)
-    operator = Willing()
-    within = Bounded(arm, Bounds(**SPACE, answer=60.0), operator)
-    return Rig(box, labels=labels, arm=within, path=path, operator=operator, truth="verdict", rung="scripted")
+    return rig_of(box, labels, at=10**9 if BROKEN else 30, instead=_lost)[0]
 
 
 def calibrated_rig(*, box, labels, rng):
     """A rig of scripted parts whose board's pose comes from the calibration that is named in ``CALIBRATION``."""
-    board = calibrated_board(box, **CALIBRATION)
+    board, operator = calibrated_board(box, CALIBRATION["path"]), Willing()
     CONNECTED.append(arm := ScriptedArm(box, board.panel.handle_path))
-    operator = Willing()
-    within = Bounded(arm, Bounds(**SPACE), operator)
+    within = Bounded(arm, Bounds(**SPACE, answer=60.0), operator)
     return Rig(box, labels=labels, arm=within, board=board, operator=operator, truth="verdict", rung="scripted")
 
 
-calibrated_rig.attended = True
-CALIBRATION = {}
-CONNECTED = []
-
-faulty_rig.attended = True
-BROKEN = []
+faulty_rig.attended = calibrated_rig.attended = True
+BROKEN, CONNECTED, CALIBRATION = [], [], {}
 
 
 def _lost(arm):

@@ -2,12 +2,14 @@
 
 import itertools
 import json
+import threading
 
 import numpy as np
 import pytest
 from hardware.fakes import SPACE, StoppableFake, Willing
-from lockprobe_robot.arm.guarded_move import GuardedMove, HandlePath
-from lockprobe_robot.hardware.bounds import Bounded, Bounds, CommandLog
+from lockprobe_robot.arm.guarded_move import HandlePath, guarded_move
+from lockprobe_robot.hardware.bounds import Bounded, Bounds
+from lockprobe_robot.hardware.driver_call import DriverThread, call_driver
 
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
 
@@ -28,9 +30,9 @@ def follow(arm, times):
 
 def test_within_its_bounds_an_arm_does_what_it_does_without_them():
     free, within = StoppableFake(), StoppableFake()
-    expected = GuardedMove().attempt(free, PATH)
+    expected = guarded_move(free, PATH)
     arm = bounded(within)
-    assert GuardedMove().attempt(arm, PATH) == expected
+    assert guarded_move(arm, PATH) == expected
     assert within.log == free.log
     assert arm.stops == 0
 
@@ -58,9 +60,12 @@ def test_without_consent_nothing_moves(operator):
 @pytest.mark.parametrize(
     ("command", "why"),
     [
-        (lambda arm: arm.reach(np.array([0.0, 0.0, 1.2]), DOWN), "a pose at 0.000/0.000/1.200 m lies outside"),
-        (lambda arm: arm.follow(np.array([0.0, 1.1, 0.0]), STILL, stiffness=1), "a target at 0.000/1.100/0.000 m lies"),
-        (lambda arm: arm.follow(np.array([0.0, np.nan, 0.0]), STILL, stiffness=1), "a target at 0.000/nan/0.000 m"),
+        (lambda arm: arm.reach(np.array([0.0, 0.0, 1.2]), DOWN), "a pose is at 0.000/0.000/1.200 m, outside"),
+        (
+            lambda arm: arm.follow(np.array([0.0, 1.1, 0.0]), STILL, stiffness=1),
+            "a target is at 0.000/1.100/0.000 m, outside",
+        ),
+        (lambda arm: arm.follow(np.array([0.0, np.nan, 0.0]), STILL, stiffness=1), "a target is at 0.000/nan/0.000 m"),
         (lambda arm: arm.follow(STILL, np.array([0.4, 0, 0]), stiffness=1), "a speed of 0.40 m/s was commanded, at m"),
     ],
 )
@@ -118,18 +123,20 @@ def test_late_commands_are_counted():
     assert arm.late == 4
 
 
-def test_every_command_is_in_the_log(tmp_path):
-    log = CommandLog(tmp_path / "commands.jsonl")
-    arm = bounded(StoppableFake(), log=log)
-    GuardedMove().attempt(arm, PATH)
-    arm.stop()
-    log.close()
+def test_every_command_is_in_the_log_also_a_stop_that_fails(tmp_path):
+    class Dead(StoppableFake):
+        def stop(self):
+            raise ConnectionError("cable")
+
+    arm = bounded(Dead(), log=tmp_path / "commands.jsonl")
+    guarded_move(arm, PATH)
+    arm.close()
     lines = [json.loads(line) for line in (tmp_path / "commands.jsonl").read_text().splitlines()]
     assert [line["command"] for line in lines[:2]] == ["reach", "follow"]
-    assert [line["command"] for line in lines[-2:]] == ["home", "stop"]
-    assert lines[0]["position"] == [0.5, 0.0, 0.25]
+    assert [line["command"] for line in lines[-3:]] == ["home", "stop", "stop failed"]
+    assert (lines[0]["position"], lines[-1]["why"]) == ([0.5, 0.0, 0.25], "stop: ConnectionError: cable")
     with pytest.raises(BadFile, match="cannot be written"):
-        CommandLog(tmp_path / "none" / "log")
+        bounded(StoppableFake(), log=tmp_path / "none" / "log")
 
 
 @pytest.mark.parametrize("wrong", [{"high": (-2.0, 1.0, 1.0)}, {"speed": 0.0}, {"force": float("inf")}])
@@ -138,15 +145,23 @@ def test_senseless_bounds_are_refused(wrong):
         Bounds(**{**SPACE, **wrong})
 
 
-def test_an_arm_that_cannot_even_stop_is_said_in_the_log_and_hides_nothing():
-    class Dead(StoppableFake):
-        def home(self):
-            raise ConnectionError("cable")
+def test_what_a_driver_raises_is_a_fault_in_one_line_and_what_lockprobe_raises_stays():
+    with pytest.raises(PlantFault, match="^the camera: ZeroDivisionError: division by zero$"):
+        call_driver("the camera", lambda: 1 / 0)
 
-        def stop(self):
-            raise ConnectionError("cable")
+    def mistake():
+        raise BadValue("x", 1, "2")
 
-    arm = bounded(Dead())
-    with pytest.raises(PlantFault, match="^the arm, home: ConnectionError: cable$"):
-        arm.home()
-    assert '"stop failed", "why": "stop: ConnectionError: cable"' in arm.log.last[-1]
+    for call in (lambda: call_driver("it", mistake), lambda: DriverThread().call("it", mistake, 5)):
+        with pytest.raises(BadValue):
+            call()
+
+
+def test_a_call_that_hangs_is_given_up_keeps_nobody_alive_and_none_is_made_after_it():
+    thread, release = DriverThread(), threading.Event()
+    assert thread.call("it", threading.current_thread, 5).daemon
+    with pytest.raises(PlantFault, match="^the arm: no answer within 0.05 s$"):
+        thread.call("the arm", release.wait, 0.05)
+    with pytest.raises(PlantFault, match="an earlier call hangs"):
+        thread.call("the arm", lambda: 1, 5)
+    release.set()

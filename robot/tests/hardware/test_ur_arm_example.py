@@ -4,20 +4,17 @@ import ast
 import importlib.util
 import sys
 import types
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
-
-pytest.importorskip("mujoco")  # the ways of handles
-
 from lockprobe_robot.arm.protocol import StoppableArm
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware import rehearsal
 from lockprobe_robot.hardware.bounds import Bounded
+from lockprobe_robot.hardware.rig import Board, Rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
+from scipy.spatial.transform import Rotation
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import PlantFault
@@ -111,19 +108,17 @@ def robot(puzzle):
     return FakeRobot(puzzle, lay_out_panel(puzzle).handle_path)
 
 
-def test_a_rehearsal_through_it_says_what_the_rules_say(monkeypatch, puzzle, robot):
-    arm = example(monkeypatch, robot)
-
-    def parts(rung, same, labels, rng):
-        path = lay_out_panel(same).handle_path
-        put = partial(setattr, robot.arm, "configuration")
-        return rehearsal.Parts(arm=arm, path=path, state=lambda: robot.arm.configuration, put=put)
-
-    monkeypatch.setattr(rehearsal, "parts_of", parts)
-    found = rehearsal.rehearse("scripted", puzzle, attempts=6, seed=2)
-    assert [one.fault for one in found.attempts] == [""] * 6
-    assert found.right == 6
-    assert {one.verdict for one in found.attempts} == {"moved", "blocked"}
+def test_attempts_through_it_say_what_the_rules_say(monkeypatch, puzzle, robot):
+    arm, panel = example(monkeypatch, robot), lay_out_panel(puzzle)
+    within = Bounded(arm, rehearsal._BOUNDS, operator := ConsentingOperator())
+    rig = Rig(puzzle, labels=puzzle.names, arm=within, board=Board(panel=panel), operator=operator, truth="verdict")
+    before, verdicts = rig.observe().configuration, set()
+    for joint in np.random.default_rng(2).integers(len(puzzle.joints), size=6).tolist():
+        seen = rig.attempt(joint)
+        before, moved = puzzle.attempt(before, joint)
+        assert (seen.configuration, robot.arm.configuration, seen.outcome == "moved") == (before, before, moved)
+        verdicts.add(seen.sensed["verdict"])
+    assert verdicts == {"moved", "blocked"}
     assert robot.log[:2] == ["connect 192.168.0.3 125 Hz", "dashboard"]
 
 
@@ -145,7 +140,7 @@ def test_it_gives_way_by_force_over_stiffness(monkeypatch, robot):
 
 def test_after_a_stop_the_program_is_loaded_again_and_refusals_are_faults(monkeypatch, robot):
     arm = example(monkeypatch, robot)
-    bounded = Bounded(arm, rehearsal.BOUNDS, ConsentingOperator())
+    bounded = Bounded(arm, rehearsal._BOUNDS, ConsentingOperator())
     bounded.home()
     robot.refuses = True
     bounded.reach(np.array([0.5, 0.0, 0.4]), STRAIGHT)

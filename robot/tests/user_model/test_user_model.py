@@ -1,16 +1,27 @@
-"""The plant ``twin?model=FILE``: its truth is the symbolic one, its pictures are of the user's model."""
+"""The plant ``twin?model=FILE``: hostile files are refused, rules are checked, its truth is the symbolic one."""
 
-import hashlib
+import os
 from dataclasses import replace
 
+import lockprobe_robot.user_model.mjcf_file as module
+import mujoco
 import numpy as np
 import pytest
 from builders import make_trial, write_study
+from lockprobe_robot.geom_groups import CAMERA
 from lockprobe_robot.twin_settings import UserModelSettings
+from lockprobe_robot.user_model import rules_check
+from lockprobe_robot.user_model.mjcf_file import read_model
+from lockprobe_robot.user_model.model_joints import ModelJoints
+from lockprobe_robot.user_model.rules_check import check_model
 from lockprobe_robot.user_model.user_model import UserModel
-from mjcf_models import EXAMPLES, OWN, own_box, written
+from mjcf_models import EXAMPLES, OWN, exported, one_joint, own_box, written
+from painted_png import SIGNATURE, chunk, png, zeros
 
 import lockprobe
+from lockprobe.boxes.box import Joint
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import difficulty
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault, SettingsChanged, UnknownName
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
@@ -19,71 +30,267 @@ from lockprobe.trial.protocols import Plant
 
 SPEC = f"twin?model={OWN}"
 CALM = UserModelSettings(model=str(OWN), width=160, height=120)
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+BOMB = chunk(b"zTXt", b"k\0\0" + zeros(1 << 26))
 
 
 def plant(puzzle=None, settings=CALM, labels=("A", "B", "C")):
     return UserModel(puzzle or own_box(), labels=labels, settings=settings, rng=np.random.default_rng(0))
 
 
-def test_a_trial_of_the_example_is_the_symbolic_one_step_by_step():
-    options = {"box": str(EXAMPLES / "own_box.toml"), "agent": "human-inspired", "p": 0.4, "seed": 5}
-    pushed = lockprobe.run_trial(plant=f"{SPEC}", **options)
-    ruled = lockprobe.run_trial(plant="symbolic", **options)
-    assert pushed.steps == ruled.steps
-    assert pushed.solved
-    assert len(pushed.steps) > 3
+def refused(path, puzzle, **settings):
+    with pytest.raises(BadFile) as error:
+        check_model(puzzle, UserModelSettings(model=str(path), **settings))
+    assert "\n" not in str(error.value)
+    return str(error.value).removeprefix(f"{path}: ")
 
 
-def test_random_attempts_are_those_of_the_rules():
+def asset(words):
+    return f"<mujoco><asset>{words}</asset></mujoco>"
+
+
+ATTACKS = {
+    "no XML": ("not xml", "not XML"),
+    "torn": ("<mujoco><body></mujoco>", "not XML (mismatched tag: line 1"),
+    "no model": ("<robot name='x'/>", "line 1 of box.xml: <robot>, not an MJCF file"),
+    "entities": ("<!DOCTYPE m [<!ENTITY a 'b'>]><mujoco>&a;</mujoco>", "a document type, which is refused"),
+    "extension": ("<mujoco>\n<extension><plugin plugin='x'/></extension></mujoco>", "line 2 of box.xml: <extension> is"),
+    "plug-in": ("<mujoco><worldbody><plugin plugin='x'/></worldbody></mujoco>", "a plugin would run code"),
+    "model of a model": (asset("<model name='x' file='y.xml'/>"), "<model> is refused: include the file"),
+    "replicas": ("<mujoco><worldbody><replicate count='1000000'/></worldbody></mujoco>", "<replicate> is refused"),
+    "composite": ("<mujoco><worldbody><composite count='9 9 9'/></worldbody></mujoco>", "<composite> is refused"),
+    "made mesh": (asset("<mesh builtin='sphere' params='9'/>"), "<mesh builtin> is refused"),
+    "wide field": (asset("<hfield nrow='9' ncol='4e4'/>"), "whole numbers up to 999 as nrow and ncol"),
+    "negative field": (asset("<hfield nrow='-1' ncol='1'/>"), "whole numbers up to 999 as nrow and ncol"),
+    "many elements": (f"<mujoco><worldbody>{'<site/>' * 5000}</worldbody></mujoco>", "more than 5000 elements"),
+    "include above": ("<mujoco><include file='../other.xml'/></mujoco>", "'../other.xml' is not in the folder"),
+    "include of the system": ("<mujoco><include file='/etc/passwd'/></mujoco>", "'/etc/passwd' is not in the folder"),
+    "include of itself": ("<mujoco><include file='box.xml'/></mujoco>", "'box.xml' is included a second time"),
+    "include of a pipe": ("<mujoco><include file='pipe.xml'/></mujoco>", "a pipe"),
+    "link": (asset("<texture file='link.png'/>"), "not in the folder of the model"),
+    "meshes above": ("<mujoco><compiler meshdir='..'/><asset><mesh file='a.stl'/></asset></mujoco>", "not in the folder"),
+    "another format": (asset("<texture file='a.txt'/>"), "a.txt is refused: a texture is .png"),
+    "a file elsewhere": ("<mujoco><custom><text name='a' file='b'/></custom></mujoco>", "<text file> is refused"),
+    "a gone mesh": (asset("<mesh file='gone.stl'/>"), "gone.stl: cannot be read"),
+    "torn mesh": (asset("<mesh name='m' file='torn.stl'/>") , "stl_decoder"),
+    "wide picture": (asset("<texture type='2d' file='wide.png'/>"), "a picture of 4097 x 1 pixels; at most 4096"),
+    "picture that unpacks": (asset("<texture type='2d' file='bomb.png'/>"), "no whole PNG or JPEG picture"),
+    "no picture": (asset("<texture type='2d' file='gif.png'/>"), "no whole PNG or JPEG picture"),
+    "made picture": (asset("<texture name='t' type='2d' builtin='flat' width='99999' height='1'/>"), "more than 4096 pix"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "why"), ATTACKS.values(), ids=ATTACKS)
+def test_what_is_hostile_or_broken_is_one_line(tmp_path, text, why):
+    folder = tmp_path / "in"
+    folder.mkdir()
+    (tmp_path / "secret.png").write_bytes(png(1, 1))
+    (folder / "link.png").symlink_to(tmp_path / "secret.png")
+    os.mkfifo(folder / "pipe.xml")
+    files = {"wide.png": png(4097, 1), "bomb.png": png(3, 2, more=BOMB), "gif.png": b"GIF89a" + bytes(99)}
+    for name, content in (files | {"torn.stl": bytes(90)}).items():
+        (folder / name).write_bytes(content)
+    with pytest.raises(BadFile) as caught:
+        read_model(written(folder, text)).compile()
+    assert why in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+LIMITS = [
+    ({"head": "<option timestep='1e-9'/>"}, "timestep is 1e-09, expected 0.0002 to 0.01"),
+    ({"head": "<option iterations='2000000000'/>"}, "iterations is 2e+09, expected 0 to 1000"),
+    ({"head": "<size njmax='10000'/>"}, "memory in bytes is"),
+    ({"head": "<visual><quality numslices='100000'/></visual>"}, "numslices is 100000"),
+    ({"outside": f"<body>{'<joint/>' * 3}<geom size='1'/></body>" * 70}, "degrees of freedom is 211"),
+    ({"outside": "<light/>" * 101}, "lights is 101"),
+    ({"inside": "<geom size='nan'/>"}, "nan size in geom"),
+    ({"inside": "<geom type='mesh' mesh='gone'/>"}, "gone"),
+    ({"outside": "<camera name='lockprobe' projection='orthographic'/>"}, "camera 'lockprobe' is orthographic"),
+]
+
+
+@pytest.mark.parametrize(("parts", "why"), LIMITS)
+def test_what_mujoco_refuses_or_would_take_hours_for_is_one_line(tmp_path, parts, why):
+    with pytest.raises(BadFile) as caught:
+        read_model(written(tmp_path, **parts)).compile()
+    assert why in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_all_files_together_are_limited(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "LARGEST", 230)
+    for name in "ab":
+        (tmp_path / f"{name}.png").write_bytes(png(4, 4))
+    with pytest.raises(BadFile, match=r"b\.png: larger than \d+ bytes"):
+        read_model(written(tmp_path, asset("<texture type='2d' file='a.png'/><texture type='2d' file='b.png'/>")))
+
+
+def test_parts_and_meshes_are_read_from_the_folder_and_are_in_the_digest(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "wedge.obj").write_text(TETRAHEDRON)
+    (tmp_path / "red.png").write_bytes(png(2, 3, more=chunk(b"sRGB", b"\0")))
+    (tmp_path / "more.xml").write_text(
+        "<mujocoinclude><asset><mesh file='wedge.obj' content_type='model/stl'/><texture name='t' type='2d' file='red.png'/>"
+        "</asset></mujocoinclude>",
+        "utf-8",
+    )
+    head = "<include file='more.xml'/><compiler meshdir='parts'/>"
+    path = written(tmp_path, head=head, inside="<geom type='mesh' mesh='wedge'/>")
+    found = read_model(path)
+    model = found.compile()
+    assert (model.nmesh, model.mesh(0).name, model.ntex, model.tex_width[0]) == (1, "wedge", 1, 2)
+    (tmp_path / "parts" / "wedge.obj").write_text(TETRAHEDRON + "\n")
+    assert read_model(path).digest != found.digest
+    (tmp_path / "red.png").write_bytes(SIGNATURE)
+    with pytest.raises(BadFile, match="no whole PNG"):
+        read_model(path)
+
+
+def test_a_camera_in_the_file_is_taken_and_without_one_it_is_the_free_view_of_mujoco(tmp_path):
+    assert read_model(OWN).compile().camera(CAMERA).pos == pytest.approx([-0.01, 0, 0.62])
+    model = read_model(written(tmp_path, outside="<geom size='.1' pos='.5 0 .2'/>")).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    views = []
+    for fixed in (True, False):
+        camera, scene = mujoco.MjvCamera(), mujoco.MjvScene(model, 10)
+        if fixed:
+            camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, model.camera(CAMERA).id
+        else:
+            mujoco.mjv_defaultFreeCamera(model, camera)
+        mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, camera, mujoco.mjtCatBit.mjCAT_ALL, scene)
+        eyes = scene.camera
+        places = [np.mean([getattr(eye, what) for eye in eyes], axis=0) for what in ("pos", "forward")]
+        views.append([*np.concatenate(places), *eyes[0].up, eyes[0].frustum_top])
+    assert views[0] == pytest.approx(views[1], abs=1e-5)
+
+
+JOINTS = [
+    ('name="bolt"', 'name="belt"', "prismatic", r"joints of the model: got \"'belt'\", expected one called 'bolt'"),
+    ('type="slide"', 'type="hinge"', "prismatic", 'another type.*type="slide", since it is prismatic'),
+    ('type="slide"', 'type="slide"', "revolute", 'another type.*type="hinge", since it is revolute'),
+    ('range="0 0.1"', "", "prismatic", "got 'no range', expected a limited range"),
+    ("</worldbody>", '<body><freejoint name="loose"/><geom size="1"/></body></worldbody>', "prismatic", "free joint"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "kind", "why"), JOINTS)
+def test_joints_that_a_box_cannot_have_are_refused(tmp_path, old, new, kind, why):
+    path = written(tmp_path)
+    path.write_text(path.read_text("utf-8").replace(old, new), "utf-8")
+    with pytest.raises(BadFile, match=why):
+        check_model(one_joint(kind), UserModelSettings(model=str(path)))
+
+
+def test_position_0_is_the_low_end_and_a_push_leads_to_the_other_if_it_is_strong_enough(tmp_path):
+    path = written(tmp_path)
+    path.write_text(path.read_text("utf-8").replace('range="0 0.1"', 'range="-0.3 -0.1"'), "utf-8")
+    for force, moves in ((0.5, False), (2.0, True)):  # against a friction of 1 N
+        joints = ModelJoints(read_model(path).compile(), one_joint(), force=force, torque=1.8)
+        joints.start((False,))
+        assert joints.data.qpos[0] == pytest.approx(-0.3, abs=1e-3)
+        before = joints.saved()
+        joints.push(0)
+        assert (joints.configuration(), joints.resting()) == ((moves,), True)
+        once = joints.saved()
+        joints.restore(before)
+        joints.push(0)
+        assert joints.saved().tobytes() == once.tobytes()
+
+
+@pytest.mark.parametrize("name", ["bichain-3", "gray-code", "common-effect-3"])
+def test_our_own_scenes_read_back_as_users_models_obey_their_rules_everywhere(tmp_path, name):
+    found = check_model(box(name), UserModelSettings(model=str(exported(box(name), tmp_path))))
+    assert found == difficulty(box(name)).reachable
+
+
+def test_a_rule_changed_in_either_direction_is_found_and_said_as_the_page_says_it(tmp_path):
+    path, same = exported(box("chain-3"), tmp_path), box("chain-3")
+    target = same.target
+    looser = replace(same, interlock={**same.interlock, target: ({},)})
+    assert f"{target} was pushed: the rules let it move, and the model held {target}" in refused(path, looser)
+    needed = {name: not value for name, value in same.interlock[target][0].items()}
+    other = replace(same, interlock={**same.interlock, target: (needed,)})
+    assert f"{target} was pushed: the rules " in refused(path, other)
+    puzzle = own_box()
+    locked = replace(puzzle, interlock={**puzzle.interlock, "pin": ({"bar": True},)})
+    assert refused(OWN, locked) == (
+        "in configuration 000 (door, bar, pin), pin was pushed: the rules lock it, and the model moved pin "
+        "(door 0.00, bar 0.00, pin 1.00)"
+    )
+    said = refused(OWN, replace(puzzle, interlock={**puzzle.interlock, "pin": ({},)}))
+    assert f"\nbox.xml: {said}\n" in (EXAMPLES.parent / "robot" / "docs" / "twin.md").read_text("utf-8")
+
+
+def test_joints_that_move_together_stop_half_way_fall_back_or_explode_are_found(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    second = "<body pos='0 1 0'><joint name='pin' type='slide' axis='1 0 0' range='0 0.1'/><geom size='.02'/></body>"
+    equal = "<equality><joint joint1='bolt' joint2='pin' polycoef='0 1 0 0 0'/></equality></mujoco>"
+    path = written(tmp_path, outside=second)
+    path.write_text(path.read_text("utf-8").replace("</mujoco>", equal), "utf-8")
+    two = replace(one_joint(), joints=(*one_joint().joints, Joint(name="pin", kind="prismatic")), initial=(False,) * 2)
+    assert "bolt was pushed: the rules let it move, and the model moved pin as well" in refused(path, two)
+    wall = "<geom type='box' size='.01 .1 .1' pos='.08 0 0'/>"
+    said = refused(written(tmp_path, outside=wall), one_joint())
+    assert "left a joint more than 8% of its travel from its ends (bolt 0." in said
+    assert "less friction" in said
+    back = written(tmp_path, joint='stiffness="100"')
+    assert "the rules let it move, and the model held bolt" in refused(back, one_joint())
+    falls = written(tmp_path, axis="0 0 -1")
+    assert refused(falls, one_joint()).startswith("the model does not rest in the initial configuration 0: bolt 1.0")
+    explodes = written(tmp_path, joint='stiffness="-1e13" springref="0.05"')
+    assert "became unstable" in refused(explodes, one_joint())
+    assert [path.name for path in tmp_path.iterdir()] == ["box.xml"]
+
+
+def test_of_many_configurations_it_tries_the_same_sample_every_time(tmp_path, monkeypatch):
+    settings = UserModelSettings(model=str(exported(box("gray-code"), tmp_path)))
+    monkeypatch.setattr(rules_check, "MOST_CONFIGURATIONS", 5)
+    asked = []
+    push = rules_check._disagreement
+    monkeypatch.setattr(rules_check, "_disagreement", lambda *given: asked.append(given[2:4]) or push(*given))
+    assert [check_model(box("gray-code"), settings) for _ in range(2)] == [5, 5]
+    assert asked[:20] == asked[20:]
+    assert len({configuration for configuration, _ in asked}) == 5
+
+
+def test_its_truth_is_the_symbolic_one_also_of_a_box_that_was_dealt():
     puzzle = own_box()
     physical, symbolic = plant(puzzle), SymbolicPlant(puzzle)
     assert isinstance(physical, Plant)
     for joint in np.random.default_rng(1).integers(1, 3, size=12):  # not the door, whose motion ends a trial
         seen, ruled = physical.attempt(int(joint)), symbolic.attempt(int(joint))
         assert (seen.configuration, seen.joint, seen.outcome) == (ruled.configuration, ruled.joint, ruled.outcome)
-
-
-def test_the_record_says_whose_model_it_is_and_which():
-    facts = plant().facts
-    assert facts["mechanism"] == "a user's model, pushed by a generalised force"
-    assert facts["model_sha256"] == hashlib.sha256(OWN.read_bytes()).hexdigest()
-    assert facts["model_parts_sha256"] is None
-    assert (facts["force"], facts["torque"], facts["renderer"]) == (30.0, 1.8, None)
+    options = {"box": str(EXAMPLES / "own_box.toml"), "agent": "human-inspired", "p": 0.4, "seed": 5}
+    assert lockprobe.run_trial(plant=SPEC, **options).steps == lockprobe.run_trial(plant="symbolic", **options).steps
+    dealt = plant(replace(puzzle, joints=puzzle.joints[::-1]))
+    assert [dealt.attempt(joint).outcome for joint in (0, 2)] == ["moved", "blocked"]
 
 
 def test_pictures_show_the_moment_what_is_told_and_the_labels():
     physical = plant()
     before = physical.observe()
     first, told = before.look(), before.render((False, False, True))
+    second = physical.attempt(2).look()
     assert first.rgb.shape == (120, 160, 3)
-    after = physical.attempt(2)
-    second = after.look()
     assert (first.rgb != second.rgb).any()
-    assert (np.abs(told.rgb.astype(int) - second.rgb) > 8).any(2).mean() < 0.002
+    assert (told.rgb == second.rgb).mean() > 0.99
+    bare = plant(settings=replace(CALM, labels=False)).observe().look()
+    rows, columns = np.nonzero((bare.rgb != first.rgb).any(2))
+    assert 20 < len(rows) < 1000
+    assert (bare.labelled, first.labelled) == (False, True)
+    places = first.camera.project(first.handles)[..., :2]
+    assert np.abs(columns[:, None] - places[:, 0, 0]).min(1).max() < 40
     with pytest.raises(PlantFault, match="after the next attempt"):
         before.look()
-    columns, rows = np.rint(first.camera.project(first.handles)[2, 0, :2]).astype(int)
-    red, green, blue = first.rgb[rows, columns].astype(int)
-    assert red > green + 60 > blue  # the handle of the pin
-    bare = plant(labels=("", "", "")).observe().look()
-    changed = (first.rgb != bare.rgb).any(2)
-    assert 0 < changed.mean() < 0.05
-    physical.close()
 
 
-def test_heights_are_above_the_body_that_is_the_panel():
-    frame = plant().observe().look()
-    columns, rows = np.rint(frame.camera.project(frame.handles)[:, 0, :2]).astype(int).T
-    assert frame.camera.heights(frame.depth)[rows, columns] == pytest.approx(0.062, abs=0.002)
-    assert frame.camera.heights(frame.depth)[20:30, 80] == pytest.approx(0.0, abs=0.002)
-
-
-def test_a_dealt_box_finds_its_joints_by_name():
-    puzzle = own_box()
-    dealt = replace(puzzle, joints=puzzle.joints[::-1])
-    physical = plant(dealt)
-    assert physical.attempt(0).outcome == "moved"
-    assert physical.attempt(2).outcome == "blocked"
+def test_without_a_panel_and_sites_the_world_and_the_parts_stand_in(tmp_path):
+    text = "\n".join(line for line in OWN.read_text("utf-8").splitlines() if "<site" not in line)
+    path = written(tmp_path, text.replace('body name="panel"', 'body name="table"'))
+    frame = plant(settings=replace(CALM, model=str(path))).observe().look()
+    assert frame.handles[1, 1] - frame.handles[1, 0] == pytest.approx([0.08, 0, 0], abs=1e-6)
+    assert 0 < frame.handles[1, 0, 2] < 0.012  # the bar's centre of mass, in the world
 
 
 def test_its_panel_is_never_dealt_anew():
@@ -99,13 +306,14 @@ def test_its_panel_is_never_dealt_anew():
 
 def test_a_spec_leads_to_it_with_options_of_its_own():
     source = resolve_plant(f"{SPEC}&force=20&width=320")
-    assert source.has_camera
-    assert source.picture_size == (320, 480)
+    assert (source.has_camera, source.picture_size) == (True, (320, 480))
     assert "force=20" in source.spec
     with pytest.raises(UnknownName, match=r"option of twin\?model is called 'pose_error'"):
         resolve_plant(f"{SPEC}&pose_error=0.004")
     with pytest.raises(BadValue, match="expected an MJCF file"):
         resolve_plant("twin?model=")
+    with pytest.raises(BadFile, match="expected one called 'revolute-left', as in the box"):
+        lockprobe.run_trial(plant=SPEC, agent="random")
 
 
 def test_a_study_does_not_go_on_with_another_model(tmp_path):
@@ -121,30 +329,3 @@ def test_a_study_does_not_go_on_with_another_model(tmp_path):
         resolve_plant(planned.plant).check(planned.box)
     path.unlink()
     assert resolve_plant(planned.plant).has_camera  # what was played can be read without the model
-
-
-def test_a_model_that_breaks_the_rules_ends_before_the_first_trial(tmp_path):
-    with pytest.raises(BadFile, match="expected one called 'revolute-left', as in the box"):
-        lockprobe.run_trial(plant=SPEC, agent="random")
-    path = written(tmp_path, OWN.read_text("utf-8").replace('size="0.015 0.064 0.01"', 'size="0.015 0.03 0.01"'))
-    with pytest.raises(BadFile, match=r"in configuration 011 .* pin was pushed: .* of its travel from its ends"):
-        resolve_plant(f"twin?model={path}").check(own_box())
-
-
-def test_a_joint_between_its_ends_or_two_that_move_break_the_trial(monkeypatch):
-    physical = plant()
-    monkeypatch.setattr(physical._joints, "push", lambda joint: physical._joints.data.qpos.__setitem__(1, 0.04))
-    with pytest.raises(PlantFault, match=r"joint 2 was pushed in 000; now: door 0.00, bar 0.50, pin 0.00"):
-        physical.attempt(2)
-    physical = plant()
-    monkeypatch.setattr(physical._joints, "push", lambda joint: physical._joints.data.qpos.__setitem__(1, 0.08))
-    with pytest.raises(PlantFault, match="another joint moved with joint 2: 000 became 010"):
-        physical.attempt(2)
-
-
-def test_without_a_panel_and_sites_the_world_and_the_parts_stand_in(tmp_path):
-    text = "\n".join(line for line in OWN.read_text("utf-8").splitlines() if "<site" not in line)
-    path = written(tmp_path, text.replace('body name="panel"', 'body name="table"'))
-    frame = plant(settings=replace(CALM, model=str(path))).observe().look()
-    assert frame.handles[1, 1] - frame.handles[1, 0] == pytest.approx([0.08, 0, 0], abs=1e-6)
-    assert 0 < frame.handles[1, 0, 2] < 0.012  # the bar's centre of mass, in the world

@@ -43,7 +43,7 @@ COMMANDS = {
 }
 """Name of a command -> (module, function or group in it, help)."""
 
-_OF_ROBOT = {"rig": "Prepare a robot: tags, calibrate, check, rehearse, dry-run."}
+_OF_ROBOT = {"rig": "Prepare a robot: calibrate, rehearse, check."}
 """Name of a command that lockprobe-robot adds -> help."""
 
 

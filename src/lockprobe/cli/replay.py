@@ -32,9 +32,7 @@ def replay(
     key: Annotated[str, typer.Argument(help="Key of a trial, or its beginning or end.")],
     out: Annotated[
         Path | None,
-        typer.Option(
-            help=options.with_brackets(options.OUT, "a film: FILE.gif, FILE.mp4, or a directory for single pictures")
-        ),
+        typer.Option(help=options.with_brackets(options.OUT, "a film: FILE.gif or FILE.mp4")),
     ] = None,
     speed: Annotated[int, typer.Option(min=1, max=_FASTEST, help="Playback speed of a robot.")] = 5,
     json: options.AsJson = False,
@@ -72,7 +70,7 @@ class _Progress:
 
 
 def _announce(film: Any, trial: Trial, *, json: bool) -> None:
-    size = sum(part.stat().st_size for part in (film.path.iterdir() if film.path.is_dir() else (film.path,)))
+    size = film.path.stat().st_size
     facts: dict[str, object] = {
         "film": str(film.path),
         "pictures": film.pictures,

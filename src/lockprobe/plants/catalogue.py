@@ -112,8 +112,7 @@ def known_plants() -> dict[str, str]:
     found = {
         "symbolic": "The rules and nothing else.",
         "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Options of "
-        "lockprobe-robot: camera, handles; with a camera also the looks of the scene: discs, handle_colours, "
-        "labels, clutter, light, colours, viewpoint, view_jitter.",
+        "lockprobe-robot: camera, handles.",
     }
     for name in PLANTS:
         if name not in found:

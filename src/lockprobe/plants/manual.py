@@ -25,11 +25,11 @@ class Seen:
 
     Attributes:
         configuration: The positions of the joints, in panel order.
-        look: Returns the picture as a frame.
+        look: Returns the picture as a frame; None if nothing took one.
     """
 
     configuration: Configuration
-    look: Callable[[], Frame]
+    look: Callable[[], Frame] | None
 
 
 class Sight(Protocol):
@@ -38,11 +38,6 @@ class Sight(Protocol):
     @property
     def facts(self) -> Mapping[str, Fact]:
         """Facts for the record, such as the kind of camera."""
-        ...
-
-    @property
-    def scene(self) -> str:
-        """What the person is asked to set up before a trial, as a sentence."""
         ...
 
     def read(self, names: tuple[str, ...]) -> Seen:
@@ -95,13 +90,10 @@ class Manual:
         """
         if self._configuration is None:
             stand = ", ".join(f"{one} at {at:d}" for one, at in zip(self._called, self._box.initial, strict=True))
-            begin = f"New trial of {self._box.name}."
+            self._operator.tell(f"New trial of {self._box.name}. Set the joints: {stand}.")
             if self._sight is None:
-                self._operator.tell(f"{begin} Set the joints: {stand}.")
                 ask_to_begin(self._operator)
             else:
-                self._operator.tell(f"{begin} {self._sight.scene}")
-                self._operator.tell(f"Set the joints: {stand}.")
                 ask = "Take a picture, then press Enter; q to stop:"
                 while (seen := self._photographed(self._sight, ask, begin=True)) != self._box.initial:
                     places = zip(self._called, self._box.initial, seen, strict=True)

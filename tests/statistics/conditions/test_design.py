@@ -22,7 +22,7 @@ OTHERS = [
         "flip?p=0.4&at=3", "drop?p=0.5 + tremble?p=0.1",
     )
 ]  # fmt: skip
-_CHANGES = "pose_error=0.01", "pose_error=0.02", "friction=0.3", "mechanism=ideal", "tilt=30&friction=2"
+_CHANGES = "pose_error=0.01", "pose_error=0.02", "friction=0.3", "looks=varied", "tilt=30&friction=2"
 HANDS = [read_condition(f"plant?{options}", plant="twin") for options in _CHANGES]
 OTHERS += HANDS
 SHOWN = "symbolic?tell=state"

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe_robot.arm.panda import JOINTS, TORQUE_LIMITS
+from lockprobe_robot.arm.model import JOINTS
 from lockprobe_robot.arm.protocol import Vector
 
 _TURN_STIFFNESS = 120.0
@@ -46,17 +46,13 @@ class ForceController:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._model, self._data = model, data
-        joint = model.joint("arm-1")
-        first = int(joint.dofadr[0])
+        first, address = int(model.joint("arm-1").dofadr[0]), int(model.joint("arm-1").qposadr[0])
         self._dofs = slice(first, first + JOINTS)
-        address = int(joint.qposadr[0])
-        self._site = model.site("tool").id
-        actuator = model.actuator("arm-1").id
+        self._site, motor = model.site("tool").id, model.actuator("arm-1").id
         self.joints: NDArray[np.float64] = data.qpos[address : address + JOINTS]
         self.speeds: NDArray[np.float64] = data.qvel[self._dofs]
-        self._bias = data.qfrc_bias[self._dofs]
-        self._passive = data.qfrc_passive[self._dofs]
-        self._ctrl = data.ctrl[actuator : actuator + JOINTS]
+        self._bias, self._passive = data.qfrc_bias[self._dofs], data.qfrc_passive[self._dofs]
+        self._ctrl, self._limits = data.ctrl[motor : motor + JOINTS], model.actuator_ctrlrange[motor : motor + JOINTS]
         self.tool: Vector = data.site_xpos[self._site]
         self.turn: NDArray[np.float64] = data.site_xmat[self._site].reshape(3, 3)
         self._jacobian = np.zeros((6, model.nv))
@@ -71,13 +67,7 @@ class ForceController:
     def track(
         self, angles: NDArray[np.float64], speeds: NDArray[np.float64], accelerations: NDArray[np.float64]
     ) -> None:
-        """Follow a joint motion by computed-torque control.
-
-        Args:
-            angles: Radians, shape (7,).
-            speeds: Radians per second.
-            accelerations: Radians per second squared.
-        """
+        """Follow a joint motion by computed-torque control: radians and seconds, shape (7,) each."""
         self._full[self._dofs] = (
             accelerations + _TRACK_STIFFNESS * (angles - self.joints) + _TRACK_DAMPING * (speeds - self.speeds)
         )
@@ -115,22 +105,18 @@ class ForceController:
         pull[:3] = stiffness * error + damping * (velocity - twist[:3])
         off = (turn @ self.turn.T).ravel()
         pull[3:] = 0.5 * _TURN_STIFFNESS * (off[_PLUS] - off[_MINUS]) - _TURN_DAMPING * twist[3:]
-        if self._age == 0:
-            self._refresh()
+        if self._age == 0:  # null space and operational-space inertia change slowly
+            self._null = np.linalg.svd(jacobian)[2][-1]
+            self._rows[:, self._dofs] = jacobian
+            mujoco.mj_solveM(self._model, self._data, self._weighted, self._rows)
+            felt = self._weighted[:, self._dofs] @ jacobian.T + _REGULAR * np.eye(6)
+            self._inertia = np.asarray(np.linalg.inv(felt), dtype=np.float64)
         self._age = (self._age + 1) % _REFRESH_EVERY
         pull += self._inertia[:, :3] @ acceleration
         null = self._null
         keep = null @ (_POSTURE_STIFFNESS * (posture - self.joints) - _POSTURE_DAMPING * speeds)
         self._write(pull @ jacobian + keep * null)
 
-    def _refresh(self) -> None:
-        """Update slowly changing quantities: null space of the Jacobian, operational-space inertia at the tool."""
-        self._null = np.linalg.svd(self._j)[2][-1]
-        self._rows[:, self._dofs] = self._j
-        mujoco.mj_solveM(self._model, self._data, self._weighted, self._rows)
-        felt = self._weighted[:, self._dofs] @ self._j.T + _REGULAR * np.eye(6)
-        self._inertia = np.asarray(np.linalg.inv(felt), dtype=np.float64)
-
     def _write(self, torques: NDArray[np.float64]) -> None:
         torques = torques + self._bias - self._passive
-        self._ctrl[:] = np.minimum(np.maximum(torques, -TORQUE_LIMITS), TORQUE_LIMITS)
+        self._ctrl[:] = np.minimum(np.maximum(torques, self._limits[:, 0]), self._limits[:, 1])

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,41 @@ from lockprobe_robot.arm.protocol import Arm, Vector
 TouchVerdict = Literal["moved", "blocked", "failed"]
 """The robot's judgement: the handle came along, it was held, or the hand never got over it."""
 
-_CREEP = 0.01
-"""Least assumed speed of a descent, metres per second, so that it ends."""
+CLEARANCE: Final = 0.05
+"""Approach and retreat height above the handle, metres."""
+
+_DESCENT, _LIFT_RAMP, _CREEP = 0.25, 2.0, 0.01
+"""Vertical speed, metres per second; acceleration; least assumed speed of a descent, so that it ends."""
+
+_SETTLING, _TARING = 0.08, 0.06
+"""Time to come to rest above the handle, around it, and after release; averaging time of the sensor's zero; seconds."""
+
+_CLOSING, _TOUCHED = 0.03, 1.0
+"""Speed along the path, metres per second, until the hand feels the handle, which it does at this force, newtons. The
+arm is heavy: at the speed of the drag it would hit a locked handle with 30 N."""
+
+_DRAG, _EASED, _RAMP = 0.08, 0.1, 0.6
+"""Speed along the path from then on; it falls from half of ``HELD_FORCE`` on to this share there, so that a pull ends
+where it is judged; acceleration, metres per second squared."""
+
+_OVERDRIVE, _WAITING = 0.006, 0.3
+"""Metres that the target moves beyond the end of the path; seconds for the hand to catch up after it stops."""
+
+FREE_STIFFNESS, HELD_STIFFNESS = 2500.0, 1500.0
+"""Cartesian stiffness in free motion and during the drag, newtons per metre."""
+
+_SMOOTHING = 0.02
+"""Time constant of the low-pass filter on force, seconds."""
+
+HELD_FORCE, _HELD_PACE, _HELD_FOR = 10.0, 0.6, 0.05
+"""A handle counts as held if the force exceeds this, newtons, and the hand is slower than this share of what it is
+drawn at, both for this long, seconds."""
+
+_ENOUGH = 0.8
+"""Progress, [0, 1], above which the handle counts as moved whatever the force."""
+
+_LANDING_FORCE = 25.0
+"""Force along the axis at which the descent is aborted, newtons."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,153 +80,99 @@ class Touch:
         return {name: fact if isinstance(fact, str) else round(fact, 6) for name, fact in facts.items()}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GuardedMove:
-    """The guarded move: its motion parameters and the thresholds of its verdict.
+def guarded_move(arm: Arm, path: HandlePath) -> Touch:
+    """Try to drag a handle to the other end of its path, then go home.
 
-    Attributes:
-        clearance: Approach and retreat height above the handle, metres.
-        descent: Vertical speed down and up, metres per second.
-        lift_ramp: Vertical acceleration, metres per second squared.
-        settling: Time to come to rest above the handle, around it, and after release, seconds.
-        taring: Averaging time of the sensor's zero, seconds.
-        closing: Speed along the path until the hand feels the handle, metres per second. The arm is heavy: at the speed
-            of the drag it would hit a locked handle with 30 N.
-        touched: Force at which the hand feels the handle, newtons.
-        drag: Speed along the path from then on, metres per second. It falls from half of ``held_force`` on, so that a
-            pull ends where it is judged.
-        creep: Share of that speed that is left at ``held_force``.
-        ramp: Acceleration along the path, metres per second squared.
-        overdrive: Distance that the target moves beyond the end of the path, metres.
-        waiting: Time for the hand to catch up after the target stops, seconds.
-        free_stiffness: Cartesian stiffness in free motion, newtons per metre.
-        held_stiffness: Cartesian stiffness during the drag, newtons per metre.
-        smoothing: Time constant of the low-pass filter on force, seconds.
-        held_force: A handle counts as held if the force exceeds this, newtons,
-        held_pace: and the hand is slower than this share of what it is drawn at,
-        held_for: both for this long, seconds.
-        enough: Progress, [0, 1], above which the handle counts as moved whatever the force.
-        landing_force: Force along the axis at which the descent is aborted, newtons.
+    Args:
+        arm: An arm that is at home.
+        path: The handle's path as estimated by the robot, starting at the handle.
+
+    Raises:
+        PlantFault: If the arm does not reach a pose.
     """
+    began = arm.time
+    start, _ = path.at(0.0)
+    above = start - CLEARANCE * path.axis
+    arm.reach(above, path.axis)
+    _stand(arm, above, _SETTLING, FREE_STIFFNESS)
+    readings = []
+    for _ in range(_periods(_TARING, arm)):
+        _stand(arm, above, arm.period, FREE_STIFFNESS)
+        readings.append(arm.force())
+    zero: Vector = np.mean(readings, axis=0)
+    verdict: TouchVerdict = "failed"
+    peak, progress = 0.0, 0.0
+    if _descend(arm, start, path.axis, zero):
+        verdict, peak, progress = _drag(arm, path, zero)
+    _stand(arm, arm.position(), _SETTLING, FREE_STIFFNESS)
+    point, height, speed = arm.position(), 0.0, 0.0
+    while height < CLEARANCE:
+        speed = min(speed + _LIFT_RAMP * arm.period, _DESCENT)
+        arm.follow(point - height * path.axis, -speed * path.axis, stiffness=FREE_STIFFNESS)
+        height += speed * arm.period
+    arm.home()
+    return Touch(verdict=verdict, peak_force=peak, progress=progress, seconds=arm.time - began)
 
-    clearance: float = 0.05
-    descent: float = 0.25
-    lift_ramp: float = 2.0
-    settling: float = 0.08
-    taring: float = 0.06
-    closing: float = 0.03
-    touched: float = 1.0
-    drag: float = 0.08
-    creep: float = 0.1
-    ramp: float = 0.6
-    overdrive: float = 0.006
-    waiting: float = 0.3
-    free_stiffness: float = 2500.0
-    held_stiffness: float = 1500.0
-    smoothing: float = 0.02
-    held_force: float = 10.0
-    held_pace: float = 0.6
-    held_for: float = 0.05
-    enough: float = 0.8
-    landing_force: float = 25.0
 
-    def attempt(self, arm: Arm, path: HandlePath) -> Touch:
-        """Try to drag a handle to the other end of its path, then go home.
+def _descend(arm: Arm, start: Vector, axis: Vector, zero: Vector) -> bool:
+    """Lower the hand over the handle; False if it landed on something."""
+    height, speed, felt = CLEARANCE, 0.0, 0.0
+    while height > 0:
+        braking = math.sqrt(2 * _LIFT_RAMP * height)
+        speed = min(speed + _LIFT_RAMP * arm.period, _DESCENT, braking, height / arm.period)
+        arm.follow(start - height * axis, speed * axis, stiffness=FREE_STIFFNESS)
+        height -= max(speed, _CREEP) * arm.period
+        felt = _smoothed(felt, float((zero - arm.force()) @ axis), arm.period)
+        if felt > _LANDING_FORCE:
+            return False
+    _stand(arm, start, _SETTLING, HELD_STIFFNESS)
+    return True
 
-        Args:
-            arm: An arm that is at home.
-            path: The handle's path as estimated by the robot, starting at the handle.
 
-        Raises:
-            PlantFault: If the arm does not reach a pose.
-        """
-        verdict: TouchVerdict
-        began = arm.time
-        start, _ = path.at(0.0)
-        above = start - self.clearance * path.axis
-        arm.reach(above, path.axis)
-        zero = self._tare(arm, above)
-        verdict, peak, progress = "failed", 0.0, 0.0
-        if self._descend(arm, start, path.axis, zero):
-            verdict, peak, progress = self._drag(arm, path, zero)
-        self._retreat(arm, path.axis)
-        arm.home()
-        return Touch(verdict=verdict, peak_force=peak, progress=progress, seconds=arm.time - began)
+def _drag(arm: Arm, path: HandlePath, zero: Vector) -> tuple[TouchVerdict, float, float]:
+    """Drag the handle along its path: verdict, peak force, progress."""
+    origin = path.travelled(arm.position())
+    end = path.length + _OVERDRIVE
+    drawn, speed, pace, felt, peak, held, waited = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    touched = False
+    before = origin
+    while True:
+        point, direction = path.at(drawn)
+        touched = touched or felt > _TOUCHED
+        eased = min(max(2 - 2 * felt / HELD_FORCE, _EASED), 1.0)
+        most = _DRAG * eased if touched else _CLOSING
+        speed = min(speed + _RAMP * arm.period, most, (end - drawn) / arm.period)
+        arm.follow(point, speed * direction, stiffness=HELD_STIFFNESS)
+        drawn += speed * arm.period
+        travelled = path.travelled(arm.position())
+        progress = (travelled - origin) / path.length
+        pace, before = _smoothed(pace, (travelled - before) / arm.period, arm.period), travelled
+        _, along = path.at(travelled)
+        felt = _smoothed(felt, float((zero - arm.force()) @ along), arm.period)
+        if progress < _ENOUGH:
+            peak = max(peak, felt)
+            held = held + arm.period if felt > HELD_FORCE and pace < _HELD_PACE * speed else 0.0
+            if held >= _HELD_FOR - 1e-9:
+                return "blocked", peak, progress
+        if drawn >= end - 1e-9:
+            if progress >= 1.0:
+                return "moved", peak, progress
+            waited += arm.period
+            if waited >= _WAITING:
+                return ("moved" if progress >= _ENOUGH else "failed"), peak, progress
 
-    def _tare(self, arm: Arm, above: Vector) -> Vector:
-        """Tare: the sensor's mean reading without contact."""
-        self._stand(arm, above, self.settling, self.free_stiffness)
-        readings = []
-        for _ in range(self._periods(self.taring, arm)):
-            self._stand(arm, above, arm.period, self.free_stiffness)
-            readings.append(arm.force())
-        return np.asarray(np.mean(readings, axis=0))
 
-    def _descend(self, arm: Arm, start: Vector, axis: Vector, zero: Vector) -> bool:
-        """Lower the hand over the handle; False if it landed on something."""
-        height, speed, felt = self.clearance, 0.0, 0.0
-        while height > 0:
-            braking = math.sqrt(2 * self.lift_ramp * height)
-            speed = min(speed + self.lift_ramp * arm.period, self.descent, braking, height / arm.period)
-            arm.follow(start - height * axis, speed * axis, stiffness=self.free_stiffness)
-            height -= max(speed, _CREEP) * arm.period
-            felt = self._smoothed(felt, float((zero - arm.force()) @ axis), arm.period)
-            if felt > self.landing_force:
-                return False
-        self._stand(arm, start, self.settling, self.held_stiffness)
-        return True
+def _stand(arm: Arm, point: Vector, seconds: float, stiffness: float) -> None:
+    for _ in range(_periods(seconds, arm)):
+        arm.follow(point, np.zeros(3), stiffness=stiffness)
 
-    def _drag(self, arm: Arm, path: HandlePath, zero: Vector) -> tuple[TouchVerdict, float, float]:
-        """Drag the handle along its path: verdict, peak force, progress."""
-        origin = path.travelled(arm.position())
-        end = path.length + self.overdrive
-        drawn, speed, pace, felt, peak, held, waited = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        touched = False
-        before = origin
-        while True:
-            point, direction = path.at(drawn)
-            touched = touched or felt > self.touched
-            eased = min(max(2 - 2 * felt / self.held_force, self.creep), 1.0)
-            most = self.drag * eased if touched else self.closing
-            speed = min(speed + self.ramp * arm.period, most, (end - drawn) / arm.period)
-            arm.follow(point, speed * direction, stiffness=self.held_stiffness)
-            drawn += speed * arm.period
-            travelled = path.travelled(arm.position())
-            progress = (travelled - origin) / path.length
-            pace, before = self._smoothed(pace, (travelled - before) / arm.period, arm.period), travelled
-            _, along = path.at(travelled)
-            felt = self._smoothed(felt, float((zero - arm.force()) @ along), arm.period)
-            if progress < self.enough:
-                peak = max(peak, felt)
-                held = held + arm.period if felt > self.held_force and pace < self.held_pace * speed else 0.0
-                if held >= self.held_for - 1e-9:
-                    return "blocked", peak, progress
-            if drawn >= end - 1e-9:
-                if progress >= 1.0:
-                    return "moved", peak, progress
-                waited += arm.period
-                if waited >= self.waiting:
-                    return ("moved" if progress >= self.enough else "failed"), peak, progress
 
-    def _retreat(self, arm: Arm, axis: Vector) -> None:
-        """Release the handle, then rise."""
-        point = arm.position()
-        self._stand(arm, point, self.settling, self.free_stiffness)
-        point, height, speed = arm.position(), 0.0, 0.0
-        while height < self.clearance:
-            speed = min(speed + self.lift_ramp * arm.period, self.descent)
-            arm.follow(point - height * axis, -speed * axis, stiffness=self.free_stiffness)
-            height += speed * arm.period
+def _smoothed(before: float, now: float, period: float) -> float:
+    return before + (now - before) * period / (_SMOOTHING + period)
 
-    def _stand(self, arm: Arm, point: Vector, seconds: float, stiffness: float) -> None:
-        for _ in range(self._periods(seconds, arm)):
-            arm.follow(point, np.zeros(3), stiffness=stiffness)
 
-    def _smoothed(self, before: float, now: float, period: float) -> float:
-        return before + (now - before) * period / (self.smoothing + period)
-
-    def _periods(self, seconds: float, arm: Arm) -> int:
-        return max(1, round(seconds / arm.period))
+def _periods(seconds: float, arm: Arm) -> int:
+    return max(1, round(seconds / arm.period))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -224,8 +203,7 @@ class HandlePath:
     def at(self, distance: float) -> tuple[Vector, Vector]:
         """The point at a distance from the start, and the path's direction there.
 
-        Args:
-            distance: Metres; before the start and beyond the end the path continues straight.
+        ``distance`` is in metres; before the start and beyond the end the path continues straight.
         """
         last = len(self._directions) - 1
         piece = min(max(int(np.searchsorted(self._along, distance, side="right")) - 1, 0), last)

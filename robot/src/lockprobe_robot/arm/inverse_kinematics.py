@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe_robot.arm.panda import JOINTS, LOWER, UPPER
+from lockprobe_robot.arm.model import JOINTS
 from lockprobe_robot.arm.protocol import Vector
 
 _STEPS = 200
@@ -30,7 +30,7 @@ class InverseKinematics:
     """An inverse kinematics solver, which works on a copy of the scene's state.
 
     Args:
-        model: A compiled scene with the arm and the hand.
+        model: A compiled scene with the arm and a site ``tool``.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -38,7 +38,9 @@ class InverseKinematics:
         joint = model.joint("arm-1")
         first, address = int(joint.dofadr[0]), int(joint.qposadr[0])
         self._q: NDArray[np.float64] = self._data.qpos[address : address + JOINTS]
-        base = model.body("link0").id
+        limits = model.jnt_range[joint.id : joint.id + JOINTS]
+        self._lower, self._upper = limits[:, 0] + _MARGIN, limits[:, 1] - _MARGIN
+        base = model.body("arm-link0").id
         mujoco.mj_kinematics(model, self._data)
         self._base, self._base_turn = self._data.xpos[base].copy(), self._data.xmat[base].reshape(3, 3).copy()
         self._site = model.site("tool").id
@@ -50,7 +52,8 @@ class InverseKinematics:
     def solve(self, position: Vector, axis: Vector) -> NDArray[np.float64] | None:
         """Joint angles for a position of the tool; None if the solver does not converge.
 
-        The search starts from the middle posture turned towards the position.
+        The search starts from the middle posture turned towards the position. The rotation about the hand's axis is
+        projected out of the task.
 
         Args:
             position: In the world, metres.
@@ -69,25 +72,19 @@ class InverseKinematics:
             mujoco.mj_comPos(self._model, self._data)
             gaps[:3] = position - self._tool
             gaps[3:] = np.cross(self._turn[:, 2], axis)
-            if self._turn[:, 2] @ axis > 0 and np.abs(gaps).max() < _CLOSE and self._inside():
+            inside = ((self._q >= self._lower) & (self._q <= self._upper)).all()
+            if self._turn[:, 2] @ axis > 0 and np.abs(gaps).max() < _CLOSE and inside:
                 return self._q.copy()
             mujoco.mj_jacSite(self._model, self._data, self._jacobian[:3], self._jacobian[3:], self._site)
-            self._step(gaps, axis, posture)
+            task = self._j.copy()
+            task[3:] -= np.outer(axis, axis @ task[3:])
+            task[3:] *= _TURN_WEIGHT
+            wanted = gaps.copy()
+            wanted[3:] *= _TURN_WEIGHT
+            inverse = task.T @ np.linalg.inv(task @ task.T + _DAMPING * np.eye(6))
+            rest = _POSTURE_GAIN * (posture - self._q)
+            step = inverse @ (wanted - task @ rest) + rest
+            if (size := float(np.abs(step).max())) > _LONGEST_STEP:
+                step *= _LONGEST_STEP / size
+            self._q[:] = np.clip(self._q + step, self._lower, self._upper)
         return None
-
-    def _inside(self) -> bool:
-        return bool(((self._q >= LOWER + _MARGIN) & (self._q <= UPPER - _MARGIN)).all())
-
-    def _step(self, gaps: NDArray[np.float64], axis: Vector, posture: NDArray[np.float64]) -> None:
-        """One damped least-squares step; rotation about the hand's axis is projected out of the task."""
-        task = self._j.copy()
-        task[3:] -= np.outer(axis, axis @ task[3:])
-        task[3:] *= _TURN_WEIGHT
-        wanted = gaps.copy()
-        wanted[3:] *= _TURN_WEIGHT
-        inverse = task.T @ np.linalg.inv(task @ task.T + _DAMPING * np.eye(6))
-        rest = _POSTURE_GAIN * (posture - self._q)
-        step = inverse @ (wanted - task @ rest) + rest
-        if (size := float(np.abs(step).max())) > _LONGEST_STEP:
-            step *= _LONGEST_STEP / size
-        self._q[:] = np.clip(self._q + step, LOWER + _MARGIN, UPPER - _MARGIN)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import mujoco
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lockprobe.foundation.errors import PlantFault
 from lockprobe_robot.arm.force_control import ForceController
 from lockprobe_robot.arm.inverse_kinematics import InverseKinematics
-from lockprobe_robot.arm.panda import ACCELERATION_LIMITS, HOME, JOINTS, VELOCITY_LIMITS
+from lockprobe_robot.arm.model import ACCELERATION_LIMITS, HOME, JOINTS, VELOCITY_LIMITS
 from lockprobe_robot.arm.protocol import Vector
 
 _STEPS_PER_PERIOD = 5
@@ -27,7 +27,6 @@ class SimulatedArm:
         data: Its state.
         force_noise: Standard deviation of each component of a force reading, newtons.
         rng: Random stream of the noise until :meth:`use_stream`. The number of draws does not depend on the noise.
-        before_step: Called before every step of the simulation.
         after_step: Called after every step of the simulation.
     """
 
@@ -38,14 +37,13 @@ class SimulatedArm:
         *,
         force_noise: float = 0.0,
         rng: np.random.Generator,
-        before_step: Callable[[], None] = lambda: None,
         after_step: Callable[[], None] = lambda: None,
     ) -> None:
         self._model, self._data = model, data
         self._controller = ForceController(model, data)
         self._solver = InverseKinematics(model)
         self._noise, self._rng = force_noise, rng
-        self._before_step, self._after_step = before_step, after_step
+        self._after_step = after_step
         sensor = int(model.sensor("force").adr[0])
         self._reading = data.sensordata[sensor : sensor + 3]
         self._wrench = data.site_xmat[model.site("wrench").id].reshape(3, 3)
@@ -95,9 +93,9 @@ class SimulatedArm:
         self._velocity = np.array(velocity)
         total = np.zeros(3)
         for _ in range(_STEPS_PER_PERIOD):
-            self._open_step()
+            mujoco.mj_step1(self._model, self._data)
             self._controller.pull(point, self._turn, velocity, acceleration, stiffness=stiffness, posture=self._posture)
-            self._close_step()
+            self._finish_step()
             point += stride
             total += self._reading
         self._read(total / _STEPS_PER_PERIOD)
@@ -110,9 +108,9 @@ class SimulatedArm:
         """Stand still in the homing pose for one period."""
         still = np.zeros(JOINTS)
         for _ in range(_STEPS_PER_PERIOD):
-            self._open_step()
+            mujoco.mj_step1(self._model, self._data)
             self._controller.track(HOME, still, still)
-            self._close_step()
+            self._finish_step()
 
     def reaches(self, position: Vector, axis: Vector) -> bool:
         """Whether the tool can reach a position and point along an axis."""
@@ -131,15 +129,12 @@ class SimulatedArm:
         start = self._controller.joints.copy()
         way = angles - start
         size = np.maximum(np.abs(way), 1e-9)
-        profile = _SpeedProfile(
-            speed=float((_SPEED_SHARE * VELOCITY_LIMITS / size).min()),
-            acceleration=float((_ACCELERATION_SHARE * ACCELERATION_LIMITS / size).min()),
-        )
-        for step in range(int(profile.seconds / self._dt) + 2):
-            done, speed, acceleration = profile.at((step + 1) * self._dt)
-            self._open_step()
+        fastest = float((_SPEED_SHARE * VELOCITY_LIMITS / size).min())
+        most = float((_ACCELERATION_SHARE * ACCELERATION_LIMITS / size).min())
+        for done, speed, acceleration in _profile(fastest, most, self._dt):
+            mujoco.mj_step1(self._model, self._data)
             self._controller.track(start + done * way, speed * way, acceleration * way)
-            self._close_step()
+            self._finish_step()
         self._read(self._reading)
         if np.abs(self._controller.joints - angles).max() > _ARRIVED:
             raise PlantFault("something held the arm on its way")
@@ -148,31 +143,24 @@ class SimulatedArm:
         """Store a reading in the base's frame. The simulation senses the flange's force on the hand, hence the sign."""
         self._force = self._noise * self._rng.standard_normal(3) - self._wrench @ reading
 
-    def _open_step(self) -> None:
-        self._before_step()
-        mujoco.mj_step1(self._model, self._data)
-
-    def _close_step(self) -> None:
+    def _finish_step(self) -> None:
         mujoco.mj_step2(self._model, self._data)
         self._after_step()
 
 
-class _SpeedProfile:
-    """A trapezoidal velocity profile from 0 to 1: constant acceleration, constant speed, constant deceleration."""
-
-    def __init__(self, *, speed: float, acceleration: float) -> None:
-        self._acceleration = acceleration
-        self._speed = min(speed, acceleration**0.5)
-        self._ramp = self._speed / acceleration
-        self.seconds = 1 / self._speed + self._ramp
-
-    def at(self, time: float) -> tuple[float, float, float]:
-        """Position, speed and acceleration at a time in seconds."""
-        left = self.seconds - time
+def _profile(speed: float, most: float, dt: float) -> Iterator[tuple[float, float, float]]:
+    """A trapezoidal velocity profile from 0 to 1: share of the way, speed and acceleration after every time step."""
+    speed = min(speed, most**0.5)
+    ramp = speed / most
+    seconds = 1 / speed + ramp
+    for step in range(1, int(seconds / dt) + 3):
+        time = step * dt
+        left = seconds - time
         if left <= 0:
-            return 1.0, 0.0, 0.0
-        if time < self._ramp:
-            return 0.5 * self._acceleration * time**2, self._acceleration * time, self._acceleration
-        if left < self._ramp:
-            return 1 - 0.5 * self._acceleration * left**2, self._acceleration * left, -self._acceleration
-        return self._speed * (time - self._ramp / 2), self._speed, 0.0
+            yield 1.0, 0.0, 0.0
+        elif time < ramp:
+            yield 0.5 * most * time**2, most * time, most
+        elif left < ramp:
+            yield 1 - 0.5 * most * left**2, most * left, -most
+        else:
+            yield speed * (time - ramp / 2), speed, 0.0

@@ -1,8 +1,6 @@
-"""The appearance of a scene: colours, shapes of handles, light, camera, what is painted and what lies about.
+"""The appearance of a scene, which does not change the physics: colours, shapes of handles, light, camera.
 
 It is fixed, or drawn in each trial, as a whole (``looks``) or factor by factor.
-
-The appearance does not change the physics.
 """
 
 from __future__ import annotations
@@ -14,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe_robot.twin_settings import SceneSettings, Viewpoint
+from lockprobe_robot.twin_settings import SceneSettings
 
 Colour = tuple[float, float, float]
 """Red, green, blue, 0 to 1."""
@@ -45,12 +43,7 @@ class Appearance:
         brightness: Brightness of the lamp, as a multiple of the default.
         ambient: Brightness of the light from everywhere, likewise.
         camera: Offset of the camera from its default position, x, y, z in metres in the world.
-        viewpoint: The default position of the camera.
-        tracks: Whether the track of each handle is painted on the board.
-        discs: Whether the ends of tracks are marked.
-        labels: Whether labels are painted on the board.
-        clutter: Number of objects that lie about.
-        luck: Seed of their places, shapes and colours.
+        luck: Seed of places, shapes and colours of what lies about.
     """
 
     wood: Colour
@@ -65,11 +58,6 @@ class Appearance:
     pivot: Colour = (0.2, 0.2, 0.2)
     lamp_height: float = 1.6
     ambient: float = 1.0
-    viewpoint: Viewpoint = "plain"
-    tracks: bool = True
-    discs: bool = True
-    labels: bool = True
-    clutter: int = 0
     luck: int = 0
 
 
@@ -124,11 +112,6 @@ def appearance_of(settings: SceneSettings, rng: np.random.Generator) -> Appearan
     return replace(
         look,
         handle=look.handle if settings.handle_shape == "plain" else settings.handle_shape,
-        viewpoint=settings.viewpoint,
-        tracks=settings.board == "painted",
-        discs=settings.board == "painted" and settings.discs,
-        labels=settings.labels,
-        clutter=settings.clutter,
         luck=int(drawn[13] * 2**53),
     )
 

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
 
-from lockprobe.foundation.errors import Missing
 from lockprobe_robot.box_model.appearance import Appearance, Colour
 from lockprobe_robot.box_model.mounted_joint import TRACK_RADIUS, WAY_RADIUS, MountedJoint
 from lockprobe_robot.box_model.panel import PanelLayout
-
-if TYPE_CHECKING:
-    from PIL import ImageDraw
+from lockprobe_robot.twin_settings import SceneSettings
 
 PIXELS_PER_METRE = 1600
 
@@ -26,35 +23,24 @@ _START, _END = (245, 245, 240), (30, 27, 26)
 _INK, _PAPER, _TARGET = (22, 20, 20), (250, 250, 245), (28, 78, 140)
 
 
-def paint_board(panel: PanelLayout, labels: Sequence[str], appearance: Appearance, *, target: int) -> NDArray[np.uint8]:
+def paint_board(
+    panel: PanelLayout, labels: Sequence[str], appearance: Appearance, settings: SceneSettings, *, target: int
+) -> NDArray[np.uint8]:
     """Paint the front of the board.
 
     The track of each handle is dark. A white disc marks its position 0, a black one its position 1. The label of the
-    target is white on a blue disc. The appearance may leave out discs, tracks or labels.
-
-    Args:
-        panel: The layout of joints and labels.
-        labels: One for each joint in panel order.
-        appearance: Wood, and what is painted on it.
-        target: The joint that has to move, by index in panel order.
+    target, a joint by index in panel order, is white on a blue disc. Settings leave out discs, tracks or labels.
 
     Returns:
         Shape (rows, columns, 3); the first row is the board's upper edge.
-
-    Raises:
-        Missing: If Pillow is not there.
     """
-    try:
-        from PIL import Image, ImageDraw, ImageFont
-    except ImportError:
-        raise Missing("the twins need the package pillow", "pip install 'lockprobe[twin]'") from None
     columns, rows = (round(side * PIXELS_PER_METRE) for side in panel.size)
     image = Image.fromarray(wood((rows, columns), appearance.wood, appearance.grain))
     draw = ImageDraw.Draw(image)
-    for mounted in panel.mounted_joints if appearance.tracks else ():
-        _track(draw, panel, mounted, discs=appearance.discs)
+    for mounted in panel.mounted_joints if settings.board == "painted" else ():
+        _track(draw, panel, mounted, discs=settings.discs)
     font = ImageFont.load_default(panel.letter * PIXELS_PER_METRE / 0.72)
-    for number, (label, point) in enumerate(zip(labels, panel.labels, strict=True) if appearance.labels else ()):
+    for number, (label, point) in enumerate(zip(labels, panel.labels, strict=True) if settings.labels else ()):
         ink, place = _PAPER if number == target else _INK, _pixel(panel, point)
         if number == target:
             _disc(draw, place, _MARK * panel.letter, _TARGET)

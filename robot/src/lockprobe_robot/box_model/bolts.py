@@ -44,7 +44,9 @@ def case_depth(gates: Sequence[Gate]) -> float:
     return 0.03 + (layers * _pitch(layers) if layers else 0.02)
 
 
-def add_gates(spec: mujoco.MjSpec, body: mujoco.MjsBody, panel: PanelLayout, gates: Sequence[Gate]) -> None:
+def add_gates(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, panel: PanelLayout, gates: Sequence[Gate], names: Sequence[str]
+) -> None:
     """Build every gate.
 
     The bolt of gate 2 is the joint ``bolt-2``; the lifters of a gate with several literals: ``lifter-2-0``, ...
@@ -54,6 +56,7 @@ def add_gates(spec: mujoco.MjSpec, body: mujoco.MjsBody, panel: PanelLayout, gat
         body: The panel's body.
         panel: The layout of its joints.
         gates: How its joints lock each other.
+        names: The joints in panel order.
     """
     pitch = _pitch(_layers(gates))
     depth = -_FIRST
@@ -63,10 +66,10 @@ def add_gates(spec: mujoco.MjSpec, body: mujoco.MjsBody, panel: PanelLayout, gat
         bolt.add_geom(name=f"pin-{number}", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PIN_RADIUS, 0, 0], **_BOLT)
         _add_blocks(spec, number, gate.joint, mounted, depth, pitch)
         if len(gate.literals) == 1:
-            _gear(spec, f"bolt-{number}", gate.literals[0], panel, STROKE)
+            _gear(spec, f"bolt-{number}", gate.literals[0], panel, names, STROKE)
         else:
             depth -= pitch
-            _add_lifters(spec, body, bolt, number, gate, panel, depth)
+            _add_lifters(spec, body, bolt, number, gate, panel, names, depth)
         depth -= pitch
 
 
@@ -125,6 +128,7 @@ def _add_lifters(
     number: int,
     gate: Gate,
     panel: PanelLayout,
+    names: Sequence[str],
     depth: float,
 ) -> None:
     """Add a sprung bolt with a crossbar in the next layer, which every lifter can push up."""
@@ -151,10 +155,12 @@ def _add_lifters(
         lifter = _add_bolt(body, name, mounted, depth, back=_CROSSBAR + 0.004 + PIN_RADIUS + _GAP, aside=aside)
         lifter.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PIN_RADIUS, 0, 0], **_BOLT)
         _touching(spec, name, crossbar, _YIELDING)
-        _gear(spec, name, literal, panel, LIFT)
+        _gear(spec, name, literal, panel, names, LIFT)
 
 
-def _gear(spec: mujoco.MjSpec, bolt: str, literal: GateLiteral, panel: PanelLayout, stroke: float) -> None:
+def _gear(
+    spec: mujoco.MjSpec, bolt: str, literal: GateLiteral, panel: PanelLayout, names: Sequence[str], stroke: float
+) -> None:
     """Couple a bolt to a joint by an equality constraint, so that it is fully retracted while the literal holds."""
     joint, position = literal
     ratio = stroke / panel.mounted_joints[joint].travel
@@ -163,7 +169,7 @@ def _gear(spec: mujoco.MjSpec, bolt: str, literal: GateLiteral, panel: PanelLayo
         type=mujoco.mjtEq.mjEQ_JOINT,
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
         name1=bolt,
-        name2=f"joint-{joint}",
+        name2=names[joint],
         data=[start, slope] + [0.0] * 10,
         solref=FIRM_REFERENCE,
         solimp=FIRM,

@@ -18,18 +18,14 @@ import mujoco
 import numpy as np
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.errors import BadValue, Missing
+from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.storage.atomic_file import write_files
 from lockprobe.trial.pictures.png import to_png
 from lockprobe.trial.plan import LABELS
-from lockprobe_robot.arm.hand import add_hand
-from lockprobe_robot.arm.panda import HOME, JOINTS, add_panda
+from lockprobe_robot.arm.model import HOME, add_arm, add_hand
 from lockprobe_robot.box_model.mechanism import Mechanism
-from lockprobe_robot.box_model.scene import EYE, build_scene
+from lockprobe_robot.box_model.scene import build_scene
 from lockprobe_robot.twin_settings import SceneSettings
-
-_FREE = "-"
-"""How the name of no joint of a box begins."""
 
 
 def plain_model(box: Lockbox, *, arm: bool) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -46,9 +42,8 @@ def write_model(box: Lockbox, path: Path, *, arm: bool = False) -> None:
     """Write a model, and its textures as PNG files next to it: all files, or none. MJCF keeps six digits of numbers.
 
     Raises:
-        BadValue: If the box cannot be built, or a joint has the name of a hidden part.
+        BadValue: If the box cannot be built.
         BadFile: If a file cannot be written, or is no regular file.
-        Missing: If a package is missing.
     """
     spec = _spec(box, arm=arm)
     files: dict[Path, str | bytes] = {}
@@ -81,18 +76,15 @@ def view_model(box: Lockbox, *, arm: bool) -> None:
 
 
 def _spec(box: Lockbox, *, arm: bool) -> mujoco.MjSpec:
-    """The scene of a box with the labels A, B and so on in panel order, named as a user's model is."""
+    """The scene of a box with the labels A, B and so on in panel order."""
     labels = tuple(LABELS[: len(box.joints)])
     scene = build_scene(box, labels=labels, settings=SceneSettings(), rng=np.random.default_rng(0))
     spec = scene.spec
     if arm:
-        add_hand(spec, add_panda(spec))
-        for number in range(1, JOINTS + 1):
-            for body in (spec.body(f"link{number}"), *spec.body(f"link{number}").bodies):
+        add_hand(spec, add_arm(spec))
+        for body in spec.bodies:
+            if body.name.startswith(("arm-", "hand")):
                 body.gravcomp = 1
-        for body in spec.body("flange").bodies:
-            for part in (body, *body.bodies):
-                part.gravcomp = 1
     model = spec.compile()
     data = mujoco.MjData(model)
     if arm:
@@ -100,23 +92,4 @@ def _spec(box: Lockbox, *, arm: bool) -> mujoco.MjSpec:
             data.joint(f"arm-{number}").qpos = angle
     Mechanism(model, data, scene).set_configuration(box.initial)
     spec.add_key(name="initial", qpos=data.qpos)
-    _name_as(box, spec)
     return spec
-
-
-def _name_as(box: Lockbox, spec: mujoco.MjSpec) -> None:
-    """Give the parts of a scene the names that a user's model has."""
-    joints = {f"joint-{number}": name for number, name in enumerate(box.names)}
-    sites = {f"knob-{number}": name for number, name in enumerate(box.names)}
-    hidden = ({joint.name for joint in spec.joints} - set(joints)) | ({site.name for site in spec.sites} - set(sites))
-    if taken := hidden.intersection(box.names):
-        raise BadValue("joint", min(taken), "another name: a hidden part of the model has this one")
-    for equality in spec.equalities:
-        equality.name1, equality.name2 = (joints.get(name, name) for name in (equality.name1, equality.name2))
-    named = [(spec.joint(old), new) for old, new in joints.items()]
-    named += [(spec.site(old), new) for old, new in sites.items()]
-    for number, (part, _) in enumerate(named):
-        part.name = f"{_FREE}{number}"  # a joint of the box may itself be called joint-0 or knob-1
-    for part, name in named:
-        part.name = name
-    spec.camera(EYE).name = "lockprobe"

@@ -1,9 +1,12 @@
-"""A lockbox as a MuJoCo model: board, joints, handles, light and cameras."""
+"""A lockbox as a MuJoCo model: board, joints, handles, light and cameras, in the surroundings of ``scene.xml``."""
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -11,7 +14,7 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
-from lockprobe_robot.box_model.appearance import Appearance, Colour, appearance_of
+from lockprobe_robot.box_model.appearance import Appearance, Colour, HandleShape, appearance_of
 from lockprobe_robot.box_model.board_texture import paint_board, wood
 from lockprobe_robot.box_model.bolts import FIRM, FIRM_REFERENCE, add_gates, case_depth
 from lockprobe_robot.box_model.clutter import add_clutter
@@ -26,13 +29,12 @@ from lockprobe_robot.box_model.mounted_joint import (
     MountedJoint,
 )
 from lockprobe_robot.box_model.panel import PanelLayout, lay_out_panel
-from lockprobe_robot.box_model.view import View, view_of
-from lockprobe_robot.filming import add_film_camera
-from lockprobe_robot.geom_groups import HIDDEN, NOTHING, PANEL
+from lockprobe_robot.box_model.view import view_of
+from lockprobe_robot.geom_groups import CAMERA, HIDDEN, NOTHING, PANEL
 from lockprobe_robot.twin_settings import SceneSettings
 
-TIMESTEP = 0.002
-"""Seconds. With twice this time step, locked joints jam."""
+_TAKEN = re.compile(r"(bolt|lifter|arm|hand)-|(tool|wrench)$")
+"""Names of hidden parts, which no joint of a box can have."""
 
 _HOLD = 2.5
 """Force with which the over-centre spring holds a handle at either end, newtons."""
@@ -43,32 +45,27 @@ _FRICTION, _DAMPING = 0.6, 15.0
 _FACE = 0.002
 _TEXTURE = mujoco.mjtTextureRole.mjTEXROLE_RGB
 _TOUCHED = {"contype": PANEL, "conaffinity": NOTHING}
-_ONLY_SEEN = {"contype": NOTHING, "conaffinity": NOTHING}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LockboxScene:
     """An uncompiled scene of a lockbox, to which an arm can still be added.
 
-    Names in the model: bodies ``panel`` and ``part-0``, ``part-1``, ... in panel order; joints ``joint-0``, ...; sites
-    ``knob-0``, ... in the middle of a knob's top; geoms ``knob-0``, ... (the part that a hand touches) and ``board``;
-    the plant's camera ``rgbd`` and the camera for films ``oblique``.
+    Names in the model: bodies ``panel`` and ``part-0``, ``part-1``, ... in panel order; joints, and sites in the middle
+    of a knob's top, as the joints of the box; geoms ``knob-0``, ... (the part that a hand touches) and ``board``; the
+    plant's camera ``lockprobe`` and the camera for films ``oblique``.
 
     Attributes:
         spec: The MuJoCo specification.
         panel: Positions of joints and labels.
-        gates: How joints lock each other. With ``mechanism="ideal"`` the model has no parts for them.
-        box: The box.
-        appearance: How it looks.
-        ideal: Whether joint ranges have to be switched while the simulation runs.
+        gates: How joints lock each other.
+        names: The joints in panel order.
     """
 
     spec: mujoco.MjSpec
     panel: PanelLayout
     gates: tuple[Gate, ...]
-    box: Lockbox
-    appearance: Appearance
-    ideal: bool
+    names: tuple[str, ...]
 
 
 def build_scene(
@@ -79,52 +76,29 @@ def build_scene(
     Args:
         box: The box.
         labels: Labels of the joints, in panel order.
-        settings: Mechanism, tilt, friction, appearance, size of pictures.
+        settings: Tilt, friction, appearance, size of pictures.
         rng: Random stream of the appearance. The number of draws does not depend on the settings.
 
     Raises:
-        BadValue: If the box cannot be built: its interlock needs too many gates, or its joints have no room.
-        Missing: If Pillow is not installed.
+        BadValue: If the box cannot be built: its interlock needs too many gates, its joints have no room, or one has
+            the name of a hidden part.
     """
-    if len(labels) != len(box.joints):
-        raise BadValue("labels", labels, f"one for each of {len(box.joints)} joints")
+    if taken := [name for name in box.names if _TAKEN.match(name)]:
+        raise BadValue("joint", taken[0], "another name: a hidden part of the model has this one")
     appearance = appearance_of(settings, rng)
     gates = gates_of(box)
     panel = lay_out_panel(box, tilt=settings.tilt, depth=case_depth(gates))
-    spec = _empty(settings)
-    body = _add_board(
-        spec, panel, paint_board(panel, labels, appearance, target=box.names.index(box.target)), appearance
-    )
-    for number, mounted in enumerate(panel.mounted_joints):
-        _add_joint(body, number, mounted, appearance, settings.friction)
-    if settings.mechanism == "contact":
-        add_gates(spec, body, panel, gates)
-    _add_surroundings(spec, panel, appearance)
-    view = view_of(panel, appearance, aspect=settings.width / settings.height)
-    add_clutter(spec, body, panel, view, count=appearance.clutter, luck=appearance.luck)
-    _add_cameras(spec, view)
-    ideal = settings.mechanism == "ideal"
-    return LockboxScene(spec=spec, panel=panel, gates=gates, box=box, appearance=appearance, ideal=ideal)
-
-
-def _empty(settings: SceneSettings) -> mujoco.MjSpec:
-    spec = mujoco.MjSpec()
-    spec.modelname = "lockbox"
-    spec.compiler.degree = False
-    spec.option.timestep = TIMESTEP
-    # MuJoCo 4.0.0 uses sparse matrices from 60 degrees of freedom on; with them its solver does not always converge.
-    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.stat.extent = 1.0
-    spec.stat.center = [0.35, 0, 0.3]
-    spec.visual.map.znear = 0.05
-    spec.visual.map.zfar = 8.0
-    spec.visual.map.shadowclip = 4.0  # nearer, the shadow map has specks within sight
-    spec.visual.headlight.specular = [0.0, 0.0, 0.0]
-    spec.visual.quality.shadowsize = 2048
-    spec.visual.global_.offwidth = max(settings.width, 640)
-    spec.visual.global_.offheight = max(settings.height, 480)
-    return spec
+    spec = mujoco.MjSpec.from_file(str(Path(__file__).with_name("scene.xml")))
+    front = paint_board(panel, labels, appearance, settings, target=box.names.index(box.target))
+    body = _add_board(spec, panel, front, appearance)
+    for number, (name, mounted) in enumerate(zip(box.names, panel.mounted_joints, strict=True)):
+        _add_joint(body, number, name, mounted, appearance, settings.friction)
+    add_gates(spec, body, panel, gates, box.names)
+    _light(spec, panel, appearance)
+    view = view_of(panel, settings.viewpoint, appearance.camera, aspect=settings.width / settings.height)
+    add_clutter(spec, body, panel, view, count=settings.clutter, luck=appearance.luck)
+    spec.worldbody.add_camera(name=CAMERA, pos=view.position, quat=_quaternion(view.axes), fovy=view.fovy)
+    return LockboxScene(spec=spec, panel=panel, gates=gates, names=box.names)
 
 
 def _material(spec: mujoco.MjSpec, name: str, picture: NDArray[np.uint8]) -> str:
@@ -159,7 +133,7 @@ def _add_board(
 
 
 def _add_joint(
-    body: mujoco.MjsBody, number: int, mounted: MountedJoint, appearance: Appearance, friction: float
+    body: mujoco.MjsBody, number: int, name: str, mounted: MountedJoint, appearance: Appearance, friction: float
 ) -> None:
     """A slider or a lever, its over-centre spring, and its handle."""
     x, y = mounted.origin
@@ -168,7 +142,7 @@ def _add_joint(
     arm = 1.0 if slides else mounted.reach
     # The spring pushes away from the middle of the travel: a negative stiffness about it.
     part.add_joint(
-        name=f"joint-{number}",
+        name=name,
         type=mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE,
         axis=[math.cos(mounted.direction), math.sin(mounted.direction), 0] if slides else [0, 0, 1],
         range=[0, mounted.travel],
@@ -181,7 +155,8 @@ def _add_joint(
         solimp_limit=FIRM,
     )
     knob = mounted.knob(0.0) - np.array(mounted.origin)
-    add_handle(part, number, knob, appearance)
+    part.add_site(name=name, pos=[*knob, KNOB_TOP], group=HIDDEN)
+    _add_handle(part, number, knob, appearance)
     half = BAR if slides else (mounted.reach / 2 + 0.006, LEVER_HALF_WIDTH)
     part.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
@@ -200,73 +175,48 @@ def _add_joint(
 _AMBIENT, _HEADLIGHT = (0.32, 0.32, 0.33), (0.22, 0.22, 0.22)
 """Light from everywhere, and light from the camera."""
 
+_LAMP, _SKY, _SHINE = 0.54, 0.10, 0.15
+"""Brightness of the lamp and of the light of the sky; of the lamp's reflections."""
 
-def _add_surroundings(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance) -> None:
-    """A table with the board on a block, the floor of the room, and the light."""
+
+def _light(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance) -> None:
+    """Fit the block under the board, and set the light."""
     x, y, z = panel.pose[:3, 3] - panel.depth * panel.pose[:3, 2]
     sine, cosine = math.sin(panel.tilt), math.cos(panel.tilt)
     # The block ends within the case, and nowhere comes out of it.
     top = z + 0.4 * panel.depth * cosine
     half = min(0.4 * panel.size[1] * cosine, 0.4 * panel.depth / max(sine, 1e-3))
-    for name, size, middle, colour in (
-        ("ground", (0.85, 0.9, 0.02), (0.4, 0, -0.02), appearance.floor),
-        ("foot", (half, 0.36 * panel.size[0], top / 2), (x, y, top / 2), (0.25, 0.26, 0.28)),
-    ):
-        spec.worldbody.add_geom(
-            name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=middle, rgba=[*colour, 1], **_TOUCHED
-        )
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[6, 6, 0.1],
-        pos=[0, 0, -0.75],
-        rgba=[0.62, 0.62, 0.60, 1],
-        **_TOUCHED,
-    )
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.86, 0.88, 0.90],
-        rgb2=[0.62, 0.64, 0.67],
-        width=64,
-        height=384,
-    )
+    spec.geom("foot").size, spec.geom("foot").pos = (half, 0.36 * panel.size[0], top / 2), (x, y, top / 2)
+    spec.geom("ground").rgba = [*appearance.floor, 1]
     across, along = appearance.light
-    lamp = np.array([0.5 + across, along, appearance.lamp_height])
+    lamp, sky, bright = spec.light("lamp"), spec.light("sky"), appearance.brightness
+    lamp.pos = np.array([0.5 + across, along, appearance.lamp_height])
+    toward = panel.pose[:3, 3] - lamp.pos
+    lamp.dir = toward / np.linalg.norm(toward)
+    lamp.diffuse, sky.diffuse, lamp.specular = [bright * _LAMP] * 3, [bright * _SKY] * 3, [bright * _SHINE] * 3
     spec.visual.headlight.ambient = appearance.ambient * np.array(_AMBIENT)
     spec.visual.headlight.diffuse = appearance.ambient * np.array(_HEADLIGHT)
-    toward = panel.pose[:3, 3] - lamp
-    for name, position, direction, share, shadow in (
-        ("lamp", lamp, toward / np.linalg.norm(toward), 0.54, True),
-        ("sky", np.array([0.9, -0.6, 1.8]), np.array([-0.35, 0.3, -0.9]), 0.10, False),
-    ):
-        spec.worldbody.add_light(
-            name=name,
-            pos=position,
-            dir=direction,
-            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-            diffuse=[appearance.brightness * share] * 3,
-            specular=[0.15 * appearance.brightness * shadow] * 3,
-            castshadow=shadow,
-        )
 
 
 _BASE = 0.002
 _DARK: Colour = (0.12, 0.12, 0.13)
 
+_CYLINDERS: dict[HandleShape, tuple[tuple[float, float, float, Colour | None], ...]] = {
+    "capped": ((0.010, _BASE, 0.032, _DARK), (KNOB_RADIUS, 0.032, KNOB_TOP, None)),
+    "ball": ((0.008, _BASE, KNOB_TOP - KNOB_RADIUS, _DARK),),
+    "grooved": (
+        (KNOB_RADIUS, _BASE, 0.016, None),
+        (0.012, 0.016, 0.026, _DARK),
+        (KNOB_RADIUS, 0.026, KNOB_TOP, None),
+    ),
+    "hollow": ((KNOB_RADIUS, _BASE, KNOB_TOP - 0.001, None), (0.65 * KNOB_RADIUS, _BASE, KNOB_TOP, _DARK)),
+}
+"""Cylinders of handles of a shape: radius, height of both ends, colour or that of the knob."""
 
-def add_handle(part: mujoco.MjsBody, number: int, middle: NDArray[np.float64], appearance: Appearance) -> None:
-    """Add a handle to a moving part, with a site in the middle of its top.
 
-    Args:
-        part: The moving part.
-        number: Index of the joint in panel order.
-        middle: Middle of the handle in the frame of the part, metres.
-        appearance: Its shape and colour.
-    """
+def _add_handle(part: mujoco.MjsBody, number: int, middle: NDArray[np.float64], appearance: Appearance) -> None:
+    """Add what a hand can touch and what is seen of a handle, whose middle is in the frame of the part, metres."""
     x, y = middle
-    part.add_site(name=f"knob-{number}", pos=[x, y, KNOB_TOP], group=HIDDEN)
     seen = appearance.handle == "round"
     part.add_geom(
         name=f"knob-{number}",
@@ -278,35 +228,16 @@ def add_handle(part: mujoco.MjsBody, number: int, middle: NDArray[np.float64], a
         group=0 if seen else HIDDEN,
         **_TOUCHED,
     )
-    if appearance.handle == "capped":
-        _cylinder(part, middle, 0.010, _BASE, 0.032, _DARK)
-        _cylinder(part, middle, KNOB_RADIUS, 0.032, KNOB_TOP, appearance.knob)
-    elif appearance.handle == "ball":
-        _cylinder(part, middle, 0.008, _BASE, KNOB_TOP - KNOB_RADIUS, _DARK)
-        part.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[KNOB_RADIUS, 0, 0],
-            pos=[x, y, KNOB_TOP - KNOB_RADIUS],
-            rgba=[*appearance.knob, 1],
-            mass=0,
-            **_ONLY_SEEN,
+    for radius, low, high, colour in _CYLINDERS.get(appearance.handle, ()):
+        _cylinder(part, middle, radius, low, high, colour or appearance.knob)
+    if appearance.handle == "ball":
+        _add_seen(
+            part, mujoco.mjtGeom.mjGEOM_SPHERE, [KNOB_RADIUS, 0, 0], [x, y, KNOB_TOP - KNOB_RADIUS], appearance.knob
         )
-    elif appearance.handle == "grooved":
-        _cylinder(part, middle, KNOB_RADIUS, _BASE, 0.016, appearance.knob)
-        _cylinder(part, middle, 0.012, 0.016, 0.026, _DARK)
-        _cylinder(part, middle, KNOB_RADIUS, 0.026, KNOB_TOP, appearance.knob)
     elif appearance.handle == "square":
-        part.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[KNOB_RADIUS / math.sqrt(2), KNOB_RADIUS / math.sqrt(2), (KNOB_TOP - _BASE) / 2],
-            pos=[x, y, (KNOB_TOP + _BASE) / 2],
-            rgba=[*appearance.knob, 1],
-            mass=0,
-            **_ONLY_SEEN,
-        )
-    elif appearance.handle == "hollow":
-        _cylinder(part, middle, KNOB_RADIUS, _BASE, KNOB_TOP - 0.001, appearance.knob)
-        _cylinder(part, middle, 0.65 * KNOB_RADIUS, _BASE, KNOB_TOP, _DARK)
+        side = KNOB_RADIUS / math.sqrt(2)
+        size, at = [side, side, (KNOB_TOP - _BASE) / 2], [x, y, (KNOB_TOP + _BASE) / 2]
+        _add_seen(part, mujoco.mjtGeom.mjGEOM_BOX, size, at, appearance.knob)
 
 
 def _cylinder(
@@ -317,24 +248,15 @@ def _cylinder(
     high: float,
     colour: Colour,
 ) -> None:
-    part.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=[radius, (high - low) / 2, 0],
-        pos=[middle[0], middle[1], (low + high) / 2],
-        rgba=[*colour, 1],
-        mass=0,
-        **_ONLY_SEEN,
-    )
+    size, at = [radius, (high - low) / 2, 0], [middle[0], middle[1], (low + high) / 2]
+    _add_seen(part, mujoco.mjtGeom.mjGEOM_CYLINDER, size, at, colour)
 
 
-EYE = "rgbd"
-"""Name of the plant's camera."""
-
-
-def _add_cameras(spec: mujoco.MjSpec, view: View) -> None:
-    """Add the plant's camera, and the camera for films."""
-    spec.worldbody.add_camera(name=EYE, pos=view.position, quat=_quaternion(view.axes), fovy=view.fovy)
-    add_film_camera(spec)
+def _add_seen(
+    part: mujoco.MjsBody, shape: mujoco.mjtGeom, size: Sequence[float], at: Sequence[float], colour: Colour
+) -> None:
+    """Add a geom that is only looked at."""
+    part.add_geom(type=shape, size=size, pos=at, rgba=[*colour, 1], mass=0, contype=NOTHING, conaffinity=NOTHING)
 
 
 def _quaternion(rotation: NDArray[np.float64]) -> NDArray[np.float64]:

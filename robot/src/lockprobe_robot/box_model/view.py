@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe_robot.box_model.appearance import Appearance
 from lockprobe_robot.box_model.mounted_joint import KNOB_TOP
 from lockprobe_robot.box_model.panel import CAMERA_DISTANCE, PanelLayout, camera_angle
+from lockprobe_robot.twin_settings import Viewpoint
 
 _MARGIN = 0.08
 """Margin around the board in pictures, as a share of their width or height."""
@@ -47,19 +47,13 @@ class View:
         return flat
 
 
-def view_of(panel: PanelLayout, appearance: Appearance, *, aspect: float) -> View:
-    """The view of a panel.
-
-    Args:
-        panel: The panel.
-        appearance: The viewpoint, and an offset from it.
-        aspect: Width by height of pictures.
-    """
+def view_of(panel: PanelLayout, viewpoint: Viewpoint, offset: tuple[float, float, float], *, aspect: float) -> View:
+    """The view of a panel from a viewpoint, with an offset in the world, metres, for pictures of an aspect."""
     middle = panel.pose[:3, 3]
     lean = panel.tilt - camera_angle(panel.tilt)
     away = np.array([-math.sin(lean), 0, math.cos(lean)])
     axes = np.array([[0, -1, 0], [math.cos(lean), 0, math.sin(lean)], away]).T
-    if appearance.viewpoint == "oblique":
+    if viewpoint == "oblique":
         sine, cosine = math.sin(_ASIDE), math.cos(_ASIDE)
         axes = axes @ np.array([[cosine, 0, -sine], [0, 1, 0], [sine, 0, cosine]])
         away = axes[:, 2]
@@ -71,4 +65,4 @@ def view_of(panel: PanelLayout, appearance: Appearance, *, aspect: float) -> Vie
     seen = (panel.in_world(corners) - position) @ axes
     spread = np.abs(seen[:, :2] / seen[:, 2:]).max(0)
     half = max(spread[1], spread[0] / aspect) / (1 - 2 * _MARGIN)
-    return View(position=position + np.array(appearance.camera), axes=axes, half=half, aspect=aspect)
+    return View(position=position + np.array(offset), axes=axes, half=half, aspect=aspect)

@@ -1,133 +1,206 @@
-"""Calibration files (JSON): writing, reading, and the check before a study uses one."""
+"""The files of a calibration: ``views.json`` beside the pictures, and the calibration that is made of them.
+
+``views.json`` says which camera took the pictures, and where the hand was at each::
+
+    {
+      "camera": {"width": 640, "height": 480, "focal": [433.0, 433.0], "centre": [319.5, 239.5],
+                 "distortion": [0, 0, 0, 0, 0]},
+      "views": [
+        {"picture": "00.png", "hand": [[1, 0, 0, 0.4], [0, -1, 0, 0.0], [0, 0, -1, 0.6], [0, 0, 0, 1]]}
+      ]
+    }
+
+robot/docs/calibration.md describes every key.
+"""
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, TypeVar
 
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from scipy.spatial.transform import Rotation
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import parse_json, read_input
-from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.foundation.validation import plain
-from lockprobe_robot.calibration.pose import PoseRows
-from lockprobe_robot.calibration.views import Intrinsics
+from lockprobe_robot.box_model.panel import PanelLayout
+from lockprobe_robot.box_model.tag_layout import board_checksum
+
+VIEWS_FILE = "views.json"
 
 TOLERATED_MM = 4.0
 """Largest error of a board's pose with which the guarded move is always right (robot/docs/twin.md), millimetres."""
 
 _LARGEST = 1 << 20
+"""Bytes of a file."""
 
+_TOLERANCE = 1e-3
+"""Largest deviation from a rotation: poses are typed and printed with a few digits."""
+
+Pose = NDArray[np.float64]
+"""Shape (4, 4): rotation and position in metres of one frame in another."""
+
+_Row = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
 _Positive = Annotated[FiniteFloat, Field(ge=0)]
+_Above = Annotated[FiniteFloat, Field(gt=0)]
 
 
-class CalibrationErrors(BaseModel):
-    """Hold-out and reprojection errors of a calibration.
+def is_rigid(pose: Pose) -> bool:
+    """Whether a matrix of shape (4, 4) is a rigid pose, within the precision of typed numbers."""
+    turn, last = pose[:3, :3], pose[3] - (0, 0, 0, 1)
+    straight = np.abs(turn @ turn.T - np.eye(3)).max() < _TOLERANCE and np.linalg.det(turn) > 0
+    return bool(straight and np.abs(last).max() <= _TOLERANCE and np.isfinite(pose).all())
+
+
+def _rigid(rows: tuple[_Row, _Row, _Row, _Row]) -> tuple[_Row, _Row, _Row, _Row]:
+    if not is_rigid(np.array(rows)):
+        raise ValueError("expected four rows of a rigid pose, the last of them 0, 0, 0, 1")
+    return rows
+
+
+PoseRows = Annotated[tuple[_Row, _Row, _Row, _Row], AfterValidator(_rigid)]
+"""A pose in a file: four rows of four numbers."""
+
+
+def array_of(rows: PoseRows) -> Pose:
+    """A pose from a file, with its rotation made exactly orthogonal, shape (4, 4)."""
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_matrix(np.array(rows)[:3, :3]).as_matrix()
+    pose[:3, 3] = np.array(rows)[:3, 3]
+    return pose
+
+
+class _Of(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Intrinsics(_Of):
+    """Camera intrinsics: a pinhole camera with OpenCV's distortion model.
 
     Attributes:
-        held_out_mm: Hold-out error: mean distance of tags from their positions by the calibration of the other views,
-            millimetres.
-        held_out_worst_mm: The largest mean distance of a view, millimetres.
-        held_out_degrees: Mean angle between a held-out view's board pose and the calibration's, degrees.
-        held_out_worst_degrees: The largest such angle, degrees.
-        reprojection_px: Reprojection error of corners, mean over views, pixels.
+        width: Pixels.
+        height: Pixels.
+        focal: Focal lengths along columns and rows, pixels.
+        centre: Column and row of the optical axis, pixels from the middle of the top left pixel.
+        distortion: OpenCV's k1, k2, p1, p2, k3, ...: none, 4, 5 or 8 numbers.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    held_out_mm: _Positive
-    held_out_worst_mm: _Positive
-    held_out_degrees: _Positive
-    held_out_worst_degrees: _Positive
-    reprojection_px: _Positive
+    width: int
+    height: int
+    focal: tuple[_Above, _Above]
+    centre: tuple[FiniteFloat, FiniteFloat]
+    distortion: Annotated[tuple[FiniteFloat, ...], Field(max_length=8)] = ()
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The camera matrix, shape (3, 3)."""
+        return np.array([[self.focal[0], 0, self.centre[0]], [0, self.focal[1], self.centre[1]], [0, 0, 1]])
 
 
-class Calibration(BaseModel):
+class CalibrationView(_Of):
+    """One view: a picture and the hand's pose.
+
+    Attributes:
+        picture: File name of the picture in the folder.
+        hand: Pose of the hand in the frame of the robot's base at that moment: four rows, metres.
+    """
+
+    picture: Annotated[str, Field(pattern=r"^[\w-][\w.-]{0,99}$")]
+    hand: PoseRows
+
+
+class Views(_Of):
+    """The content of ``views.json``.
+
+    Attributes:
+        camera: The camera on the hand.
+        views: At most 1000.
+    """
+
+    camera: Intrinsics
+    views: Annotated[tuple[CalibrationView, ...], Field(min_length=1, max_length=1000)]
+
+
+class Calibration(_Of):
     """A calibration: poses of camera and board, with errors and provenance.
 
     Attributes:
-        schema_version: Version of the file format.
         date: Time of computation.
         box: Name of the box.
         board: Checksum of the board's dimensions (:func:`lockprobe_robot.box_model.tag_layout.board_checksum`).
-        tag_mm: Side of a tag's black square, millimetres.
-        camera: The camera on the hand.
-        method: Method of hand-eye calibration.
         camera_in_hand: Pose of the camera in the frame of the hand.
         board_in_base: Pose of the board in the frame of the robot's base.
         used: Names of the pictures used.
         refused: The other pictures, each with the reason.
         turned_degrees: Rotation of the hand between views off its dominant axis, degrees.
-        errors: Errors.
+        held_out_mm: Hold-out error: mean distance of tags from their positions by the calibration of the other views,
+            millimetres.
+        held_out_worst_mm: The largest mean distance of a view, millimetres.
+        reprojection_px: Reprojection error of corners, mean over views, pixels.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    schema_version: Literal[1] = 1
     date: AwareDatetime
     box: str
-    board: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-    tag_mm: _Positive
-    camera: Intrinsics
-    method: str
+    board: str
     camera_in_hand: PoseRows
     board_in_base: PoseRows
     used: tuple[str, ...]
     refused: dict[str, str]
     turned_degrees: _Positive
-    errors: CalibrationErrors
+    held_out_mm: _Positive
+    held_out_worst_mm: _Positive
+    reprojection_px: _Positive
 
 
-def write_calibration(found: Calibration, path: Path) -> None:
-    """Write a calibration as a JSON file.
-
-    Raises:
-        BadFile: If it cannot be written.
-    """
-    write_file(path, found.model_dump_json(indent=2) + "\n")
+_Content = TypeVar("_Content", bound=BaseModel)
 
 
-def read_calibration(path: Path) -> Calibration:
-    """Read the calibration in a file.
-
-    Raises:
-        BadFile: If the file is missing or not a calibration.
-    """
+def _read(kind: type[_Content], path: Path) -> _Content:
     data = parse_json(read_input(path, _LARGEST), path)
     try:
-        return Calibration.model_validate(data)
+        return kind.model_validate(data)
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(map(str, first["loc"])) or "calibration"
+        where = ".".join(map(str, first["loc"])) or path.name
         raise BadFile(path, printable(f"{where}: {plain(first['msg'])}")) from None
 
 
-def calibration_for(path: Path, *, board: str, board_file: Path | None = None) -> Calibration:
+def read_views(folder: Path) -> Views:
+    """Read ``views.json`` in a folder.
+
+    Raises:
+        BadFile: If the file is missing, has another form, or names a picture twice.
+    """
+    path = folder / VIEWS_FILE
+    found = _read(Views, path)
+    if len(found.camera.distortion) not in (0, 4, 5, 8):
+        raise BadFile(path, f"camera.distortion: {len(found.camera.distortion)} numbers; expected none, 4, 5 or 8")
+    names = [view.picture for view in found.views]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise BadFile(path, f"names the picture {twice} twice")
+    return found
+
+
+def calibration_for(path: Path, panel: PanelLayout) -> Calibration:
     """Read a calibration and check that a study may rely on it.
 
     Args:
         path: The calibration.
-        board: Checksum of the board that the study uses.
-        board_file: The file that describes the board, where there is one, such as the box's TOML file.
+        panel: The board that the study uses.
 
     Raises:
-        BadFile: If it belongs to another board, is older than the board's file, or has a hold-out error above
-            :data:`TOLERATED_MM`. The message says how to repair it.
+        BadFile: If it cannot be read, belongs to another board, or has a hold-out error above :data:`TOLERATED_MM`. The
+            message says how to repair it.
     """
-    found = read_calibration(path)
+    found = _read(Calibration, path)
     again = "run lockprobe rig calibrate again"
-    if found.board != board:
+    if found.board != board_checksum(panel):
         raise BadFile(path, f"a calibration of another board (box {printable(found.box)}): {again}")
-    if board_file is not None:
-        try:
-            changed = datetime.fromtimestamp(board_file.stat().st_mtime, UTC)
-        except OSError as error:
-            raise BadFile(board_file, f"cannot be read ({error.strerror})") from None
-        if found.date < changed:
-            dates = f"from {found.date:%Y-%m-%d %H:%M}, but {board_file} is from {changed:%Y-%m-%d %H:%M} (UTC)"
-            raise BadFile(path, f"{dates}: {again}")
-    if not found.errors.held_out_mm <= TOLERATED_MM:
-        error_mm = f"hold-out error {found.errors.held_out_mm:.1f} mm, but the arm tolerates {TOLERATED_MM:g} mm"
+    if not found.held_out_mm <= TOLERATED_MM:
+        error_mm = f"hold-out error {found.held_out_mm:.1f} mm, but the arm tolerates {TOLERATED_MM:g} mm"
         raise BadFile(path, f"{error_mm}: {again} with more views and more rotation")
     return found

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
 
 from lockprobe.trial.record import Trial
-
-if TYPE_CHECKING:
-    from PIL.ImageDraw import ImageDraw
-    from PIL.ImageFont import FreeTypeFont, ImageFont
 
 WIDTH = 640
 """Width of a film, pixels."""
@@ -81,33 +77,20 @@ def captioned(picture: NDArray[np.uint8], lines: Sequence[CaptionLine], corner: 
     Returns:
         Shape (even number, WIDTH, 3).
     """
-    from PIL import Image, ImageDraw
-
     height = 2 * round(picture.shape[0] * WIDTH / picture.shape[1] / 2)
     image = Image.fromarray(picture)
     if image.size != (WIDTH, height):
         image = image.resize((WIDTH, height), Image.Resampling.LANCZOS)
     whole = Image.new("RGB", (WIDTH, height + HEIGHT), _PAPER)
     whole.paste(image)
-    draw = ImageDraw.Draw(whole)
+    draw, font = ImageDraw.Draw(whole), ImageFont.load_default(_TEXT)
     for i, line in enumerate(lines):
-        _write(draw, line, height + 5 + i * _LINE)
-    if corner:
-        draw.text((WIDTH - 10, height + 5), corner, _INK, font=_font(), anchor="ra")
+        text = line.text
+        while draw.textlength(text, font=font) > WIDTH - 50:
+            text = f"{text[:-4]}..."
+        draw.text((10, height + 5 + i * _LINE), text, _FALSE if line.alarming else _INK, font=font)
+    draw.text((WIDTH - 10, height + 5), corner, _INK, font=font, anchor="ra")
     return np.asarray(whole)
-
-
-def _write(draw: ImageDraw, line: CaptionLine, top: int) -> None:
-    font, text = _font(), line.text
-    while draw.textlength(text, font=font) > WIDTH - 50:
-        text = f"{text[:-4]}..."
-    draw.text((10, top), text, _FALSE if line.alarming else _INK, font=font)
-
-
-def _font() -> FreeTypeFont | ImageFont:
-    from PIL import ImageFont as Fonts
-
-    return Fonts.load_default(_TEXT)
 
 
 def _word(moved: bool) -> str:

@@ -1,30 +1,29 @@
-"""Writes films picture by picture: GIF, MP4 or a directory of pictures. What is interrupted plays up to there."""
+"""Writes films picture by picture, as GIF or MP4. What is interrupted plays up to there."""
 
 from __future__ import annotations
 
 import importlib.util
-import io
 import struct
 from collections.abc import Generator
 from itertools import islice, product
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import GifImagePlugin, Image
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing
-from lockprobe.foundation.storage.atomic_file import NewDirectory, Replacement, write_file
-from lockprobe.trial.pictures.png import to_png
+from lockprobe.foundation.storage.atomic_file import Replacement
 
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
-RATES = {".gif": 12.5, ".mp4": 25.0, "": 12.5}
-"""Pictures per second by suffix; a path without suffix is a directory of pictures."""
+RATES = {".gif": 12.5, ".mp4": 25.0}
+"""Pictures per second by suffix."""
 
 _STRONG = (*product((0, 255), repeat=3), (190, 30, 30))
 """Colours of every GIF in addition to those of its first picture."""
+
+_GROWS = "-crf 20 -g 25 -movflags frag_keyframe+empty_moov -flush_packets 1"
+"""Arguments of ffmpeg for a film that plays while it grows."""
 
 _SAME = 255
 """Index of the transparent colour of a GIF: the pixel stays as it is."""
@@ -44,16 +43,10 @@ def open_film(path: Path) -> FilmFile:
     """
     kind = path.suffix.lower()
     if kind not in RATES:
-        raise BadValue("out", str(path), "a name that ends in .gif or .mp4, or a directory's")
+        raise BadValue("out", str(path), "a name that ends in .gif or .mp4")
     if not path.parent.is_dir():
         raise BadFile(path, "its directory does not exist")
-    if importlib.util.find_spec("PIL") is None:
-        raise Missing("films need the package pillow", "pip install 'lockprobe[twin]'")
-    if kind == ".gif":
-        return _Gif(path)
-    if kind == ".mp4":
-        return _Mp4(path)
-    return _Directory(path)
+    return _Gif(path) if kind == ".gif" else _Mp4(path)
 
 
 class _Gif:
@@ -62,21 +55,17 @@ class _Gif:
     def __init__(self, path: Path) -> None:
         self._replacement = Replacement(path)
         self._file: IO[bytes] | None = None
-        self._colours: list[int] = []
-        self._palette: Image | None = None
+        self._palette = Image.new("P", (1, 1))
         self._last: NDArray[np.uint8] | None = None
 
     def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
-        from PIL import Image
-
         image = Image.fromarray(picture)
         if self._file is None:
-            self._colours = _colours(image)
-            self._palette = Image.new("P", (1, 1))
-            self._palette.putpalette(self._colours)
+            colours = _colours(image)
+            self._palette.putpalette(colours)
             self._replacement.create()
             self._file = self._replacement.draft.open("r+b")
-            self._file.write(struct.pack("<6s2H3B", b"GIF89a", *image.size, 0xF7, 0, 0) + bytes(self._colours))
+            self._file.write(struct.pack("<6s2H3B", b"GIF89a", *image.size, 0xF7, 0, 0) + bytes(colours))
             self._file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00")  # again and again
         few = np.asarray(image.quantize(palette=self._palette, dither=Image.Dither.NONE))
         few = np.where(few == _SAME, 0, few).astype(np.uint8)
@@ -90,9 +79,9 @@ class _Gif:
             part = np.s_[top : rows[-1] + 1, left : columns[-1] + 1]
             shown = np.where(changed[part], few[part], _SAME).astype(np.uint8)
         self._last = few
-        height, width = shown.shape
-        self._file.write(struct.pack("<4BH2B", 0x21, 0xF9, 4, 0b101, round(100 * seconds), _SAME, 0))
-        self._file.write(struct.pack("<B4HB", 0x2C, left, top, width, height, 0) + self._packed(shown))
+        block = Image.fromarray(shown, "P")
+        how = {"duration": round(1000 * seconds), "transparency": _SAME, "disposal": 1}
+        self._file.write(b"".join(GifImagePlugin.getdata(block, (left, top), **how)))
         self._file.flush()
         if self._replacement.draft.exists():
             self._replacement.rename()
@@ -104,24 +93,8 @@ class _Gif:
             self._file = None
         self._replacement.drop()
 
-    def _packed(self, shown: NDArray[np.uint8]) -> bytes:
-        """The pixels as a GIF of one picture has them: what stands between its only image descriptor and its end."""
-        from PIL import Image
 
-        image, whole = Image.fromarray(shown, "P"), io.BytesIO()
-        image.putpalette(self._colours)
-        image.save(whole, "GIF", optimize=False, interlace=0)
-        one = whole.getvalue()
-        at = 13 + 3 * 2 ** ((one[10] & 7) + 1)
-        while one[at] == 0x21:  # an extension: its blocks, each after its length
-            at += 2
-            while one[at]:
-                at += one[at] + 1
-            at += 1
-        return one[at + 10 : -1]
-
-
-def _colours(image: Image) -> list[int]:
+def _colours(image: Image.Image) -> list[int]:
     """The 256 different colours of a GIF as a flat list."""
     found = iter(image.quantize(_SAME - len(_STRONG)).getpalette() or [])
     chosen = list(dict.fromkeys([*_STRONG, *zip(found, found, found, strict=True)]))
@@ -168,38 +141,10 @@ class _Mp4:
             quality=None,
             macro_block_size=2,
             ffmpeg_log_level="error",
-            output_params=[
-                "-crf",
-                "20",
-                "-g",
-                "25",
-                "-movflags",
-                "frag_keyframe+empty_moov",
-                "-flush_packets",
-                "1",
-            ],  # plays while it grows
+            output_params=_GROWS.split(),
         )
         pipe.send(None)
         return pipe
 
 
-class _Directory:
-    """Numbered PNG files."""
-
-    def __init__(self, path: Path) -> None:
-        if path.exists() and (not path.is_dir() or any(path.iterdir())):
-            raise BadFile(path, "is there and not an empty directory; choose another")
-        self._path = path
-        self._count = 0
-
-    def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
-        if self._count == 0:
-            NewDirectory(self._path).commit()
-        self._count += 1
-        write_file(self._path / f"{self._count:05}.png", to_png(picture))
-
-    def close(self) -> None:
-        pass
-
-
-FilmFile = _Gif | _Mp4 | _Directory
+FilmFile = _Gif | _Mp4

@@ -1,17 +1,66 @@
-"""``lockprobe replay --out``: a film of a trial of a study, played again."""
+"""``lockprobe replay --out``: a film of a trial of a study, whose recorded actions are played again with the same luck.
+
+A trial on a plant without physics is played by the arm of a twin of the same box.
+"""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec
+from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.studies.records.directory import read_study
-from lockprobe.trial.record import Trial
-from lockprobe_robot.film.replay import STAND_IN, WITHOUT_ARM, Film, film_trial, plan_of
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Snapshot, Trial
+from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines
+from lockprobe_robot.film.files import RATES, FilmFile, open_film
+from lockprobe_robot.film.replay import plan_of, played_again
+from lockprobe_robot.filming import BOARD, FILM_CAMERA
+from lockprobe_robot.renderer import Renderer
 
-_NO_MOTION = "A force pushed the model: the film shows it before and after each attempt."
+STAND_IN, WITHOUT_ARM = "twin", "fast-twin"
+"""The plant on which a trial of a plant without a camera is filmed, and that of a box that the arm does not reach."""
+
+_HOOK_RATE = 25.0
+"""Pictures per simulated second that a twin offers."""
+
+_HEIGHT = 420
+_LAMP = np.array([0.0, 1.0, 1.5])
+"""Where the lamp of a film is, metres: on the side of its camera, so that the arm is lit and shadows fall behind."""
+
+_SHADOWS = 2.5
+"""How far from it shadows are drawn, metres: farther, they are coarse."""
+
+_HOLD = 1.2
+"""Seconds that an outcome stays on screen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Film:
+    """A finished film.
+
+    Attributes:
+        path: The file.
+        pictures: Number of pictures.
+        plant: Spec of the plant.
+        differs: The first difference of the replay from the record, in one line; None without a difference.
+        note: What the film shows in the place of the trial's plant, in one sentence; empty if it is that plant.
+    """
+
+    path: Path
+    pictures: int
+    plant: str
+    differs: str | None
+    note: str = ""
 
 
 def make_film(directory: Path, trial: Trial, path: Path, *, speed: int, tell: Callable[[str], None]) -> Film:
@@ -20,21 +69,107 @@ def make_film(directory: Path, trial: Trial, path: Path, *, speed: int, tell: Ca
     Args:
         directory: The study's directory.
         trial: The record.
-        path: The film: ``.gif``, ``.mp4``, or a directory for the pictures.
+        path: The film: ``.gif`` or ``.mp4``.
         speed: Speed-up of a robot's motion, a factor of 1 to 16.
         tell: Called with one line after every step that is played again.
 
     Raises:
         UserMistake: If the trial cannot be filmed here.
-        TrialFault: If it breaks when it is played again.
+        TrialFault: If it breaks when it is played again, and did not then.
     """
-    study = read_study(directory)
-    plan = plan_of(study, trial)
-    film = film_trial(trial, plan, path, speed=speed, tell=tell)
-    if "model" in Spec.parse(film.plant, "plant").options:
-        return replace(film, note=_NO_MOTION)
-    if film.plant not in (STAND_IN, WITHOUT_ARM) or plan.plant == film.plant:
-        return film
-    why = "The trial was played without physics" if plan.plant == "symbolic" else f"{plan.plant} has no film"
-    arm = "an arm" if film.plant == STAND_IN else "a force, as the arm does not reach all handles,"
-    return replace(film, note=f"{why}; the film shows {arm} at work on a twin.")
+    plan = plan_of(read_study(directory), trial)
+    source, note = _source(plan)
+    file = open_film(path)
+    runs = source.make_filmed is not None
+    differs: str | None = None
+    recorder = _FilmRecorder(file, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
+    labels, rng = Names(plan).labels, plan.luck.physics()
+    try:
+        plant = (
+            source.make(plan.box, labels, rng)
+            if source.make_filmed is None
+            else source.make_filmed(plan.box, labels, rng, recorder)
+        )
+        for at, snapshot, differs in played_again(trial, plant, before_step=recorder.begin):  # noqa: B007
+            recorder.show(snapshot, _HOLD)
+            if at >= 0:
+                tell(f"step {at + 1} of {len(trial.steps)}, {recorder.pictures} pictures")
+    finally:
+        recorder.close()
+        file.close()
+    return Film(path=path, pictures=recorder.pictures, plant=source.spec, differs=differs, note=note)
+
+
+def _source(plan: Plan) -> tuple[PlantSource, str]:
+    """The plant that can be filmed in the place of a trial's plant, and how it differs, in a sentence."""
+    source, note = resolve_plant(plan.plant), ""
+    if source.picture_size is None and source.make_filmed is None:
+        source, arm = resolve_plant(STAND_IN), "an arm"
+        try:
+            source.check(plan.box)
+        except BadValue:  # its handles are out of the arm's reach
+            source = resolve_plant(WITHOUT_ARM)
+        if source.spec == WITHOUT_ARM:
+            arm = "a force, as the arm does not reach all handles,"
+        why = "The trial was played without physics" if plan.plant == "symbolic" else f"{plan.plant} has no film"
+        note = f"{why}; the film shows {arm} at work on a twin."
+    elif "model" in Spec.parse(source.spec, "plant").options:
+        note = "A force pushed the model: the film shows it before and after each attempt."
+    source.check(plan.box)
+    return source, note
+
+
+class _FilmRecorder:
+    """Records pictures of a plant: at regular intervals while a twin runs, and single pictures on request."""
+
+    def __init__(self, file: FilmFile, *, runs: bool, rate: float, speed: int) -> None:
+        self.pictures = 0
+        self._runs = runs
+        self._file = file
+        self._seconds = 1 / rate
+        self._every = max(1, round(_HOOK_RATE * speed / rate))
+        self._corner = f"{speed}x" if speed > 1 and runs else ""
+        self._calls = 0
+        self._lines: tuple[CaptionLine, ...] = ()
+        self._renderer: Renderer | None = None
+        self._running: tuple[Any, Any] | None = None
+
+    def __call__(self, model: Any, data: Any) -> None:
+        """Take a picture of a running simulation; called 25 times per simulated second, first when it is made."""
+        self._running = model, data
+        self._calls += 1
+        if self._lines and self._calls % self._every == 0:
+            self._add(self._oblique(model, data), self._seconds)
+
+    def begin(self, trial: Trial, at: int, snapshot: Snapshot) -> None:
+        """Set the caption of the next pictures; a plant that does not run is shown now."""
+        self._lines = outcome_lines(trial, at) if at >= 0 else opening_lines(trial)
+        if not self._runs and at >= 0:
+            self.show(snapshot, _HOLD / 2)
+
+    def show(self, snapshot: Snapshot, seconds: float) -> None:
+        """Hold the plant's present state for some seconds."""
+        if self._running is not None:
+            self._add(self._oblique(*self._running), seconds)
+        elif snapshot.look is not None:
+            self._add(snapshot.look().rgb, seconds)
+
+    def close(self) -> None:
+        """Release the renderer."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def _oblique(self, model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.uint8]:
+        """The running twin at this moment."""
+        if self._renderer is None:
+            lit, lamp = copy.copy(model), model.light("lamp").id
+            lit.light_pos[lamp], lit.light_dir[lamp] = _LAMP, (BOARD - _LAMP) / np.linalg.norm(BOARD - _LAMP)
+            lit.vis.map.shadowclip = _SHADOWS
+            self._renderer = Renderer(lit, width=WIDTH, height=_HEIGHT)
+        self._renderer.pose(data)
+        return self._renderer.colours(FILM_CAMERA)
+
+    def _add(self, picture: NDArray[np.uint8], seconds: float) -> None:
+        self._file.add(captioned(picture, self._lines, self._corner), seconds)
+        self.pictures += 1

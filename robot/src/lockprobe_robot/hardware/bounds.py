@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import IO, Final, TypeVar
 
 import numpy as np
 
@@ -59,40 +59,6 @@ class Bounds:
             if not 0 < (value := getattr(self, name)) < float("inf"):
                 raise BadValue(name, value, "a number above 0")
 
-    def contains(self, point: Vector, slack: float = 0.0) -> bool:
-        """Whether a point, metres, is in the workspace, or outside by at most ``slack`` metres."""
-        return bool((np.asarray(self.low) - slack <= point).all() and (point <= np.asarray(self.high) + slack).all())
-
-
-class CommandLog:
-    """A log of all commands as JSON lines, in memory and, if a path is given, in an append-only file.
-
-    Args:
-        path: The file; None for memory only.
-
-    Raises:
-        BadFile: If the file cannot be written.
-    """
-
-    def __init__(self, path: Path | None = None) -> None:
-        self.last: list[str] = []
-        try:
-            self._file = None if path is None else path.open("a", encoding="utf-8", buffering=1)
-        except OSError as error:
-            raise BadFile(str(path), f"cannot be written ({error.strerror})") from None
-
-    def write(self, command: str, **facts: object) -> None:
-        """Add one command."""
-        line = json.dumps({"t": round(time.time(), 4), "command": command, **facts})
-        self.last = [*self.last[-99:], line]
-        if self._file is not None:
-            self._file.write(line + "\n")
-
-    def close(self) -> None:
-        """Close the file."""
-        if self._file is not None:
-            self._file.close()
-
 
 class Bounded:
     """A wrapper around an arm that enforces its bounds; itself a ``StoppableArm``.
@@ -104,8 +70,15 @@ class Bounded:
         arm: The arm.
         bounds: Its limits.
         operator: The person who agrees to motions.
-        log: The log of commands.
+        log: A file to which every command is added, as a line of JSON; None for none.
         clock: A monotonic clock, seconds; tests pass a fake one.
+
+    Attributes:
+        stops: Number of stops so far.
+        late: Number of commands of a move that took longer than 1.5 periods.
+
+    Raises:
+        BadFile: If the log cannot be written.
     """
 
     def __init__(
@@ -114,17 +87,21 @@ class Bounded:
         bounds: Bounds,
         operator: Operator,
         *,
-        log: CommandLog | None = None,
+        log: Path | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._arm, self._bounds, self._operator, self._clock = arm, bounds, operator, clock
-        self.log = log or CommandLog()
+        self._file: IO[str] | None = None
+        if log is not None:
+            try:
+                self._file = log.open("a", encoding="utf-8", buffering=1)
+            except OSError as error:
+                raise BadFile(log, f"cannot be written ({error.strerror})") from None
         self._thread = DriverThread()
         self._agreed = False
         self._free: Vector | None = None
         self._last: float | None = None
-        self.stops = 0
-        self.late = 0
+        self.stops, self.late = 0, 0
 
     @property
     def facts(self) -> Mapping[str, str | float]:
@@ -161,9 +138,9 @@ class Bounded:
             PlantFault: If the pose lies outside, the operator does not agree, or the arm fails.
         """
         self._begin("reach", position=_plain(position), axis=_plain(axis))
-        self._inside(position, "a pose")
+        self._inside("a pose is", position)
         self._call("reach", lambda: self._arm.reach(position, axis), self._bounds.motion)
-        self._where()
+        self._inside("the tool is", self.position(), _SLACK)
 
     def follow(self, position: Vector, velocity: Vector, *, stiffness: float) -> None:
         """Follow a moving point for one period.
@@ -172,19 +149,25 @@ class Bounded:
             PlantFault: If the target, the tool, the speed or the force leaves the bounds, commands of a move come too
                 late (watchdog), or the arm fails.
         """
-        now = self._clock()
+        bounds, now = self._bounds, self._clock()
         gap = 0.0 if self._last is None else now - self._last
         self._begin("follow", position=_plain(position), velocity=_plain(velocity), stiffness=stiffness)
-        if gap > self._bounds.answer:
-            self._fault(f"no command came for {gap:.2f} s in the middle of a move, at most {self._bounds.answer:g} s")
-        self._inside(position + self.period * velocity, "a target")
-        if (speed := float(np.linalg.norm(velocity))) > self._bounds.speed + 1e-9:
-            self._fault(f"a speed of {speed:.2f} m/s was commanded, at most {self._bounds.speed:g} m/s")
-        self._call("follow", lambda: self._arm.follow(position, velocity, stiffness=stiffness), self._bounds.answer)
+        if gap > bounds.answer:
+            self.fault(f"no command came for {gap:.2f} s in the middle of a move, at most {bounds.answer:g} s")
+        self._inside("a target is", position + self.period * velocity)
+        if (speed := float(np.linalg.norm(velocity))) > bounds.speed + 1e-9:
+            self.fault(f"a speed of {speed:.2f} m/s was commanded, at most {bounds.speed:g} m/s")
+        self._call("follow", lambda: self._arm.follow(position, velocity, stiffness=stiffness), bounds.answer)
         self._last = self._clock()
         self.late += self._last - now > 1.5 * self.period
-        self._where()
-        self._felt()
+        self._inside("the tool is", self.position(), _SLACK)
+        force = self.force()
+        if not np.isfinite(force).all():
+            self.fault("the force is not a number")
+        if self._free is None:
+            self._free = np.array(force)
+        if (felt := float(np.linalg.norm(force - self._free))) > bounds.force:
+            self.fault(f"the hand feels {felt:.1f} N, at most {bounds.force:g} N")
 
     def position(self) -> Vector:
         """Position of the tool, metres."""
@@ -196,17 +179,33 @@ class Bounded:
 
     def stop(self) -> None:
         """Stop the arm; the operator then has to agree to the next motion. It raises nothing."""
-        self.log.write("stop")
+        self._log("stop")
         self.stops += 1
         self._agreed, self._last, self._free = False, None, None
         try:
             DriverThread().call("stop", self._arm.stop, _STOP_SECONDS)  # the arm's thread may hang
         except PlantFault as fault:
-            self.log.write("stop failed", why=str(fault))
+            self._log("stop failed", why=str(fault))
+
+    def close(self) -> None:
+        """Stop the arm, and close the log."""
+        self.stop()
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def fault(self, why: str) -> None:
+        """Stop the arm, and raise ``PlantFault``."""
+        self.stop()
+        raise PlantFault(why)
+
+    def _log(self, command: str, **facts: object) -> None:
+        if self._file is not None:
+            self._file.write(json.dumps({"t": round(time.time(), 4), "command": command, **facts}) + "\n")
 
     def _begin(self, command: str, **facts: object) -> None:
         """Log a command, and ask the operator if it is the first motion since a stop."""
-        self.log.write(command, **facts)
+        self._log(command, **facts)
         if command != "follow":
             self._last, self._free = None, None
         if self._agreed:
@@ -218,26 +217,14 @@ class Bounded:
             self.stop()
             raise
         if not agreed:
-            self._fault("the operator did not agree to a motion")
+            self.fault("the operator did not agree to a motion")
         self._agreed = True
 
-    def _inside(self, point: Vector, what: str) -> None:
-        if not self._bounds.contains(point):
-            self._fault(f"{what} at {_said(point)} m lies outside the workspace {self.facts['workspace']} m")
-
-    def _where(self) -> None:
-        tool = self.position()
-        if not self._bounds.contains(tool, _SLACK):
-            self._fault(f"the tool is at {_said(tool)} m, outside the workspace {self.facts['workspace']} m")
-
-    def _felt(self) -> None:
-        force = self.force()
-        if not np.isfinite(force).all():
-            self._fault("the force is not a number")
-        if self._free is None:
-            self._free = np.array(force)
-        if (felt := float(np.linalg.norm(force - self._free))) > self._bounds.force:
-            self._fault(f"the hand feels {felt:.1f} N, at most {self._bounds.force:g} N")
+    def _inside(self, what: str, point: Vector, slack: float = 0.0) -> None:
+        low, high = np.asarray(self._bounds.low) - slack, np.asarray(self._bounds.high) + slack
+        if not ((low <= point) & (point <= high)).all():
+            said = "/".join(f"{number:.3f}" for number in point)
+            self.fault(f"{what} at {said} m, outside the workspace {self.facts['workspace']} m")
 
     def _call(self, what: str, work: Callable[[], _T], seconds: float) -> _T:
         try:
@@ -246,14 +233,6 @@ class Bounded:
             self.stop()
             raise
 
-    def _fault(self, why: str) -> None:
-        self.stop()
-        raise PlantFault(why)
-
 
 def _plain(vector: Vector) -> list[float]:
     return [round(float(number), 5) for number in vector]
-
-
-def _said(vector: Vector) -> str:
-    return "/".join(f"{number:.3f}" for number in vector)

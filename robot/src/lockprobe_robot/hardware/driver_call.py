@@ -5,7 +5,8 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable
-from typing import Any, TypeVar
+from concurrent.futures import Future
+from typing import TypeVar
 
 from lockprobe.foundation.errors import LockprobeError, PlantFault, kind_and_words
 
@@ -13,11 +14,7 @@ _T = TypeVar("_T")
 
 
 def call_driver(what: str, work: Callable[[], _T]) -> _T:
-    """Call a driver in this thread.
-
-    Args:
-        what: The device, for the message.
-        work: The call.
+    """Call a driver in this thread; ``what`` names the device in messages.
 
     Raises:
         PlantFault: If it raises anything; Lockprobe's own errors pass unchanged.
@@ -52,24 +49,20 @@ class DriverThread:
         if self._thread is None:
             self._thread = threading.Thread(target=self._serve, daemon=True, name="driver")
             self._thread.start()
-        done: queue.SimpleQueue[tuple[Any, LockprobeError | None]] = queue.SimpleQueue()
+        answer: Future[_T] = Future()
 
         def run() -> None:
             try:
-                done.put((call_driver(what, work), None))
+                answer.set_result(call_driver(what, work))
             except LockprobeError as error:
-                done.put((None, error))
+                answer.set_exception(error)
 
         self._work.put(run)
         try:
-            value, error = done.get(timeout=seconds)
-        except queue.Empty:
+            return answer.result(seconds)
+        except TimeoutError:
             self._hangs = what
             raise PlantFault(f"{what}: no answer within {seconds:g} s") from None
-        if error is not None:
-            raise error
-        answer: _T = value
-        return answer
 
     def _serve(self) -> None:
         while True:

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from importlib.metadata import version
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import PlantFault, needing
 from lockprobe.foundation.plugins import ROBOT
-from lockprobe_robot.arm.hand import TOOL
-from lockprobe_robot.arm.panda import HOME
+from lockprobe_robot.arm.inverse_kinematics import InverseKinematics
+from lockprobe_robot.arm.model import HOME, JOINTS, TOOL, TOOL_SITE, add_arm
 from lockprobe_robot.arm.protocol import Vector
-from lockprobe_robot.hardware.kinematics import ArmKinematics
-from lockprobe_robot.hardware.wrench import FreshWrench
 
 _TURN_STIFFNESS = 60.0
 """Newton metres per radian that keep the hand's orientation."""
@@ -28,6 +27,11 @@ _GAINS_SECONDS = 0.02
 _LONGEST_JOIN = 10.0
 """Longest wait for the end of a motion that was told to end, seconds."""
 
+_LOWER = np.array([-2.7437, -1.7837, -2.9007, -3.0421, -2.8065, 0.5445, -3.0159])
+_UPPER = np.array([2.7437, 1.7837, 2.9007, -0.1518, 2.8065, 4.5169, 3.0159])
+"""Joint limits of the FR3 from its data sheet, radians. Its Denavit-Hartenberg parameters are those of the Panda, whose
+limits count, too."""
+
 
 class FrankyArm:
     """An FR3 that follows moving targets under Cartesian impedance control.
@@ -35,7 +39,8 @@ class FrankyArm:
     Args:
         host: Address of the robot's control unit.
         tool: Distance from the flange to the tool centre point (the top of a held knob), metres.
-        wrench: A force-torque sensor; None for the robot's own estimate of the external wrench.
+        wrench: Reads a force-torque sensor: the force on the hand in the frame of the flange, newtons, shape (3,). It
+            has to raise where its reading is old. None for the robot's own estimate of the external wrench.
         period: Seconds between two commands; the 1 kHz loop is the library's.
         speed: Fraction of the highest speed, acceleration and jerk in free motions, (0, 1].
         collision_force: Collision threshold in newtons; half of the number is the threshold of torques in newton
@@ -50,7 +55,7 @@ class FrankyArm:
         host: str,
         *,
         tool: float = TOOL,
-        wrench: FreshWrench | None = None,
+        wrench: Callable[[], Vector] | None = None,
         period: float = 0.01,
         speed: float = 0.2,
         collision_force: float = 60.0,
@@ -60,7 +65,10 @@ class FrankyArm:
         self._franky, self._wrench, self._period = franky, wrench, period
         self._tool = np.eye(4)
         self._tool[2, 3] = tool
-        self._kinematics = ArmKinematics(tool)
+        spec = mujoco.MjSpec()
+        add_arm(spec).add_site(name=TOOL_SITE, pos=[0, 0, tool])
+        self._model = spec.compile()
+        self._posed, self._solver = mujoco.MjData(self._model), InverseKinematics(self._model)
         self._robot: Any = franky.Robot(
             host, relative_dynamics_factor=speed, realtime_config=franky.RealtimeConfig.Ignore
         )
@@ -95,10 +103,18 @@ class FrankyArm:
         self._go(HOME)
 
     def reach(self, position: Vector, axis: Vector) -> None:
-        """Go to a pose through joint space."""
-        angles = self._kinematics.angles(position, axis)
+        """Go to a pose through joint space.
+
+        Raises:
+            PlantFault: If there is no solution within the limits of Panda and FR3.
+        """
+        angles = self._solver.solve(np.asarray(position, dtype=np.float64), axis)
+        if angles is None or not ((angles > _LOWER) & (angles < _UPPER)).all():
+            raise PlantFault(f"the arm cannot reach {np.round(position, 3).tolist()} (metres from its base)")
         self._go(angles)
-        self._turn = self._kinematics.tool(angles)[:3, :3]
+        self._posed.qpos[:JOINTS] = angles
+        mujoco.mj_kinematics(self._model, self._posed)
+        self._turn = self._posed.site(TOOL_SITE).xmat.reshape(3, 3).copy()
 
     def follow(self, position: Vector, velocity: Vector, *, stiffness: float) -> None:
         """Follow a moving point for one period."""
@@ -119,7 +135,7 @@ class FrankyArm:
         # The library holds a target until the next one comes: the middle of the period is right on average.
         tool = np.eye(4)
         tool[:3, :3], tool[:3, 3] = self._turn, position + 0.5 * self._period * velocity
-        target = tool @ np.linalg.inv(self._tool) @ self._effector()
+        target = tool @ np.linalg.inv(self._tool) @ np.asarray(self._robot.state.F_T_EE.matrix)
         # Without acceleration the hand overshoots by 13 mm at the end of a descent, with it by 5 mm.
         acceleration = (np.asarray(velocity) - self._velocity) / self._period
         self._velocity = np.array(velocity)
@@ -143,7 +159,7 @@ class FrankyArm:
         """
         if self._wrench is None:
             return -np.asarray(self._robot.state.O_F_ext_hat_K, dtype=np.float64).ravel()[:3]
-        return self._wrench.force(self._pose()[:3, :3])
+        return np.asarray(self._pose()[:3, :3] @ self._wrench())
 
     def stop(self) -> None:
         """Abort every motion; the robot brakes by itself."""
@@ -171,10 +187,6 @@ class FrankyArm:
         except self._franky.ControlException as error:
             return str(error)
         return "no reason given"
-
-    def _effector(self) -> NDArray[np.float64]:
-        """The configured end effector in the frame of the flange."""
-        return np.asarray(self._robot.state.F_T_EE.matrix)
 
     def _pose(self) -> NDArray[np.float64]:
         """Pose of the tool in the frame of the base."""

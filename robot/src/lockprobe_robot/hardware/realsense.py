@@ -9,7 +9,7 @@ import numpy as np
 
 from lockprobe.foundation.errors import Missing, PlantFault, needing
 from lockprobe.foundation.plugins import ROBOT
-from lockprobe_robot.hardware.camera import Shot
+from lockprobe_robot.hardware.sight import Shot
 
 _MILLISECONDS = 2000
 """Longest wait for a picture."""

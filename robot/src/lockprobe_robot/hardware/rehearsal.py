@@ -8,95 +8,76 @@ Both drive the same :class:`~lockprobe_robot.hardware.rig.Rig`, bounds and guard
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
-from lockprobe.foundation.errors import BadValue, PlantFault
+from lockprobe.foundation.errors import PlantFault
 from lockprobe.plants.catalogue import FilmHook
+from lockprobe.plants.manual import Seen
 from lockprobe.plants.operator import ConsentingOperator
-from lockprobe.trial.protocols import Plant
 from lockprobe.trial.record import Fact
-from lockprobe_robot.arm.guarded_move import GuardedMove, HandlePath
 from lockprobe_robot.arm.protocol import StoppableArm
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
-from lockprobe_robot.hardware.rig import Rig
+from lockprobe_robot.hardware.rig import Board, Rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.plants import RehearsalRung
-from lockprobe_robot.rendering.probe import require_mujoco
 
-BOUNDS = Bounds(low=(0.0, -0.6, 0.02), high=(0.85, 0.6, 0.9), answer=2.0)
+_BOUNDS = Bounds(low=(0.0, -0.6, 0.02), high=(0.85, 0.6, 0.9), answer=2.0)
 """The workspace of rehearsals. A busy machine may need two seconds for an answer; a robot may not."""
-
-RUNGS: Mapping[RehearsalRung, str] = {
-    "scripted": "an arm without a body",
-    "twin": "the simulated arm, in this process",
-}
-"""The rungs from the bottom, and what each is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parts:
-    """The parts of a rung.
+class _SimulatedSight:
+    """Reads the truth from a simulation."""
 
-    Attributes:
-        arm: The arm.
-        path: Function from joint (index in panel order) and present position to the handle's path.
-        state: The configuration, once the joints rest.
-        put: Sets the configuration, as a person would between attempts.
-        close: Releases everything.
-        facts: Facts for the record.
-    """
-
-    arm: StoppableArm
-    path: Callable[[int, bool], HandlePath]
-    state: Callable[[], Configuration]
-    put: Callable[[Configuration], None]
+    configuration: Callable[[], Configuration]
+    facts: Mapping[str, Fact]
     close: Callable[[], None] = lambda: None
-    facts: Mapping[str, Fact] = field(default_factory=dict)
+
+    def read(self, names: tuple[str, ...]) -> Seen:
+        return Seen(configuration=self.configuration(), look=None)
 
 
-def parts_of(
-    rung: str, box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None
-) -> Parts:
-    """The parts of a rung, with the box in its initial configuration; ``scripted`` cannot be filmed.
-
-    Raises:
-        BadValue: If there is no such rung.
-        Missing: If a package is missing.
-    """
+def rehearsed_rig(
+    rung: RehearsalRung,
+    box: Lockbox,
+    labels: tuple[str, ...],
+    rng: np.random.Generator,
+    film: FilmHook | None = None,
+) -> Rig:
+    """A rig on a rung, as a plant: ``--plant 'rig?rung=twin'``. No operator has to agree: nothing real moves."""
+    arm: StoppableArm
     if rung == "scripted":
-        path = lay_out_panel(box).handle_path
-        scripted = ScriptedArm(box, path)
-        return Parts(
-            arm=scripted,
-            path=path,
-            state=lambda: scripted.configuration,
-            put=lambda configuration: setattr(scripted, "configuration", configuration),
-        )
-    if rung == "twin":
-        return _twin(box, labels, rng, film)
-    raise BadValue("rung", rung, f"one of {', '.join(RUNGS)}")
+        panel = lay_out_panel(box)
+        arm = scripted = ScriptedArm(box, panel.handle_path)
+        sight = _SimulatedSight(configuration=lambda: scripted.configuration, facts={"truth": "simulation"})
+    else:
+        from lockprobe_robot.twin import Twin
+        from lockprobe_robot.twin_settings import TwinSettings
 
+        twin = Twin(box, labels=labels, settings=TwinSettings(), rng=rng, film=film)
+        arm, panel = twin.arm, twin.panel
 
-def _twin(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None) -> Parts:
-    require_mujoco()
-    from lockprobe_robot.twin import Twin
-    from lockprobe_robot.twin_settings import TwinSettings
+        def settled() -> Configuration:
+            if not twin.settle():
+                raise PlantFault("a joint stays between its ends")
+            return twin.observe().configuration
 
-    twin = Twin(box, labels=labels, settings=TwinSettings(), rng=rng, film=film)
-
-    return Parts(
-        arm=twin.arm,
-        path=twin.panel.handle_path,
-        state=twin.settled,
-        put=twin.put,
-        close=twin.close,
-        facts={"engine": twin.facts["engine"]},
+        facts: dict[str, Fact] = {"truth": "simulation", "engine": twin.facts["engine"]}
+        sight = _SimulatedSight(configuration=settled, facts=facts, close=twin.close)
+    operator = ConsentingOperator()
+    return Rig(
+        box,
+        labels=labels,
+        arm=Bounded(arm, _BOUNDS, operator),
+        board=Board(panel=panel),
+        operator=operator,
+        truth=sight,
+        rung=rung,
     )
 
 
@@ -109,8 +90,8 @@ class RehearsedAttempt:
         joint: Name of the joint.
         free: Whether the rules let it move.
         verdict: The robot's verdict; empty if a fault ended the attempt.
-        true: Whether the configuration afterwards follows the rules.
-        peak_force: Newtons.
+        peak_force: Newtons; None if a fault ended the attempt.
+        right: Whether the verdict and the configuration afterwards agree with the rules.
         fault: The fault that ended the attempt; empty without a fault.
     """
 
@@ -118,65 +99,9 @@ class RehearsedAttempt:
     joint: str
     free: bool
     verdict: str = ""
-    true: bool = False
-    peak_force: float = math.nan
+    peak_force: float | None = None
+    right: bool = False
     fault: str = ""
-
-    @property
-    def right(self) -> bool:
-        """Whether the verdict and the configuration agree with the rules."""
-        return self.true and self.verdict == ("moved" if self.free else "blocked")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Rehearsal:
-    """The result of a rehearsal.
-
-    Attributes:
-        rung: How real it was.
-        box: Name of the box.
-        attempts: All attempts, in order.
-        commands_late: Commands of a move that took longer than 1.5 periods of wall time.
-        facts: Facts about the parts, for the record.
-    """
-
-    rung: RehearsalRung
-    box: str
-    attempts: tuple[RehearsedAttempt, ...]
-    commands_late: int
-    facts: Mapping[str, Fact]
-
-    @property
-    def right(self) -> int:
-        """Number of attempts whose verdict and configuration agree with the rules."""
-        return sum(one.right for one in self.attempts)
-
-
-def rehearse_rig(
-    rung: RehearsalRung,
-    box: Lockbox,
-    labels: tuple[str, ...],
-    rng: np.random.Generator,
-    film: FilmHook | None = None,
-) -> Plant:
-    """A rig on a rung, as a plant: ``--plant 'rig?rung=twin'``. No operator has to agree: nothing real moves.
-
-    Raises:
-        UserMistake: If the rung is not available here.
-    """
-    parts, operator = parts_of(rung, box, labels, rng, film), ConsentingOperator()
-    return Rig(
-        box,
-        labels=labels,
-        arm=Bounded(parts.arm, BOUNDS, operator),
-        path=parts.path,
-        operator=operator,
-        truth="simulation",
-        rung=rung,
-        facts=parts.facts,
-        state=parts.state,
-        release=parts.close,
-    )
 
 
 def rehearse(
@@ -186,57 +111,47 @@ def rehearse(
     attempts: int,
     seed: int = 1,
     tell: Callable[[RehearsedAttempt], None] = lambda attempted: None,
-) -> Rehearsal:
-    """Attempt random joints from random configurations, and compare every verdict with the rules.
+) -> tuple[tuple[RehearsedAttempt, ...], Mapping[str, Fact]]:
+    """Attempt random joints, from the initial configuration on, and compare every verdict with the rules.
 
-    After a fault the arm is told to stop, and new parts take over.
+    After a fault, whose hand may hold a handle, a new rig begins again.
 
     Args:
         rung: How real it is.
         box: The box.
         attempts: How many attempts.
-        seed: Of configurations and joints. All rungs make the same attempts.
+        seed: Of the joints. All rungs make the same attempts.
         tell: Called after every attempt.
 
-    Raises:
-        UserMistake: If the rung is not available here.
+    Returns:
+        All attempts, in order, and the facts of the last rig.
     """
-    luck, labels = np.random.default_rng(seed), tuple("ABCDEFGH"[: len(box.joints)])
-    looks = luck.spawn(1)[0]
+    luck = np.random.default_rng(seed)
     made: list[RehearsedAttempt] = []
-    late, facts = 0, dict[str, Fact]()
-    while len(made) < attempts:
-        parts = parts_of(rung, box, labels, looks)
-        arm = Bounded(parts.arm, BOUNDS, ConsentingOperator())
+    while True:
+        rig = rehearsed_rig(rung, box, box.names, luck.spawn(1)[0])
         try:
-            arm.home()
+            before = rig.observe().configuration
             while len(made) < attempts:
-                before = tuple(bool(at) for at in luck.integers(2, size=len(box.joints)))
-                made.append(_rehearsed_attempt(parts, arm, box, before, int(luck.integers(len(box.joints)))))
+                joint = int(luck.integers(len(box.joints)))
+                after, free = box.attempt(before, joint)
+                state, name = bits(before), box.names[joint]
+                try:
+                    snapshot = rig.attempt(joint)
+                except PlantFault as fault:
+                    made.append(RehearsedAttempt(state=state, joint=name, free=free, fault=str(fault)))
+                    tell(made[-1])
+                    break
+                verdict, force = str(snapshot.sensed["verdict"]), snapshot.sensed["peak_force"]
+                right = snapshot.configuration == after and verdict == ("moved" if free else "blocked")
+                made.append(
+                    RehearsedAttempt(
+                        state=state, joint=name, free=free, verdict=verdict, peak_force=float(force or 0), right=right
+                    )
+                )
                 tell(made[-1])
-                if made[-1].fault:
-                    break  # the hand may hold a handle: begin again with new parts
+                before = snapshot.configuration
+            else:
+                return tuple(made), rig.facts
         finally:
-            arm.stop()
-            parts.close()
-            late, facts = late + arm.late, dict(parts.facts)
-    return Rehearsal(rung=rung, box=box.name, attempts=tuple(made), commands_late=late, facts=facts)
-
-
-def _rehearsed_attempt(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, joint: int) -> RehearsedAttempt:
-    after, free = box.attempt(before, joint)
-    made = RehearsedAttempt(state=bits(before), joint=box.names[joint], free=free)
-    try:
-        parts.put(before)
-        touch = GuardedMove().attempt(arm, parts.path(joint, before[joint]))
-        return RehearsedAttempt(
-            state=made.state,
-            joint=made.joint,
-            free=free,
-            verdict=touch.verdict,
-            true=parts.state() == after,
-            peak_force=touch.peak_force,
-        )
-    except PlantFault as fault:
-        arm.stop()
-        return RehearsedAttempt(state=made.state, joint=made.joint, free=free, fault=str(fault))
+            rig.close()

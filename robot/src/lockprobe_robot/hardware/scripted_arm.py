@@ -20,6 +20,7 @@ _HELD, _LOOSE = 25.0, 3.0
 """Newtons against the drag of a locked and of a free handle."""
 
 _WEIGHT = np.array([0.0, 0.0, -6.0])
+_HOME = np.array([0.3, 0.0, 0.5])
 
 
 class ScriptedArm:
@@ -36,7 +37,7 @@ class ScriptedArm:
         self._box = box
         self._paths = [(path(joint, False), path(joint, True)) for joint in range(len(box.joints))]
         self.configuration: Configuration = box.initial
-        self._at, self._time = np.zeros(3), 0.0
+        self._at, self._time = _HOME, 0.0
         self._held: tuple[int, HandlePath, bool] | None = None
         self._felt = np.zeros(3)
         self.stops = 0
@@ -48,7 +49,7 @@ class ScriptedArm:
 
     def home(self) -> None:
         """Jump to the homing pose, holding nothing."""
-        self._held, self._time = None, self._time + 1.0
+        self._held, self._at, self._time = None, _HOME, self._time + 1.0
 
     def reach(self, position: Vector, axis: Vector) -> None:
         """Jump to a pose, holding nothing."""

@@ -1,36 +1,42 @@
-"""Reads a user's MJCF file as untrusted data, with limits.
+"""Reads a user's MJCF file (a box, or a hand) as untrusted data, and compiles it, within limits.
 
-MuJoCo gets one text without includes, and the contents of the files that the text refers to. So it opens no file by
-itself, and nothing is read outside the folder of the model, or outside a root that the user names. Each tag of the text
-is one line, so that an error of MuJoCo can name the line of the user's file. Document types are refused, and with them
-XML entities.
+MuJoCo gets the text, the files that it includes, and the contents of those that it refers to under other names. So it
+opens no file by itself, and nothing is read outside the folder of the model.
 """
 
 from __future__ import annotations
 
 import hashlib
-import html
-import os
+import math
 import re
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from xml.parsers import expat
 
-from lockprobe.foundation.errors import BadFile, BadValue
+import mujoco
+import numpy as np
+from PIL import Image, PngImagePlugin
+
+from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import read_input
-from lockprobe_robot.user_model.assets import plain_png
+from lockprobe_robot.arm.model import TOOL_SITE
+from lockprobe_robot.geom_groups import CAMERA
+from lockprobe_robot.picture_file import open_picture
 
-LARGEST_XML = 1 << 20
-"""Bytes of the model and of all files that it includes together."""
+LARGEST = 1 << 24
+"""Bytes of the model and of all files that it includes or refers to."""
 
-LARGEST_ASSETS = 1 << 24
-"""Bytes of all meshes and pictures together."""
+_MOST_ELEMENTS = 5000
+"""Elements of a model and of what it includes; MuJoCo takes minutes for many more."""
 
-_MOST_INCLUDED = 50
+_LARGEST_MEMORY = 10**9
+"""Bytes for contacts and constraints."""
 
-_MOST_ELEMENTS = 10_000
-"""Elements of the model with all that it includes; MuJoCo takes minutes to read many more."""
+_LONGEST_SIDE = 4096
+"""Pixels along each side of a texture."""
 
 _REFUSED = {
     **dict.fromkeys(("extension", "plugin"), "a plugin would run code"),
@@ -38,228 +44,248 @@ _REFUSED = {
     **dict.fromkeys(("replicate", "composite", "flexcomp", "flex", "skin"), "a box needs bodies and geoms only"),
 }
 
-_FORMATS = {"mesh": (".stl", ".obj", ".msh"), "texture": (".png",), "hfield": (".png",)}
-"""Formats by kind of asset. The suffix of a file says its format, and ``content_type`` is dropped."""
+_SIDES = ("nrow", "ncol")
 
-_FOLDERS = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir"}
+_FORMATS = {"mesh": (".stl", ".obj", ".msh"), "texture": (".png",), "hfield": (".png",)}
+"""Formats by kind of asset. The suffix of a file says its format."""
+
+_BROKEN = (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MjcfModel:
-    """A model as text, with the contents of the files that it needs.
+    """A model that was read and not compiled yet.
 
     Attributes:
         path: The file.
-        text: The model for MuJoCo, with includes expanded, one line per tag.
-        assets: Contents of meshes and pictures by their names in ``text``.
-        names: Name in ``text`` -> the user's name of the file.
-        sha256: SHA-256 of the file, hexadecimal.
-        parts_sha256: SHA-256 of the names and contents of all files that it includes or refers to; empty without any.
-        origins: For each line of ``text`` the file and the line of its origin.
+        spec: The model for MuJoCo, with the contents of all files that it needs.
+        digest: 16 hexadecimal digits that change with any of the files.
     """
 
     path: Path
-    text: str
-    assets: Mapping[str, bytes]
-    names: Mapping[str, str]
-    sha256: str
-    parts_sha256: str
-    origins: tuple[tuple[str, int], ...]
+    spec: mujoco.MjSpec
+    digest: str
 
-    @property
-    def digest(self) -> str:
-        """16 hexadecimal digits that change with any of the files."""
-        return hashlib.sha256(f"{self.sha256} {self.parts_sha256}".encode()).hexdigest()[:16]
+    def check_digest(self, wanted: str) -> None:
+        """Check that the files are those that were asked for; any, where ``wanted`` is empty.
 
-    def explain(self, error: str) -> str:
-        """Translate an error of MuJoCo to the lines and names of the user's files."""
-        named = re.sub(r"\basset-\d+\.\w+", lambda found: self.names.get(found[0], found[0]), error)
-        return re.sub(r"\bline (\d+)", lambda found: self._origin(int(found[1])), named).strip()
+        Raises:
+            BadFile: If they are others.
+        """
+        if wanted not in ("", self.digest):
+            raise BadFile(self.path, f"another model: its digest is {self.digest}, {wanted} was asked for")
 
-    def _origin(self, line: int) -> str:
-        file, number = self.origins[min(max(line, 1), len(self.origins)) - 1]
-        return f"line {number}" if file == self.path.name else f"line {number} of {file}"
+    def compile(self) -> mujoco.MjModel:
+        """Compile the model; one without a camera ``lockprobe`` gets MuJoCo's free default view.
+
+        Raises:
+            BadFile: If MuJoCo refuses it, or it would simulate or render for hours, or be drawn wrongly.
+        """
+        for texture in self.spec.textures:
+            if max(texture.width, texture.height) > _LONGEST_SIDE:
+                raise BadFile(self.path, f"texture {texture.name!r} has a side of more than {_LONGEST_SIDE} pixels")
+        seen = self.spec.camera(CAMERA) is not None
+        if not seen:
+            self.spec.worldbody.add_camera(name=CAMERA)
+        mujoco.set_mju_user_warning(lambda message: None)  # else every warning is a line in a file MUJOCO_LOG.TXT
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                model = self.spec.compile()
+        except _BROKEN as error:
+            raise BadFile(self.path, str(error)) from None
+        for what, value, least, most in _measured(model):
+            if not least <= value <= most:
+                raise BadFile(self.path, f"{what} is {value:g}, expected {least:g} to {most:g}")
+        eye = model.camera(CAMERA).id
+        if model.cam_projection[eye] != mujoco.mjtProjection.mjPROJ_PERSPECTIVE or model.cam_sensorsize[eye].any():
+            raise BadFile(self.path, f"camera {CAMERA!r} is orthographic or has a sensor size, expected fovy only")
+        if not seen:
+            _place_camera(model, eye)
+        return model
 
 
-@dataclass(frozen=True, slots=True)
-class _Tag:
-    """A start tag, or with ``attributes`` None an end tag, with its file and line."""
+def _measured(model: mujoco.MjModel) -> Iterator[tuple[str, float, float, float]]:
+    """What is limited, its value, and the limits."""
+    yield "timestep", model.opt.timestep, 2e-4, 0.01
+    for what in ("iterations", "ls_iterations", "noslip_iterations", "ccd_iterations", "sdf_iterations"):
+        yield what, getattr(model.opt, what), 0, 1000
+    for what in ("numslices", "numstacks", "numquads"):
+        yield what, getattr(model.vis.quality, what), 0, 200
+    yield "memory in bytes", model.narena, 0, _LARGEST_MEMORY
+    yield "degrees of freedom", model.nv, 0, 200
+    yield "lights", model.nlight, 0, 100
+    yield "materials", model.nmat, 0, 1000
+    yield "textures", model.ntex, 0, 1000
 
-    name: str
-    attributes: dict[str, str] | None
-    file: str
-    line: int
+
+def _place_camera(model: mujoco.MjModel, eye: int) -> None:
+    """Give a camera MuJoCo's free default view."""
+    free = mujoco.MjvCamera()
+    mujoco.mjv_defaultFreeCamera(model, free)
+    across, up = math.radians(free.azimuth), math.radians(free.elevation)
+    ahead = np.array([math.cos(up) * math.cos(across), math.cos(up) * math.sin(across), math.sin(up)])
+    right = np.array([math.sin(across), -math.cos(across), 0.0])
+    axes = np.array([right, np.cross(right, ahead), -ahead]).T
+    mujoco.mju_mat2Quat(model.cam_quat[eye], np.ascontiguousarray(axes).ravel())
+    model.cam_pos[eye] = free.lookat - free.distance * ahead
+    model.cam_fovy[eye] = model.vis.global_.fovy
 
 
-def read_model(path: Path, root: Path | None = None) -> MjcfModel:
+def read_model(path: Path) -> MjcfModel:
     """Read a model and the files that it refers to.
+
+    Raises:
+        BadFile: If a file is missing, too large, not MJCF, outside the folder of the model or of another format, or if
+            the model holds something that is refused.
+    """
+    reader = _Reader(path)
+    text = reader.scanned(path)
+    try:
+        spec = mujoco.MjSpec.from_string(text.decode(), include=reader.included)
+    except _BROKEN as error:
+        raise BadFile(path, str(error)) from None
+    reader.take_assets(spec)
+    parts = sorted((name, hashlib.sha256(content).hexdigest()) for name, content in reader.files.items())
+    return MjcfModel(path=path, spec=spec, digest=hashlib.sha256(repr(parts).encode()).hexdigest()[:16])
+
+
+def read_hand(path: Path, digest: str) -> mujoco.MjSpec:
+    """Read a user's own hand: all bodies of an MJCF file, with a site ``tool`` in one of them.
 
     Args:
         path: The file.
-        root: The folder that holds the model and all of its files; None for the folder of the model.
+        digest: What the files' digest has to be; empty for any.
 
     Raises:
-        BadFile: If a file is missing, too large, not XML, outside the root or of another format, or if the model holds
-            something that is refused.
-        BadValue: If the model is not in the root.
+        BadFile: If the file cannot be read, is beyond the limits, is not the one asked for, or has no site ``tool``.
     """
-    reader = _Reader(path, root)
-    tags = reader.tags(path)
-    elements = [tag for tag in tags if tag.attributes is not None]
-    if len(elements) > _MOST_ELEMENTS:
-        raise BadFile(path, f"{len(elements)} elements, expected at most {_MOST_ELEMENTS}")
-    folders = reader.folders(tags)
-    lines, origins = [], []
-    for tag in tags:
-        attributes = reader.checked(tag, folders)
-        written = "".join(f' {name}="{html.escape(value)}"' for name, value in attributes.items())
-        lines.append(f"</{tag.name}>" if tag.attributes is None else f"<{tag.name}{written}>")
-        origins.append((tag.file, tag.line))
-    parts = sorted((name, hashlib.sha256(content).hexdigest()) for name, content in reader.parts.items())
-    return MjcfModel(
-        path=path,
-        text="\n".join(lines),
-        assets=reader.assets,
-        names=reader.names,
-        sha256=hashlib.sha256(reader.main).hexdigest(),
-        parts_sha256=hashlib.sha256(repr(parts).encode()).hexdigest() if parts else "",
-        origins=tuple(origins),
-    )
+    file = read_model(path)
+    file.check_digest(digest)
+    if not file.spec.worldbody.bodies or all(site.name != TOOL_SITE for site in file.spec.sites):
+        raise BadFile(path, f"no site {TOOL_SITE!r} in a body, which is where the hand holds the top of a knob")
+    hand = file.spec.copy()
+    file.compile()
+    for key in hand.keys:
+        hand.delete(key)
+    return hand
 
 
 class _Reader:
-    def __init__(self, path: Path, root: Path | None) -> None:
-        self._path, self._left, self._left_for_assets = path, LARGEST_XML, LARGEST_ASSETS
+    """Reads the files of a model, in all no more than the limits.
+
+    Attributes:
+        files: Their contents by name, as seen from the folder of the model.
+        included: Contents of included files, by the names that the model gives them.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._left, self._elements = path, LARGEST, 0
         self._folder = path.resolve().parent
-        self._root = self._folder if root is None else root.resolve()
-        if not self._folder.is_relative_to(self._root):
-            raise BadValue("root", str(root), f"a folder that holds {path} and its files")
-        self.main = b""
-        self.parts: dict[str, bytes] = {}
-        self.assets: dict[str, bytes] = {}
-        self.names: dict[str, str] = {}
+        self.files: dict[str, bytes] = {}
+        self.included: dict[str, bytes] = {}
 
-    def tags(self, path: Path) -> list[_Tag]:
-        """All tags of a file and its included files; the root tags of included files are dropped."""
-        content, is_main = read_input(path, self._left), path == self._path
-        self._left -= len(content)
-        name = path.name if is_main else self._name(path)
-        if is_main:
-            self.main = content
-        else:
-            self.parts[name] = content
-        found: list[_Tag] = []
-        depth = 0
-        parser = expat.ParserCreate()
+    def scanned(self, path: Path) -> bytes:
+        """The content of an XML file, once its tags, and the files that it includes, were looked through."""
+        name, content = self._read(path)
+        parser = expat.ParserCreate("utf-8")
 
-        def start(tag: str, attributes: dict[str, str]) -> None:
-            nonlocal depth
-            depth += 1
-            line = parser.CurrentLineNumber
-            if depth == 1 and tag not in (("mujoco",) if is_main else ("mujoco", "mujocoinclude")):
-                raise BadFile(path, f"line {line}: <{tag}>, not an MJCF file, which begins with <mujoco>")
+        def start(tag: str, attributes: Mapping[str, str]) -> None:
+            self._elements += 1
+            where = f"line {parser.CurrentLineNumber} of {name}"
+            if why := self._refusal(tag, attributes):
+                raise BadFile(self._path, f"{where}: {why}")
             if tag == "include":
-                found.extend(self.tags(self._included(attributes.get("file", ""), name, line)))
-            elif depth > 1 or is_main:
-                found.append(_Tag(tag, attributes, name, line))
-
-        def end(tag: str) -> None:
-            nonlocal depth
-            if tag != "include" and (depth > 1 or is_main):
-                found.append(_Tag(tag, None, name, parser.CurrentLineNumber))
-            depth -= 1
+                file = attributes.get("file", "")
+                part = self._inside(file, where)
+                if part.resolve() == self._path.resolve() or self._name(part) in self.files:
+                    raise BadFile(self._path, f"{where}: {file!r} is included a second time")
+                self.included[file] = self.scanned(part)
 
         def doctype(*_: object) -> None:
             raise BadFile(path, f"line {parser.CurrentLineNumber}: a document type, which is refused")
 
-        parser.StartElementHandler, parser.EndElementHandler = start, end
-        parser.StartDoctypeDeclHandler = doctype
+        parser.StartElementHandler, parser.StartDoctypeDeclHandler = start, doctype
         try:
             parser.Parse(content, True)
-        except (expat.ExpatError, ValueError, LookupError) as error:
+        except (expat.ExpatError, ValueError) as error:
             raise BadFile(path, f"not XML ({error})") from None
-        return found
+        return content
 
-    def folders(self, tags: list[_Tag]) -> dict[str, str]:
-        """Directories by kind of asset, from the ``compiler`` tags; the key ``strip`` exists with ``strippath``."""
-        said: dict[str, str] = {}
-        for tag in tags:
-            if tag.name == "compiler" and tag.attributes is not None:
-                said.update(tag.attributes)
-        found = {kind: said.get(folder, said.get("assetdir", "")) for kind, folder in _FOLDERS.items()}
-        return {**found, "strip": "yes"} if said.get("strippath") == "true" else found
+    def _refusal(self, tag: str, attributes: Mapping[str, str]) -> str:
+        """Why a tag is refused, in words; empty if it is not."""
+        why = ""
+        if self._elements == 1 and tag != "mujoco":
+            why = f"<{tag}>, not an MJCF file, which begins with <mujoco>"
+        elif self._elements > _MOST_ELEMENTS:
+            why = f"more than {_MOST_ELEMENTS} elements"
+        elif tag in _REFUSED:
+            why = f"<{tag}> is refused: {_REFUSED[tag]}"
+        elif tag == "mesh" and "builtin" in attributes:
+            why = "<mesh builtin> is refused: take a geom or a mesh file"
+        elif tag == "hfield" and not all(
+            re.fullmatch(r"\s*[0-9]{1,3}\s*", attributes.get(side, "0")) for side in _SIDES
+        ):
+            why = (
+                "a height field has whole numbers up to 999 as nrow and ncol"  # MuJoCo makes its points while it reads
+            )
+        elif tag not in (*_FORMATS, "include") and any(name.startswith("file") for name in attributes):
+            why = f"<{tag} file> is refused: only meshes, textures and height fields"
+        return why
 
-    def checked(self, tag: _Tag, folders: Mapping[str, str]) -> dict[str, str]:
-        """The attributes of a tag for MuJoCo: files by new names, without folders."""
-        if tag.attributes is None:
-            return {}
-        if tag.name in _REFUSED:
-            raise self._refusal(tag, f"<{tag.name}> is refused: {_REFUSED[tag.name]}")
-        attributes = dict(tag.attributes)
-        if tag.name == "mesh" and "builtin" in attributes:
-            raise self._refusal(tag, "<mesh builtin> is refused: take a geom or a mesh file")
-        if tag.name == "compiler":
-            for folder in ("assetdir", "meshdir", "texturedir", "strippath"):
-                attributes.pop(folder, None)
-        attributes.pop("content_type", None)
-        self._check_points(tag)
-        for name in [name for name in attributes if name.startswith("file")]:
-            if tag.name not in _FORMATS:
-                raise self._refusal(tag, f"<{tag.name} {name}> is refused: only meshes, textures and height fields")
-            said = Path(attributes[name]).name if "strip" in folders else attributes[name]
-            if name == "file":
-                attributes.setdefault("name", Path(said).stem)
-            attributes[name] = self._asset(tag, Path(folders[tag.name], said))
-        return attributes
+    def take_assets(self, spec: mujoco.MjSpec) -> None:
+        """Give a model the contents of the meshes and pictures that it refers to, under names of ours."""
+        assets: dict[str, bytes] = {}
 
-    def _check_points(self, tag: _Tag) -> None:
-        """Refuse large height fields, whose points MuJoCo makes while it reads the text."""
-        for side in ("nrow", "ncol"):
-            said = (tag.attributes or {}).get(side, "0")
-            if tag.name == "hfield" and not re.fullmatch(r"\s*[0-9]{1,3}\s*", said):
-                raise self._refusal(tag, f"{side} is {said[:40]!r}, expected a whole number up to 999")
+        def taken(kind: str, file: str, folder: str) -> str:
+            path = self._inside(str(Path(folder, Path(file).name if spec.strippath else file)), kind)
+            if (suffix := path.suffix.lower()) not in _FORMATS[kind]:
+                raise BadFile(self._path, f"{file} is refused: a {kind} is {' or '.join(_FORMATS[kind])}")
+            _, content = self._read(path)
+            given = f"asset-{len(assets)}-{path.stem}{suffix}"
+            assets[given] = _plain_png(content, path) if suffix == ".png" else content
+            return given
 
-    def _asset(self, tag: _Tag, relative: Path) -> str:
-        path = self._inside(str(relative), tag.file, tag.line)
-        if (suffix := path.suffix.lower()) not in _FORMATS[tag.name]:
-            raise self._refusal(tag, f"{relative} is refused: a {tag.name} is {' or '.join(_FORMATS[tag.name])}")
+        for kind, elements, folder in (
+            ("mesh", spec.meshes, spec.meshdir),
+            ("texture", spec.textures, spec.texturedir),
+            ("hfield", spec.hfields, spec.meshdir),
+        ):
+            for element in elements:
+                element.content_type = ""
+                if element.file:
+                    element.name = element.name or Path(element.file).stem
+                    element.file = taken(kind, element.file, folder)
+                if kind == "texture":
+                    element.cubefiles = [file and taken(kind, file, folder) for file in element.cubefiles]
+        spec.meshdir = spec.texturedir = ""
+        spec.assets = assets
+
+    def _read(self, path: Path) -> tuple[str, bytes]:
         name = self._name(path)
-        if name not in self.parts:
-            content = self.parts[name] = read_input(path, self._left_for_assets)
-            self._left_for_assets -= len(content)
-        given = f"asset-{list(self.parts).index(name)}{suffix}"
-        if given not in self.assets:
-            self.assets[given] = plain_png(self.parts[name], path) if suffix == ".png" else self.parts[name]
-            self.names[given] = name
-        return given
+        if name not in self.files:
+            self.files[name] = read_input(path, self._left)
+            self._left -= len(self.files[name])
+        return name, self.files[name]
 
-    def _included(self, file: str, where: str, line: int) -> Path:
-        path = self._inside(file, where, line)
-        if len(self.parts) >= _MOST_INCLUDED:
-            raise BadFile(self._path, f"line {line} of {where}: more than {_MOST_INCLUDED} files are included")
-        if path == self._path.resolve() or self._name(path) in self.parts:
-            raise BadFile(self._path, f"line {line} of {where}: {file!r} is included a second time")
-        return path
-
-    def _inside(self, file: str, where: str, line: int) -> Path:
+    def _inside(self, file: str, where: str) -> Path:
         try:
             path = (self._folder / file).resolve()
         except (OSError, RuntimeError, ValueError):
-            raise BadFile(self._path, f"line {line} of {where}: {file!r} is not the name of a file") from None
-        if not path.is_relative_to(self._root):
-            folder = "the folder of the model" if self._root == self._folder else str(self._root)
-            raise BadFile(self._path, f"line {line} of {where}: {file!r} is not in {folder}{self._way_out(path)}")
+            raise BadFile(self._path, f"{where}: {file!r} is not the name of a file") from None
+        if not path.is_relative_to(self._folder):
+            raise BadFile(self._path, f"{where}: {file!r} is not in the folder of the model")
         return path
 
-    def _way_out(self, path: Path) -> str:
-        """How a user allows a file outside the root, for a message; nobody allows all files of the machine."""
-        shared = Path(os.path.commonpath([self._folder, path]))
-        return "" if shared == shared.parent else f"; add &root={shared} to the plant to read files of that folder"
-
     def _name(self, path: Path) -> str:
-        """A file's name as seen from the folder of the model, the same for every root."""
-        return Path(os.path.relpath(path, self._folder)).as_posix()
+        """A file's name as seen from the folder of the model."""
+        return path.resolve().relative_to(self._folder).as_posix()
 
-    def _refusal(self, tag: _Tag, why: str) -> BadFile:
-        where = "" if tag.file == self._path.name else f" of {tag.file}"
-        return BadFile(self._path, f"line {tag.line}{where}: {why}")
+
+def _plain_png(content: bytes, path: Path) -> bytes:
+    """A PNG file with its pixels alone, so that MuJoCo unpacks nothing else."""
+    picture, plain, kept = open_picture(content, path, longest=_LONGEST_SIDE), BytesIO(), PngImagePlugin.PngInfo()
+    if "srgb" in picture.info:
+        kept.add(b"sRGB", bytes([picture.info["srgb"]]))
+    Image.frombytes(picture.mode, picture.size, picture.tobytes()).save(plain, "PNG", pnginfo=kept)
+    return plain.getvalue()

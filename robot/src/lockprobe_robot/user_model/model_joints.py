@@ -1,27 +1,22 @@
-"""The joints of a user's model: finds them by the names of the box's joints, reads, sets and pushes them.
+"""The joints of a user's model, pushed by generalised forces.
 
-A joint is pushed by a generalised force: newtons on a sliding joint, newton metres on a turning one. So a model needs
-no handles. A generalised force is simpler than a hand: it neither presses on the board nor pulls at an edge. Like a
-hand it is slow: the force grows only while the joint is slower than a target speed, because fast thin parts tunnel
-through each other in a simulation.
+A push is newtons on a sliding joint, newton metres on a turning one. So a model needs no handles. A generalised force
+is simpler than a hand: it neither presses on the board nor pulls at an edge. Like a hand it is slow: the force grows
+only while the joint is slower than a target speed, because fast thin parts tunnel through each other in a simulation.
 """
 
 from __future__ import annotations
-
-import copy
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.boxes.box import Configuration, JointKind, Lockbox, bits
+from lockprobe.boxes.box import Configuration, Joint, Lockbox, bits
 from lockprobe.foundation.errors import BadValue, PlantFault
+from lockprobe_robot.box_model.joints import Joints
 
 INITIAL = "initial"
 """Keyframe in which the parts of the model stand when a trial begins; without it, the model's reference."""
-
-RESTING = 0.08
-"""Largest distance of a resting joint from an end, as a fraction of its travel."""
 
 _ARRIVED = 0.02
 _QUIET_SPEED, _QUIET_SECONDS = 0.05, 0.02
@@ -29,10 +24,7 @@ _PUSH_SECONDS, _SETTLE_SECONDS = 1.5, 1.0
 _TRAVEL_SECONDS, _GROWTH_SECONDS = 0.4, 0.2
 """A push takes a joint along its travel in the first time, and its force grows from 0 to the limit in the second."""
 
-_KINDS: dict[JointKind, tuple[int, str]] = {
-    "prismatic": (int(mujoco.mjtJoint.mjJNT_SLIDE), "slide"),
-    "revolute": (int(mujoco.mjtJoint.mjJNT_HINGE), "hinge"),
-}
+_KINDS = {"prismatic": (mujoco.mjtJoint.mjJNT_SLIDE, "slide"), "revolute": (mujoco.mjtJoint.mjJNT_HINGE, "hinge")}
 
 _UNSTABLE = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
@@ -43,10 +35,8 @@ _UNSTABLE = (
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
-class ModelJoints:
-    """The joints of a box in a compiled model.
-
-    Position 0 of a joint is the low end of its range, position 1 the high end.
+class ModelJoints(Joints):
+    """The joints of a box in a user's model, found by their names.
 
     Args:
         model: The compiled model.
@@ -59,20 +49,16 @@ class ModelJoints:
     """
 
     def __init__(self, model: mujoco.MjModel, box: Lockbox, *, force: float, torque: float) -> None:
-        self.model, self.data = model, mujoco.MjData(model)
-        self._names = box.names
         loose = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
         if loose.size:
             raise BadValue("the model", f"a free joint {model.joint(loose[0]).name!r}", "only joints with a fixed way")
-        ids = [self._find(joint.name, joint.kind) for joint in box.joints]
-        self._addresses, self._dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
-        self._low, high = model.jnt_range[ids].T
-        self._travel = high - self._low
-        slides = np.array([joint.kind == "prismatic" for joint in box.joints])
-        self._strength = np.where(slides, force, torque)
+        for joint in box.joints:
+            _check_joint(model, joint)
+        super().__init__(model, mujoco.MjData(model), box.names)
+        self._names = box.names
+        self._strength = [force if joint.kind == "prismatic" else torque for joint in box.joints]
         self._scale = np.ones(model.nv)
         self._scale[self._dofs] = 1 / self._travel
-        self.bodies: NDArray[np.intp] = model.jnt_bodyid[ids]
         self._period = float(model.opt.timestep)
 
     def start(self, initial: Configuration) -> None:
@@ -85,24 +71,10 @@ class ModelJoints:
             mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key(INITIAL).id)
         else:
             mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[self._addresses] = self._ends(initial)
+        self.data.qpos[self._addresses] = self.ends(initial)
         self.settle()
         if not self.resting() or self.configuration() != initial:
             raise PlantFault(f"the model does not rest in the initial configuration {bits(initial)}: {self.where()}")
-
-    def fractions(self) -> NDArray[np.float64]:
-        """How far each joint is from position 0, as a fraction of its travel, in panel order."""
-        fractions: NDArray[np.float64] = (self.data.qpos[self._addresses] - self._low) / self._travel
-        return fractions
-
-    def configuration(self) -> Configuration:
-        """The configuration: for each joint the nearer end of its range."""
-        return tuple(bool(fraction > 0.5) for fraction in self.fractions())
-
-    def resting(self) -> bool:
-        """Whether every joint is at an end of its range, within a tolerance."""
-        fractions = self.fractions()
-        return bool((np.minimum(np.abs(fractions), np.abs(1 - fractions)) <= RESTING).all())
 
     def where(self) -> str:
         """Each joint with the fraction of its travel, as text for messages."""
@@ -144,13 +116,6 @@ class ModelJoints:
             if quiet >= needed:
                 return
 
-    def posed(self, configuration: Configuration) -> mujoco.MjData:
-        """A copy of the state in which every joint is in the given configuration; other parts stay where they are."""
-        copied = copy.copy(self.data)
-        elsewhere = np.array(configuration) != np.array(self.configuration())
-        copied.qpos[self._addresses[elsewhere]] = self._ends(configuration)[elsewhere]
-        return copied
-
     def saved(self) -> NDArray[np.float64]:
         """The whole state, for :meth:`restore`."""
         state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
@@ -163,23 +128,6 @@ class ModelJoints:
             self.data.warning[kind].number = 0
         mujoco.mj_setState(self.model, self.data, state, _STATE)
 
-    def _find(self, name: str, kind: JointKind) -> int:
-        model, (wanted, title) = self.model, _KINDS[kind]
-        found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
-        if found < 0:
-            there = ", ".join(repr(model.joint(i).name) for i in range(min(model.njnt, 40))) or "none"
-            raise BadValue("joints of the model", there, f"one called {name!r}, as in the box")
-        if model.jnt_type[found] != wanted:
-            raise BadValue(f"joint {name!r} of the model", "another type", f'type="{title}", since it is {kind}')
-        low, high = model.jnt_range[found]
-        if not model.jnt_limited[found] or not low < high:
-            raise BadValue(f"joint {name!r} of the model", "no range", "a limited range: position 0 to position 1")
-        return int(found)
-
-    def _ends(self, configuration: Configuration) -> NDArray[np.float64]:
-        ends: NDArray[np.float64] = self._low + np.where(configuration, self._travel, 0.0)
-        return ends
-
     def _step(self) -> None:
         try:
             mujoco.mj_step(self.model, self.data)
@@ -190,3 +138,18 @@ class ModelJoints:
 
     def _steps(self, seconds: float) -> int:
         return max(1, round(seconds / self._period))
+
+
+def _check_joint(model: mujoco.MjModel, joint: Joint) -> None:
+    wanted, title = _KINDS[joint.kind]
+    found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint.name)
+    if found < 0:
+        there = ", ".join(repr(model.joint(i).name) for i in range(min(model.njnt, 40))) or "none"
+        raise BadValue("joints of the model", there, f"one called {joint.name!r}, as in the box")
+    if model.jnt_type[found] != wanted:
+        raise BadValue(
+            f"joint {joint.name!r} of the model", "another type", f'type="{title}", since it is {joint.kind}'
+        )
+    low, high = model.jnt_range[found]
+    if not model.jnt_limited[found] or not low < high:
+        raise BadValue(f"joint {joint.name!r} of the model", "no range", "a limited range: position 0 to position 1")

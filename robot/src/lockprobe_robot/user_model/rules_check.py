@@ -6,38 +6,39 @@ positions that an agent's attempts give them.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadFile, PlantFault
-from lockprobe_robot.user_model.model_joints import RESTING, ModelJoints
+from lockprobe_robot.box_model.joints import RESTING
+from lockprobe_robot.twin_settings import UserModelSettings
+from lockprobe_robot.user_model.model_joints import ModelJoints
+from lockprobe_robot.user_model.user_model import joints_of
 
 MOST_CONFIGURATIONS = 64
 """Configurations in which joints are pushed before a study; if trials can reach more, a sample with a fixed seed."""
 
 
-def check_rules(joints: ModelJoints, box: Lockbox, path: Path) -> int:
+def check_model(box: Lockbox, settings: UserModelSettings) -> int:
     """Push every joint in the configurations that are reachable before the target moves, up to a number of them.
 
     Args:
-        joints: The joints of the model.
         box: The rules.
-        path: The model's file, for messages.
+        settings: The model, and the strength of a push.
 
     Returns:
         The number of configurations.
 
     Raises:
-        BadFile: If the model does not rest in the initial configuration; if a joint moves against the rules, does not
-            move although the rules allow it, stops between its ends or moves another joint. The message names the
-            configuration and the joint.
+        BadFile: If the model cannot be read or lacks a joint; if it does not rest in the initial configuration; if a
+            joint moves against the rules, does not move although the rules allow it, stops between its ends or moves
+            another joint. The message names the configuration and the joint.
     """
+    joints = joints_of(box, settings)
     try:
         joints.start(box.initial)
     except PlantFault as fault:
-        raise BadFile(path, str(fault)) from None
+        raise BadFile(settings.model, str(fault)) from None
     rng = np.random.default_rng(0)
     frontier = [(box.initial, joints.saved())]
     known, checked = {box.initial}, 0
@@ -48,7 +49,7 @@ def check_rules(joints: ModelJoints, box: Lockbox, path: Path) -> int:
             joints.restore(state)
             if why := _disagreement(joints, box, configuration, joint):
                 where = f"in configuration {bits(configuration)} ({', '.join(box.names)})"
-                raise BadFile(path, f"{where}, {name} was pushed: {why}")
+                raise BadFile(settings.model, f"{where}, {name} was pushed: {why}")
             after = joints.configuration()
             if name != box.target and after not in known:
                 known.add(after)

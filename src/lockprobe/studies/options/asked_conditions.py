@@ -112,7 +112,7 @@ def _check_own(
     like, varied = flip_of(asked.flip or DEFAULT), {name for one in own for name in Spec.parse(one.spec).options}
     given = [(name, getattr(asked, name)) for name in ("p", "condition", "sweep", "flip")]
     named = [f"{name}={value}" for name, value in Spec.parse(plant.spec).options.items() if name in varied]
-    camera = "one whose camera takes pictures: fast-twin, twin, or manual with --camera"
+    camera = "one whose camera takes pictures: fast-twin or twin"
     mistakes: dict[str, list[tuple[bool, str, object, str]]] = {
         "looks": [
             *((one is not None, name, one, "none with looks, which has its own conditions") for name, one in given),

@@ -1,0 +1,78 @@
+"""The joints of a box in a compiled model, ours or a user's: where they stand, and where they are drawn."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.boxes.box import Configuration, bits
+from lockprobe.foundation.errors import PlantFault
+
+RESTING = 0.08
+"""Largest distance of a resting joint from an end, as a fraction of its travel."""
+
+
+class Joints:
+    """The joints of a box (base class); what moves them is a subclass's.
+
+    Position 0 of a joint is the low end of its range, position 1 the high end. Joints are in panel order.
+
+    Args:
+        model: The compiled model.
+        data: Its state.
+        joints: Names of the joints in the model.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[str]) -> None:
+        self.model, self.data = model, data
+        ids = [model.joint(name).id for name in joints]
+        self._addresses, self._dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
+        self._low, high = model.jnt_range[ids].T
+        self._travel = high - self._low
+        self.bodies: NDArray[np.intp] = model.jnt_bodyid[ids]
+
+    def fractions(self) -> NDArray[np.float64]:
+        """How far each joint is from position 0, as a fraction of its travel."""
+        fractions: NDArray[np.float64] = (self.data.qpos[self._addresses] - self._low) / self._travel
+        return fractions
+
+    def configuration(self) -> Configuration:
+        """The configuration: for each joint the nearer end of its travel."""
+        return tuple(bool(fraction > 0.5) for fraction in self.fractions())
+
+    def resting(self) -> bool:
+        """Whether every joint is at an end of its travel, within a tolerance."""
+        fractions = self.fractions()
+        return bool((np.minimum(np.abs(fractions), np.abs(1 - fractions)) <= RESTING).all())
+
+    def configuration_after(self, joint: int, before: Configuration) -> Configuration:
+        """The configuration after an attempt at a joint.
+
+        Raises:
+            PlantFault: If a joint is between its ends, or a joint moved that was not attempted.
+        """
+        if not self.resting():
+            where = ", ".join(f"{fraction:.2f}" for fraction in self.fractions())
+            raise PlantFault(
+                f"joint {joint} was attempted in {bits(before)} and the joints now stand at {where} of their travel"
+            )
+        after = self.configuration()
+        if any(was != now for i, (was, now) in enumerate(zip(before, after, strict=True)) if i != joint):
+            raise PlantFault(f"another joint moved with joint {joint}: {bits(before)} became {bits(after)}")
+        return after
+
+    def ends(self, configuration: Configuration) -> NDArray[np.float64]:
+        """The position of every joint in a configuration: metres or radians."""
+        ends: NDArray[np.float64] = self._low + np.where(configuration, self._travel, 0.0)
+        return ends
+
+    def posed(self, configuration: Configuration) -> mujoco.MjData:
+        """A copy of the state in which every joint is in the given configuration; other parts stay where they are."""
+        copied = copy.copy(self.data)
+        elsewhere = np.array(configuration) != np.array(self.configuration())
+        copied.qpos[self._addresses[elsewhere]] = self.ends(configuration)[elsewhere]
+        return copied

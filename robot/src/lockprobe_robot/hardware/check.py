@@ -1,0 +1,163 @@
+"""The check of a rig before it touches a board: it makes every joint's motion above the board.
+
+The motion is the guarded move along a handle's path, raised along the board's normal. In free air its verdict has to be
+``moved``. A force that would count as a locked handle, or a hand that sinks, stops the arm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe_robot.arm.guarded_move import HELD_FORCE, HELD_STIFFNESS, HandlePath, TouchVerdict, guarded_move
+from lockprobe_robot.arm.protocol import Vector
+from lockprobe_robot.hardware.bounds import Bounded
+from lockprobe_robot.hardware.rig import Rig
+
+SUCCESS_RATE, MOST_LATE = 0.95, 0.01
+"""Least share of control commands that the robot has to receive in time; largest share of late commands of a move."""
+
+MOST_ASTRAY = 0.007
+"""Distance from the commanded position, metres, above which no handle should be touched: with handles that far from
+where the robot believes them, all of 800 simulated verdicts were right (robot/docs/twin.md)."""
+
+HEIGHT, LOWEST, HIGHEST = 0.10, 0.05, 0.30
+"""Height of the motions above the handles, metres: the default, the least and the greatest."""
+
+_SUNK = 0.5
+"""Share of the height below which the hand must not come."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FreeMotion:
+    """One motion above the board, with its measurements.
+
+    Attributes:
+        joint: Name of the joint.
+        start: The handle's start position, 0 or 1.
+        verdict: The verdict of the guarded move; ``moved`` in free air.
+        force: Largest change of the force on the hand, newtons.
+        astray: Largest distance of the tool from its commanded position along the handle's path, metres.
+        lowest: Lowest height of the tool above the tops of the handles, metres.
+    """
+
+    joint: str
+    start: int
+    verdict: TouchVerdict
+    force: float
+    astray: float
+    lowest: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigCheck:
+    """The check of a rig.
+
+    Attributes:
+        motions: All motions, in order.
+        commands: Number of commands of a move.
+        late: Those of them that took longer than 1.5 periods.
+        success_rate: Lowest share of control commands received in time, [0, 1]; None if the arm does not report it.
+        rung: How real the rig is; a simulation may be late.
+    """
+
+    motions: tuple[FreeMotion, ...]
+    commands: int
+    late: int
+    success_rate: float | None
+    rung: str
+
+    @property
+    def complaints(self) -> tuple[str, ...]:
+        """What is wrong, one sentence each; empty if the arm may touch the board."""
+        found = []
+        if self.success_rate is not None and self.success_rate < SUCCESS_RATE:
+            found.append(f"the robot received {self.success_rate:.1%} of commands in time, least {SUCCESS_RATE:.0%}")
+        if self.rung == "robot" and self.late > MOST_LATE * self.commands:
+            found.append(f"{self.late} of {self.commands} commands were late, at most {MOST_LATE:.0%}")
+        for one in self.motions:
+            if one.verdict != "moved":
+                found.append(f"{one.joint} from {one.start}: the verdict is {one.verdict}, in free air it is moved")
+            if one.astray > MOST_ASTRAY:
+                off = f"{1000 * one.astray:.1f} mm, at most {1000 * MOST_ASTRAY:g} mm"
+                found.append(f"{one.joint} from {one.start}: the hand was off by {off}")
+        return tuple(found)
+
+
+def check_rig(rig: Rig, *, height: float = HEIGHT, tell: Callable[[FreeMotion], None] = lambda made: None) -> RigCheck:
+    """Make every joint's motion in both directions above the board.
+
+    Args:
+        rig: The rig; its operator has to agree before the first motion.
+        height: Height above the handles, metres, [0.05, 0.3].
+        tell: Called after every motion.
+
+    Raises:
+        BadValue: If the height is out of range.
+        PlantFault: If the arm fails, leaves its bounds, sinks, or feels a force that would count as a locked handle.
+            The arm is stopped first.
+    """
+    if not LOWEST <= height <= HIGHEST:
+        raise BadValue("height", height, f"metres from {LOWEST} to {HIGHEST}")
+    motions: list[FreeMotion] = []
+    rates: list[float] = []
+    commands = 0
+    rig.arm.home()
+    for joint, name in enumerate(rig.box.names):
+        for start in (0, 1):
+            path = rig.board.panel.handle_path(joint, bool(start))
+            above = _ArmAbove(rig.arm, path, height)
+            touch = guarded_move(above, replace(path, points=path.points - height * path.axis))
+            motions.append(
+                FreeMotion(
+                    joint=name,
+                    start=start,
+                    verdict=touch.verdict,
+                    force=above.felt,
+                    astray=above.astray,
+                    lowest=above.lowest,
+                )
+            )
+            tell(motions[-1])
+            commands += above.commands
+            if (rate := rig.arm.success_rate) is not None:
+                rates.append(rate)
+    return RigCheck(
+        motions=tuple(motions),
+        commands=commands,
+        late=rig.arm.late,
+        success_rate=min(rates, default=None),
+        rung=str(rig.facts["rung"]),
+    )
+
+
+class _ArmAbove:
+    """An arm that is measured after every command, and stopped if it touches something or sinks."""
+
+    def __init__(self, arm: Bounded, path: HandlePath, height: float) -> None:
+        self._arm, self._path, self._height = arm, path, height
+        self._zero: Vector | None = None
+        self.felt, self.astray, self.lowest, self.period, self.commands = 0.0, 0.0, float("inf"), arm.period, 0
+        self.home, self.reach, self.position, self.force = arm.home, arm.reach, arm.position, arm.force
+
+    @property
+    def time(self) -> float:
+        return self._arm.time
+
+    def follow(self, position: Vector, velocity: Vector, *, stiffness: float) -> None:
+        self._arm.follow(position, velocity, stiffness=stiffness)
+        self.commands += 1
+        tool, force = self._arm.position(), self._arm.force()
+        self._zero = force if self._zero is None else self._zero
+        self.felt = max(self.felt, float(np.linalg.norm(force - self._zero)))
+        if stiffness == HELD_STIFFNESS:  # along the path: descent and rise are faster
+            self.astray = max(self.astray, float(np.linalg.norm(position + self.period * velocity - tool)))
+        self.lowest = min(self.lowest, float((self._path.points[0] - tool) @ self._path.axis))
+        if self.felt > HELD_FORCE:
+            self._arm.fault(f"the hand feels {self.felt:.1f} N where nothing is, at most {HELD_FORCE:g} N")
+        if self.lowest < _SUNK * self._height:
+            least = 1000 * self._height
+            self._arm.fault(f"the hand is {1000 * self.lowest:.0f} mm above the handles, expected {least:.0f} mm")

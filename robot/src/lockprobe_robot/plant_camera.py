@@ -1,0 +1,175 @@
+"""A plant's RGB-D camera: pictures of a MuJoCo model, true or as it is told falsely, rendered only on request."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from functools import partial
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.boxes.box import Configuration
+from lockprobe.foundation.errors import PlantFault
+from lockprobe.trial.pictures.frame import Camera, Frame
+from lockprobe.trial.record import Fact
+from lockprobe_robot.box_model.joints import Joints
+from lockprobe_robot.geom_groups import CAMERA
+from lockprobe_robot.renderer import Renderer
+from lockprobe_robot.twin_settings import CameraSettings
+
+_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
+"""MuJoCo's cameras look along -z with y up; cameras of pictures look along z with y down."""
+
+_REFERENCE = 0.7
+"""Depth in metres at which the noise has the stated size. Noise grows with depth squared, as in stereo cameras."""
+
+_STEP = 0.02
+"""Metres. Neighbouring pixels that differ by more form an edge."""
+
+_LOST = 0.6
+"""Share of pixels at edges that have no reading."""
+
+
+class PlantCamera:
+    """A plant's camera for the present moment. Every attempt ends a moment.
+
+    The renderer opens at the first look, so a plant without looks needs no OpenGL.
+
+    Args:
+        joints: The joints, in the model and the state that are looked at; a look does not change it.
+        pose: Pose of the panel in the world, shape (4, 4).
+        handles: The handles' positions at 0 and at 1 in its frame, shape (joints, 2, 3), metres.
+        settings: Size of pictures, noise of depth, error of the view.
+        rng: A separate random stream. Each look draws one number of it for the noise of depth, and six of a child of it
+            for the error of the view.
+    """
+
+    def __init__(
+        self,
+        joints: Joints,
+        *,
+        pose: NDArray[np.float64],
+        handles: NDArray[np.float64],
+        settings: CameraSettings,
+        rng: np.random.Generator,
+    ) -> None:
+        self._joints, self._pose, self._handles = joints, pose, handles
+        self._settings, self._rng = settings, rng
+        self._view = rng.spawn(1)[0]
+        shift, turn = settings.view_jitter / 1000, math.radians(settings.view_turn)
+        self._sizes = np.array([shift] * 3 + [turn] * 3)
+        self._moment = 0
+        self._renderer: Renderer | None = None
+        self._drawn_by: str | None = None
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Engine, settings and the renderer of the last picture (None if there was none), for the record."""
+        return {"engine": f"mujoco {mujoco.__version__}", **asdict(self._settings), "renderer": self._drawn_by}
+
+    def look_now(self) -> Callable[[], Frame]:
+        """A function that takes a picture of this moment.
+
+        It raises ``PlantFault`` once the moment is over, and ``Missing`` if the renderer does not work here.
+        """
+        return partial(self._look, self._moment, None)
+
+    def look_as_told(self) -> Callable[[Configuration], Frame]:
+        """As :meth:`look_now`, but the function draws the joints in a given configuration, for false pictures."""
+        return partial(self._look, self._moment)
+
+    def end_moment(self) -> None:
+        """End the present moment and begin the next one."""
+        self._moment += 1
+
+    def close(self) -> None:
+        """Release the renderer. The next look opens it again."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def _look(self, moment: int, configuration: Configuration | None) -> Frame:
+        if self._moment != moment:
+            raise PlantFault("a picture was asked for after the next attempt")
+        settings, model = self._settings, self._joints.model
+        if self._renderer is None:
+            self._renderer = Renderer(model, width=settings.width, height=settings.height)
+        renderer, eye = self._renderer, model.camera(CAMERA).id
+        seen = renderer.pose(self._joints.data if configuration is None else self._joints.posed(configuration))
+        camera = self._geometry(seen, eye)
+        # As much is drawn whatever the sizes are, so a larger error is the same luck enlarged.
+        move_camera(seen, eye, self._sizes * self._view.standard_normal(6))
+        rgb, depth = renderer.colours(CAMERA), renderer.depth(CAMERA)
+        self._drawn_by = renderer.name
+        return Frame(
+            rgb=rgb,
+            depth=add_depth_noise(depth, settings.depth_noise, self._rng),
+            camera=camera,
+            handles=self._handles,
+            renderer=renderer.name,
+            labelled=settings.labels,
+        )
+
+    def _geometry(self, seen: mujoco.MjData, eye: int) -> Camera:
+        """The camera model: focal length, and the panel's pose in the camera's frame."""
+        rotation = seen.cam_xmat[eye].reshape(3, 3) @ _FROM_OPENGL
+        panel = np.eye(4)
+        panel[:3, :3] = rotation.T @ self._pose[:3, :3]
+        panel[:3, 3] = rotation.T @ (self._pose[:3, 3] - seen.cam_xpos[eye])
+        height = self._settings.height
+        focal = 0.5 * height / math.tan(0.5 * math.radians(float(self._joints.model.cam_fovy[eye])))
+        return Camera(width=self._settings.width, height=height, focal=focal, panel=panel)
+
+
+def move_camera(seen: mujoco.MjData, eye: int, error: NDArray[np.float64]) -> None:
+    """Move a camera of a state whose poses are computed.
+
+    Args:
+        seen: The state.
+        eye: The camera, by index.
+        error: Shift along the camera's own axes, metres, and rotation vector about them, radians; shape (6,).
+    """
+    if not error.any():
+        return
+    axes, turn = seen.cam_xmat[eye].reshape(3, 3).copy(), error[3:]
+    quaternion, rotation = np.zeros(4), np.zeros(9)
+    angle = float(np.linalg.norm(turn))
+    mujoco.mju_axisAngle2Quat(quaternion, turn / max(angle, 1e-12), angle)
+    mujoco.mju_quat2Mat(rotation, quaternion)
+    seen.cam_xpos[eye] += axes @ error[:3]
+    seen.cam_xmat[eye] = (axes @ rotation.reshape(3, 3)).ravel()
+
+
+def add_depth_noise(depth: NDArray[np.float32], noise: float, rng: np.random.Generator) -> NDArray[np.float32]:
+    """Simulate the errors of a depth camera: quantised to millimetres, noisy, with holes along edges.
+
+    With ``noise=0`` it only rounds. It always draws one number from ``rng``, so the same stream gives the same errors
+    at every noise level, scaled.
+
+    Args:
+        depth: Shape (height, width), metres; 0 where there is nothing.
+        noise: Standard deviation at 0.7 m, metres.
+        rng: Random stream.
+
+    Returns:
+        The same shape; 0 where there is no reading.
+    """
+    luck = np.random.Generator(np.random.PCG64(int(rng.integers(2**63))))
+    read = depth
+    if noise > 0:
+        errors = luck.standard_normal(depth.shape, dtype=np.float32)
+        lost = luck.random(depth.shape, dtype=np.float32) < _LOST
+        edges = np.zeros(depth.shape, dtype=bool)  # pixels on both sides of a discontinuity
+        across = np.abs(np.diff(depth, axis=1)) > _STEP
+        edges[:, :-1] |= across
+        edges[:, 1:] |= across
+        down = np.abs(np.diff(depth, axis=0)) > _STEP
+        edges[:-1] |= down
+        edges[1:] |= down
+        read = depth + np.float32(noise) * (depth / np.float32(_REFERENCE)) ** 2 * errors
+        read = np.where((depth > 0) & ~(lost & edges), read, np.float32(0))
+    rounded: NDArray[np.float32] = np.rint(read * np.float32(1000)) / np.float32(1000)
+    return rounded

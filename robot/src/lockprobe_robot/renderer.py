@@ -1,0 +1,114 @@
+"""Pictures of a MuJoCo model by ``mujoco.Renderer``, off screen: EGL or OSMesa on Linux, CGL on macOS."""
+
+from __future__ import annotations
+
+import copy
+import functools
+import importlib
+import os
+import sys
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.foundation.errors import BadValue, Missing
+from lockprobe_robot.geom_groups import SHOWN_GROUPS
+
+_REMEDY = "install libEGL and Mesa's drivers (Debian: libegl1 libopengl0 libegl-mesa0 libgl1-mesa-dri)"
+
+_SHADOW_PIXELS = 2048
+_SAMPLES = 4
+"""Samples per pixel of colour pictures (anti-aliasing). Depth is never averaged over an edge."""
+
+_FAR = 0.99
+"""Share of the farthest distance that is drawn, from which on there is nothing."""
+
+_opened: list[int] = []
+"""The process of the first renderer. The graphics library's threads do not survive a fork: every call would hang."""
+
+
+class Renderer:
+    """A renderer of a model, for one thread.
+
+    Args:
+        model: What to draw.
+        width: Pixels.
+        height: Pixels.
+
+    Attributes:
+        name: The platform, with versions and driver.
+        seen: The state that is drawn, with the poses of all geoms, lights and cameras.
+
+    Raises:
+        BadValue: If this process was forked from one that has opened a renderer.
+        Missing: If nothing can be drawn here.
+    """
+
+    def __init__(self, model: mujoco.MjModel, *, width: int, height: int) -> None:
+        if _opened and _opened[0] != os.getpid():
+            raise BadValue("renderer", "OpenGL", "none in a process forked after it was opened: use spawn")
+        self._model = copy.copy(model)
+        self._model.vis.quality.offsamples, self._model.vis.quality.shadowsize = _SAMPLES, _SHADOW_PIXELS
+        self._model.vis.global_.offwidth, self._model.vis.global_.offheight = width, height
+        self._far = _FAR * self._model.vis.map.zfar * self._model.stat.extent
+        self.seen = mujoco.MjData(self._model)
+        self._options = mujoco.MjvOption()
+        self._options.geomgroup[:] = SHOWN_GROUPS
+        self._options.sitegroup[:] = False
+        self._options.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = False
+        try:
+            self._renderer = mujoco.Renderer(self._model, height, width, max_geom=2 * model.ngeom + 100)
+            gl = importlib.import_module("OpenGL.GL")
+            driver = bytes(gl.glGetString(gl.GL_RENDERER)).decode()
+        except (AttributeError, ImportError, OSError, RuntimeError, mujoco.FatalError) as error:
+            raise Missing(f"pictures need OpenGL, which does not work here ({error})", _REMEDY) from None
+        _opened.append(os.getpid())
+        platform = os.environ.get("MUJOCO_GL") or ("cgl" if sys.platform == "darwin" else "glfw")
+        self.name = f"{platform} (mujoco {mujoco.__version__}, {driver})"
+
+    def pose(self, data: mujoco.MjData) -> mujoco.MjData:
+        """Take over a state of the model, which keeps every bit, and compute all poses in :attr:`seen`."""
+        everything = mujoco.mjtState.mjSTATE_PHYSICS | mujoco.mjtState.mjSTATE_USER
+        state = np.empty(mujoco.mj_stateSize(self._model, everything))
+        mujoco.mj_getState(self._model, data, state, everything)
+        mujoco.mj_setState(self._model, self.seen, state, everything)
+        mujoco.mj_kinematics(self._model, self.seen)
+        mujoco.mj_comPos(self._model, self.seen)
+        mujoco.mj_camlight(self._model, self.seen)
+        return self.seen
+
+    def colours(self, camera: str) -> NDArray[np.uint8]:
+        """What a camera sees of :attr:`seen`, shape (height, width, 3)."""
+        self._renderer.update_scene(self.seen, camera, self._options)
+        return np.asarray(self._renderer.render(), dtype=np.uint8)
+
+    def depth(self, camera: str) -> NDArray[np.float32]:
+        """Depth along the optical axis, shape (height, width), metres; 0 where there is nothing."""
+        self._renderer.update_scene(self.seen, camera, self._options)
+        self._renderer.enable_depth_rendering()
+        depth: NDArray[np.float32] = self._renderer.render()
+        self._renderer.disable_depth_rendering()
+        return np.where(depth < self._far, depth, np.float32(0))
+
+    def close(self) -> None:
+        """Free the context."""
+        self._renderer.close()
+
+
+@functools.cache
+def renderer_name() -> str:
+    """The name of what draws here.
+
+    Raises:
+        Missing: If nothing does.
+    """
+    ball = "<mujoco><worldbody><geom size='1'/><camera name='eye' pos='0 0 3'/></worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(ball)
+    renderer = Renderer(model, width=64, height=64)
+    renderer.pose(mujoco.MjData(model))
+    drawn = abs(renderer.depth("eye")[32, 32] - 2) < 0.01
+    renderer.close()
+    if not drawn:
+        raise Missing(f"pictures need OpenGL, which draws nothing here ({renderer.name})", _REMEDY)
+    return renderer.name

@@ -1,1 +1,0 @@
-"""Rendering of a MuJoCo model, with or without OpenGL."""

@@ -1,0 +1,249 @@
+"""A film of a trial plays what was recorded, says where it does not, and plays up to where it was interrupted."""
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from builders import make_trial
+from lockprobe_robot.film import files, make
+from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines
+from lockprobe_robot.film.files import open_film
+from lockprobe_robot.film.make import make_film
+from lockprobe_robot.film.replay import plan_of
+from mjcf_models import OWN, own_box
+from painted import PaintedPlant, painted_twins
+from PIL import Image
+
+from lockprobe import run_trial
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault
+from lockprobe.interventions.conditions import flips
+from lockprobe.studies.study import Study
+from lockprobe.trial.record import TrialError
+
+AGENT = "human-inspired"
+
+
+def texts(lines):
+    return [line.text for line in lines]
+
+
+def test_captions_say_truth_beside_told_and_nothing_that_a_model_wrote():
+    trial = make_trial([0, 3, 2], false_at=[2], claims=[None, "blocked", "moved"], hypothesis="HIDDEN", budget=3)
+    assert texts(opening_lines(trial)) == [
+        "random on chain-4, symbolic?tell=state, trial 1.1",
+        "Target: A (revolute-left); 3 steps",
+    ]
+    told = [outcome_lines(trial, at) for at in range(3)]
+    assert texts(told[0]) == [
+        "Step 1 of 3: A (revolute-left)",
+        "truth blocked, told blocked",
+        "the agent then says blocked",
+    ]
+    assert texts(told[1])[1:] == ["truth moved, told blocked", "the agent then says moved"]
+    assert [any(line.alarming for line in lines) for lines in told] == [False, True, False]
+    assert outcome_lines(make_trial([3, 2, 1, 0]), 3)[2].text == "solved"
+    first = trial.steps[0]
+    for change, said, alarming in (
+        ({"sensed": {"verdict": "moved", "peak_force": 3.0}}, ", told blocked, robot says moved at 3 N", True),
+        ({"pictures": {"rgb": f"{'0' * 20}.png"}}, "", False),
+        ({"pictures": {"rgb": f"{'0' * 20}.png"}, "told_moved": True}, ", told moved", True),
+        ({"sensed": {"verdict": "<anything else>"}}, ", told blocked", False),
+    ):
+        seen = outcome_lines(replace(trial, steps=(replace(first, **change),)), 0)[1]
+        assert seen == CaptionLine(f"truth blocked{said}", alarming=alarming)
+
+
+def test_a_picture_of_any_size_gets_a_strip_in_which_alarms_are_red():
+    for height, width in ((360, 480), (64, 80), (48, 200)):
+        film = captioned(np.zeros((height, width, 3), np.uint8), [CaptionLine("a" * 200)], corner="4x")
+        assert (film.shape[1], film.shape[0] % 2, film.dtype) == (WIDTH, 0, np.uint8)
+        assert (film[-90:, -4:] > 200).all()  # text ends before the edge
+    picture = np.full((420, WIDTH, 3), 90, np.uint8)
+    plain, alarmed = (captioned(picture, [CaptionLine("told", alarming=alarm)]) for alarm in (False, True))
+    assert (plain[:420] == picture).all()
+    differs = alarmed[(alarmed != plain).any(axis=-1)]
+    assert len(differs) > 20
+    assert (differs[:, 0] >= differs[:, 1]).all()
+
+
+def painted_row(row):
+    """Grey with a red line in one row."""
+    painted = np.full((48, 64, 3), 128, np.uint8)
+    painted[row] = (190, 30, 30)
+    return painted
+
+
+def shot(path, seconds=(0.4, 1.2, 0.08)):
+    film = open_film(path)
+    for row, lasting in enumerate(seconds):
+        film.add(painted_row(10 * row), lasting)
+    film.close()
+    return path
+
+
+def test_a_gif_holds_the_pictures_and_their_times_and_what_stays_still_costs_nothing(tmp_path):
+    with Image.open(shot(tmp_path / "a.gif")) as gif:
+        assert (gif.n_frames, gif.size, gif.info["loop"]) == (3, (64, 48), 0)
+        for i, milliseconds in enumerate((400, 1200, 80)):
+            gif.seek(i)
+            assert gif.info["duration"] == milliseconds
+            assert abs(np.asarray(gif.convert("RGB")).astype(int) - painted_row(10 * i)).max() <= 8
+    assert [path.name for path in tmp_path.iterdir()] == ["a.gif"]
+    noisy = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)
+    for name, count in (("one", 1), ("still", 50)):
+        film = open_film(tmp_path / f"{name}.gif")
+        for i in range(count):
+            noisy[:4, :4] = i % 2 * 255
+            film.add(noisy, 0.08)
+        film.close()
+    assert (tmp_path / "still.gif").stat().st_size < (tmp_path / "one.gif").stat().st_size + 50 * 100
+
+
+def test_an_mp4_lasts_as_long_as_was_asked(tmp_path):
+    import imageio_ffmpeg
+
+    path = shot(tmp_path / "a.mp4", seconds=(0.4, 1.2, 0.02, 0.02, 0.4))
+    pictures, seconds = imageio_ffmpeg.count_frames_and_secs(str(path))
+    assert pictures == 51  # two halves of a picture are one
+    assert seconds == pytest.approx(2.04, abs=0.05)
+    said = subprocess.run([imageio_ffmpeg.get_ffmpeg_exe(), "-i", path], capture_output=True, text=True).stderr
+    assert re.search(r"Video: h264.*yuv420p.*64x48", said)
+
+
+@pytest.mark.parametrize("name", ["a.gif", "a.mp4"])
+def test_a_film_is_there_from_its_first_picture_on_and_without_one_there_is_none(tmp_path, name):
+    open_film(tmp_path / name).close()
+    assert list(tmp_path.iterdir()) == []
+    film = open_film(tmp_path / name)
+    film.add(painted_row(0), 0.4)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    film.close()
+    film.close()
+
+
+def test_a_film_whose_process_is_killed_plays_up_to_there(tmp_path):
+    code = f"""
+import os, signal
+import numpy as np
+from pathlib import Path
+from lockprobe_robot.film.files import open_film
+keep = []
+for name in ("a.gif", "a.mp4"):
+    keep.append(open_film(Path({str(tmp_path)!r}, name)))
+    for shade in range(60):
+        painted = np.full((48, 64, 3), 128, np.uint8)
+        painted[shade % 48] = (190, 30, 30)
+        keep[-1].add(painted, 0.08)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+    assert subprocess.run([sys.executable, "-c", code]).returncode == -9
+    with Image.open(tmp_path / "a.gif") as gif:
+        assert gif.n_frames >= 59
+        gif.seek(58)
+        assert gif.convert("RGB").getpixel((3, 58 % 48)) == (190, 30, 30)
+    import imageio_ffmpeg
+
+    assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "a.mp4"))[0] >= 25
+
+
+def test_what_cannot_be_written_is_refused_before_anything_is_played(tmp_path, monkeypatch):
+    with pytest.raises(BadValue, match=r"out: got '.*a\.avi', expected a name that ends in \.gif or \.mp4"):
+        open_film(tmp_path / "a.avi")
+    with pytest.raises(BadFile, match="its directory does not exist"):
+        open_film(tmp_path / "no" / "a.gif")
+    monkeypatch.setattr(files.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(Missing, match=r"MP4 needs the package imageio-ffmpeg: pip install 'lockprobe-robot\[film\]'"):
+        open_film(tmp_path / "a.mp4")
+
+
+@pytest.fixture
+def made(monkeypatch):
+    monkeypatch.setattr(make, "STAND_IN", "fast-twin")
+    return painted_twins(monkeypatch)
+
+
+def played(monkeypatch, plant="symbolic", p=0.4, puzzle=None, **asked):
+    puzzle = puzzle or box("chain-4")
+    study = Study(
+        name="trial", agents=(AGENT,), boxes=(puzzle,), conditions=flips((p,)), seed=3, repetitions=1, trials=1, plant=plant,
+        **asked,
+    )  # fmt: skip
+    monkeypatch.setattr(make, "read_study", lambda directory: study)
+    return run_trial(agent=AGENT, p=p, seed=3, plant=plant, box=puzzle, **asked), study
+
+
+def filmed(trial, path, said=None, speed=5):
+    return make_film(path, trial, path, speed=speed, tell=(lambda line: None) if said is None else said.append)
+
+
+def frames(path):
+    with Image.open(path) as film:
+        return [np.asarray((film.seek(i), film.convert("RGB"))[1]) for i in range(film.n_frames)]
+
+
+@pytest.mark.parametrize("plant", ["symbolic", "fast-twin?width=240&height=180"])
+def test_the_recorded_actions_are_played_with_the_trials_luck(plant, tmp_path, made, monkeypatch):
+    trial, _ = played(monkeypatch, plant)
+    film = filmed(trial, tmp_path / "a.gif", said := [])
+    assert film.differs is None
+    assert film.plant == ("fast-twin" if plant == "symbolic" else plant)
+    assert ("played without physics" in film.note) == (plant == "symbolic")
+    shown = frames(film.path)
+    assert len(shown) == film.pictures == 1 + 2 * len(trial.steps)
+    assert said[-1] == f"step {len(trial.steps)} of {len(trial.steps)}, {film.pictures} pictures"
+    assert [one.closed for one in made] == [1] * len(made)
+    for at, step in enumerate(trial.steps):
+        before, after = shown[2 * at + 1][:480], shown[2 * at + 2][:480]
+        assert (before != after).any() == step.moved
+
+
+@pytest.mark.usefixtures("made")
+def test_what_differs_from_the_record_is_said(tmp_path, monkeypatch):
+    trial, study = played(monkeypatch)
+    wrong = replace(trial.steps[1], moved=not trial.steps[1].moved)
+    film = filmed(replace(trial, steps=(trial.steps[0], wrong, *trial.steps[2:])), tmp_path / "a.gif")
+    assert film.differs.startswith("step 2 differs from the record: outcome ")
+    assert film.pictures == 1 + 2 * len(trial.steps)
+    first = next(at for at, step in enumerate(trial.steps) if step.moved)
+    skipped = replace(trial, steps=trial.steps[first + 1 :])
+    assert "configuration before it" in filmed(skipped, tmp_path / "b.gif").differs
+    with pytest.raises(BadFile, match="its settings do not describe the trial"):
+        plan_of(study, replace(trial, labels=trial.labels[::-1]))
+
+
+@pytest.mark.parametrize("plant", ["twin?pose_error=0.002&force_noise=0.3", "symbolic"])
+def test_an_arm_is_filmed_while_it_moves_also_where_a_trial_had_none(plant, tmp_path, monkeypatch):
+    trial, _ = played(monkeypatch, plant, p=0.0, max_steps=1)
+    film = filmed(trial, tmp_path / "a.gif", speed=8)
+    assert film.differs is None
+    shown = frames(film.path)
+    assert film.pictures > 5
+    changes = [int((one[:420] != other[:420]).any(axis=-1).sum()) for one, other in pairwise(shown)]
+    assert max(changes) > 2000  # the arm on its way
+    assert (abs(shown[-1][:420].astype(int) - shown[0][:420]).max(axis=-1) > 40).sum() < 2000  # at home again
+    assert (shown[1][420:] == shown[-1][420:]).all()  # what came of the step is said from its first picture on
+
+
+def test_a_film_of_a_users_model_says_that_it_shows_no_motion(tmp_path, monkeypatch):
+    trial, _ = played(monkeypatch, f"twin?model={OWN}&width=96&height=72", puzzle=own_box(), max_steps=1)
+    assert filmed(trial, tmp_path / "a.gif").note.startswith("A force pushed the model")
+
+
+@pytest.mark.usefixtures("made")
+def test_a_trial_that_broke_is_filmed_up_to_there(tmp_path, monkeypatch):
+    class Breaking(PaintedPlant):
+        def attempt(self, joint):
+            raise PlantFault("it jams")
+
+    trial, _ = played(monkeypatch)
+    painted_twins(monkeypatch, Breaking)
+    with pytest.raises(PlantFault, match="it jams"):
+        filmed(trial, tmp_path / "a.gif")
+    assert len(frames(tmp_path / "a.gif")) == 2
+    broken = replace(trial, ending="error", error=TrialError(boundary="plant", message="it jams", step=1))
+    assert filmed(broken, tmp_path / "b.gif").pictures == 2

@@ -1,0 +1,289 @@
+"""Pictures: depth is metric, only what is shown is seen, looking changes nothing, noise and view are luck times a size."""
+
+import os
+import subprocess
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+from box_model.scenes import scene_of
+from lockprobe_robot import plant_camera as module
+from lockprobe_robot.box_model.mechanism import Mechanism
+from lockprobe_robot.plant_camera import PlantCamera, add_depth_noise, move_camera
+from lockprobe_robot.plants import renderer
+from lockprobe_robot.renderer import Renderer
+from lockprobe_robot.twin_settings import SceneSettings
+
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import PlantFault
+
+TABLE = """
+<mujoco>
+  <asset>
+    <mesh name="wedge" vertex="0 0 0  .2 0 0  0 .2 0  0 0 .2"/>
+    <texture name="sky" type="skybox" builtin="flat" rgb1="0 0 1" rgb2="0 0 1" width="8" height="48"/>
+  </asset>
+  <worldbody>
+    <light pos="0 0 3" dir="0 0 -1"/>
+    <geom name="table" type="box" size=".5 .4 .1" pos="0 0 -.1" rgba=".2 .8 .2 1"/>
+    <geom name="hidden" type="box" size=".5 .5 .1" pos="0 0 .8" group="4"/>
+    <geom name="glass" type="box" size=".5 .5 .1" pos="0 0 .8" rgba="1 1 1 0"/>
+    <body name="slider" pos="-.2 .2 .05">
+      <joint name="slide" type="slide" axis="1 0 0"/>
+      <geom name="brick" type="box" size=".05 .05 .05" contype="0" conaffinity="0" rgba=".8 .2 .2 1" mass="1"/>
+      <geom name="tower" type="cylinder" size=".02 .05" pos="0 0 .1" contype="0" conaffinity="0" mass="1"/>
+      <site name="tip" pos="0 0 .5" size=".2"/>
+    </body>
+    <site name="post" pos="0 0 .5"/>
+    <geom name="ball" type="sphere" size=".06" pos=".2 .2 .06"/>
+    <geom name="pill" type="capsule" size=".04 .06" pos=".2 -.2 .04" euler="0 90 0"/>
+    <camera name="above" pos="0 0 1.5" fovy="45"/>
+    <camera name="sky" pos="0 0 1.5" zaxis="0 0 -1" fovy="45"/>
+  </worldbody>
+  <tendon><spatial width=".1"><site site="tip"/><site site="post"/></spatial></tendon>
+</mujoco>
+"""
+
+
+@pytest.fixture(scope="module")
+def table():
+    return mujoco.MjModel.from_xml_string(TABLE)
+
+
+@pytest.fixture(scope="module")
+def drawn(table):
+    """Draws the table with its slider at a place: colours and depth."""
+    made = Renderer(table, width=160, height=120)
+
+    def draw(place=0.0, camera="above"):
+        data = mujoco.MjData(table)
+        data.qpos[0] = place
+        made.pose(data)
+        return made.colours(camera), made.depth(camera)
+
+    yield draw
+    made.close()
+
+
+def pixel(point):
+    """Row and column at which the camera above sees a point of the table."""
+    focal = 60 / np.tan(np.radians(22.5))
+    return round(59.5 - focal * point[1] / (1.5 - point[2])), round(79.5 + focal * point[0] / (1.5 - point[2]))
+
+
+def test_depth_is_metres_along_the_axis_and_hidden_things_are_not_seen(drawn):
+    _, seen = drawn()
+    for point in ((0, 0, 0), (-0.2, 0.2, 0.2), (-0.235, 0.2, 0.1), (0.2, 0.2, 0.12), (0.2, -0.2, 0.08)):
+        assert seen[pixel(point)] == pytest.approx(1.5 - point[2], abs=1e-3)
+    _, moved = drawn(0.1)
+    assert moved[pixel((-0.1, 0.2, 0.2))] == pytest.approx(1.3, abs=1e-3)
+    assert moved[pixel((-0.24, 0.2, 0))] == pytest.approx(1.5, abs=1e-3)
+    rgb, depth = drawn(camera="sky")
+    assert not depth.any()
+    assert (rgb.dtype, depth.dtype, rgb.shape, depth.shape) == (np.uint8, np.float32, (120, 160, 3), (120, 160))
+    assert np.abs(rgb.astype(int) - [0, 0, 255]).max() <= 1
+
+
+def test_renderers_do_not_disturb_each_other_and_each_names_its_driver(table, drawn):
+    before = drawn()
+    other = Renderer(table, width=64, height=64)
+    other.pose(mujoco.MjData(table))
+    other.colours("above")
+    assert other.name == renderer()
+    assert other.name.startswith(f"{os.environ['MUJOCO_GL']} (mujoco ")
+    other.close()
+    for was, now in zip(before, drawn(), strict=True):
+        assert was.tobytes() == now.tobytes()
+
+
+PROGRAMS = {
+    "none": (
+        {"PATH": "", "MUJOCO_GL": "off"},
+        "pictures need OpenGL, which does not work here (",
+        "): install libEGL and Mesa's drivers (Debian: libegl1 libopengl0 libegl-mesa0 libgl1-mesa-dri)",
+    ),
+    "unknown": ({"MUJOCO_GL": "paint"}, "MUJOCO_GL: got 'paint', expected a platform that works here", "unset it"),
+}
+
+
+@pytest.mark.parametrize(("variables", "begins", "ends"), PROGRAMS.values(), ids=PROGRAMS)
+def test_a_machine_that_cannot_draw_is_told_so_in_one_line(variables, begins, ends):
+    program = """
+import lockprobe
+from lockprobe_robot.plants import renderer
+try:
+    renderer()
+except lockprobe.foundation.errors.UserMistake as mistake:
+    print(mistake)
+"""
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", program], capture_output=True, text=True, env=os.environ | variables
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(begins)
+    assert done.stdout.endswith(f"{ends}\n")
+    assert done.stdout.count("\n") == 1
+
+
+def test_a_process_that_was_forked_after_a_look_is_refused_instead_of_hanging():
+    program = """
+import os, mujoco
+from lockprobe_robot.renderer import renderer_name
+from lockprobe.foundation.errors import BadValue
+renderer_name()
+if (child := os.fork()) == 0:
+    renderer_name.cache_clear()
+    try:
+        renderer_name()
+    except BadValue:
+        os._exit(3)
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", program], capture_output=True, text=True, timeout=120)
+    assert done.stdout == "3\n"
+
+
+def test_importing_and_naming_plants_touches_neither_mujoco_nor_graphics():
+    modules = ["lockprobe", "lockprobe.cli", "lockprobe.interventions.camera", "lockprobe.plants.catalogue as plants"]
+    program = "; ".join(f"import {one}" for one in modules)
+    program += "; [plants.resolve_plant(name) for name in plants.PLANTS]"
+    program += "; import sys; print([name for name in ('mujoco', 'OpenGL', 'glfw') if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+@pytest.fixture(scope="module")
+def camera():
+    """Makes a camera of the lockbox in a configuration, with a stream of noise."""
+    scene = scene_of(box("chain-4"))
+    model = scene.spec.compile()
+
+    def make(configuration=(False,) * 4, data=None, **settings):
+        data = data or mujoco.MjData(model)
+        mechanism = Mechanism(model, data, scene)
+        mechanism.set_configuration(configuration)
+        return PlantCamera(
+            mechanism,
+            pose=scene.panel.pose,
+            handles=scene.panel.handles,
+            settings=SceneSettings(**{"width": 160, "height": 120, **settings}),
+            rng=np.random.default_rng(1),
+        )
+
+    return make
+
+
+def look(camera):
+    return camera.look_now()()
+
+
+def test_a_moment_can_be_looked_at_until_it_ends_and_a_look_that_is_refused_takes_no_luck(camera):
+    seen, other = camera(depth_noise=0.002), camera(depth_noise=0.002)
+    late = seen.look_now()
+    seen.end_moment()
+    with pytest.raises(PlantFault, match="after the next attempt"):
+        late()
+    first = seen.look_now()
+    assert first().depth.tobytes() == look(other).depth.tobytes()
+    assert first().rgb.tobytes() == look(other).rgb.tobytes()
+
+
+def test_nothing_is_opened_before_it_looks_and_the_facts_name_what_drew(camera, monkeypatch):
+    opened = []
+    monkeypatch.setattr(module, "Renderer", lambda *args, **size: opened.append(size) or Renderer(*args, **size))
+    seen = camera(depth_noise=0.002)
+    seen.close()
+    assert (opened, seen.facts["renderer"]) == ([], None)
+    frame = look(seen)
+    look(seen)
+    assert opened == [{"width": 160, "height": 120}]
+    seen.close()
+    assert seen.facts["renderer"] == frame.renderer == renderer()
+    assert (seen.facts["engine"], seen.facts["depth_noise"]) == (f"mujoco {mujoco.__version__}", 0.002)
+    assert look(seen).rgb.tobytes() == frame.rgb.tobytes()
+
+
+@pytest.mark.parametrize("position", [0, 1])
+def test_handles_are_seen_where_they_are_and_the_board_where_heights_are_zero(camera, position):
+    frame = look(camera((bool(position),) * 4, width=320, height=240))
+    for column, row, depth in frame.camera.project(frame.handles[:, position]):
+        assert frame.depth[round(row), round(column)] == pytest.approx(depth, abs=2e-3)
+    for column, row, depth in frame.camera.project(frame.handles[:, 1 - position]):
+        assert frame.depth[round(row), round(column)] > depth + 0.01
+    assert (np.abs(frame.camera.heights(frame.depth)) < 1e-3).mean() > 0.1
+
+
+def test_looking_leaves_the_simulation_as_it_was_to_the_last_bit(camera):
+    looked, blind = camera(view_jitter=5.0), camera()
+    states = []
+    for one in (looked, blind):
+        data = one._joints.data
+        for _ in range(5):
+            mujoco.mj_step(one._joints.model, data)
+            if one is looked:
+                look(one)
+                one.look_as_told()((True,) * 4)
+        states.append(
+            (data.qpos.tobytes(), data.xpos.tobytes(), data.cam_xpos.tobytes(), data.qacc_warmstart.tobytes())
+        )
+    assert states[0] == states[1]
+
+
+def test_the_view_moves_with_every_picture_and_the_recorded_camera_and_the_noise_of_depth_do_not(camera):
+    steady = camera(depth_noise=0.002)
+    nominal, second = look(steady), look(steady)
+    for options in ({"view_jitter": 5.0}, {"view_turn": 1.0}):
+        moved = camera(depth_noise=0.002, **options)
+        frames = [look(moved), look(moved)]
+        assert (frames[0].rgb != nominal.rgb).any()
+        assert (frames[0].rgb != frames[1].rgb).any()
+        for frame in frames:
+            assert (frame.camera.panel == nominal.camera.panel).all()
+            board = np.abs(nominal.camera.heights(frame.depth)[40:80, 40:120])
+            assert np.median(board) < 0.06, "it is still the board, not far away"
+    hardly = camera(depth_noise=0.002, view_jitter=1e-6)
+    for frame in (nominal, second):
+        assert look(hardly).depth == pytest.approx(frame.depth, abs=2e-3)
+
+
+def test_an_error_shifts_and_turns_the_camera_in_its_own_axes(table):
+    data = mujoco.MjData(table)
+    mujoco.mj_forward(table, data)
+    eye = table.camera("above").id
+    before, axes = data.cam_xpos[eye].copy(), data.cam_xmat[eye].reshape(3, 3).copy()
+    move_camera(data, eye, np.array([0.01, 0, 0.02, 0, 0, np.pi / 2]))
+    assert data.cam_xpos[eye] - before == pytest.approx(axes @ [0.01, 0, 0.02], abs=1e-12)
+    turned = axes @ [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    assert data.cam_xmat[eye].reshape(3, 3) == pytest.approx(turned, abs=1e-12)
+
+
+FLAT = np.full((120, 160), 0.7, np.float32)
+
+
+def sensed(depth, noise, seed=1):
+    return add_depth_noise(depth.astype(np.float32), noise, np.random.default_rng(seed))
+
+
+def test_depth_is_rounded_to_millimetres_and_its_noise_is_as_stated_and_the_same_luck_enlarged():
+    depth = np.linspace(0.5, 0.9, 500, dtype=np.float32).reshape(20, 25)
+    assert np.abs(sensed(depth, 0.0) - depth).max() <= 0.000501
+    assert np.std(sensed(FLAT, 0.004)) == pytest.approx(0.004, rel=0.03)
+    assert np.std(sensed(2 * FLAT, 0.004)) == pytest.approx(0.016, rel=0.03)
+    small, large = (sensed(FLAT, noise) - 0.7 for noise in (0.004, 0.008))
+    assert np.abs(large - 2 * small).max() < 0.0016
+    streams = [np.random.default_rng(3) for _ in range(2)]
+    for noise, rng in zip((0.0, 0.05), streams, strict=True):
+        add_depth_noise(FLAT, noise, rng)
+    assert streams[0].random() == streams[1].random()
+
+
+def test_holes_are_along_edges_only_and_nothing_stays_nothing():
+    depth = FLAT.copy()
+    depth[:, 80:] = 0.8
+    lost = sensed(depth, 0.001) == 0
+    assert lost[:, 79:81].mean() == pytest.approx(0.6, abs=0.1)
+    assert not lost[:, :79].any()
+    assert not lost[:, 81:].any()
+    depth[:60] = 0
+    assert not sensed(depth, 0.01)[:59].any()
