@@ -1,6 +1,5 @@
 """Agents to draw, and what stands on axes, read back."""
 
-from importlib import import_module
 from itertools import combinations
 
 import numpy as np
@@ -82,14 +81,13 @@ def touching(figure):
 def course(agent, modality=STATES, *, found=None, cells=(), **player):
     """An agent over flip rates, without numbers unless cells are given."""
     player = Player(agent=agent, modality=modality, **{"subject": True, **player})
-    return Course(found=found, player=player, axis="flip rate", name="flip rate", cells=tuple(cells))
+    return Course(found=found, **player.named, axis="flip rate", name="flip rate", cells=tuple(cells))
 
 
 def pictures(found):
     """Every figure of a report on these results by its name."""
     made = {}
     for one in (figure for section in all_sections() for figure in section.figures if figure.applies(found)):
-        module, _, function = one.draw.partition(":")
-        if (figure := getattr(import_module(module), function)(found, *one.arguments)) is not None:
+        if (figure := one.draw(found)) is not None:
             made[one.name] = figure
     return made

@@ -28,7 +28,7 @@ def undrawn(but=lambda name: False, judged=8):
         if but(figure.name):
             return _DRAWN(found, figure)
         forms = PLACEHOLDERS if figure.slide else {"svg": PLACEHOLDERS["svg"]}
-        return forms if figure.applies(found) else None
+        return forms if figure.applies(found) else {}
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report_files, "drawn_figure", instead)

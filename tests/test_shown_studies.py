@@ -22,8 +22,8 @@ from lockprobe.boxes.solve import random_no_repeat_success
 from lockprobe.cli import build
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.formatting import p_cell, percent
+from lockprobe.report.format import entry_text
 from lockprobe.report.rows.primary import primary_lines
-from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
@@ -63,8 +63,8 @@ def test_the_answer_that_the_readme_quotes(tmp_path):
     (quoted,) = re.findall(r"^> (False .*)", page, re.MULTILINE)
     assert found.answer == quoted
     for line in primary_lines(found):
-        shares = [share_of_row(row) for row in (line.first, line.second)]
-        change = [points_cell(line.change), p_cell(line.change.p_value), line.verdict]
+        shares = [entry_text(row) for row in (line.first, line.second)]
+        change = [entry_text(line.change), p_cell(line.change.p_value), line.verdict]
         assert f"| {' | '.join([line.label, *shares, *change])} |" in page
 
 

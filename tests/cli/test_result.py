@@ -86,18 +86,18 @@ def test_without_results_that_can_be_read_nothing_is_said(tmp_path):
 def test_what_is_open_is_the_next_step(played):
     directory, _ = played
     found = read_result(directory)
-    kept = [one for one in found.findings if one.kind not in ("untested", "needed")]
+    kept = [one for one in found.facts if one.name not in ("untested", "needed")]
     for kind, command in (("untested", "--readings fresh,kept"), ("needed", "more --trials"), ("", "lockprobe branch")):
         more = [
-            found.findings[0].model_copy(
+            found.facts[0].model_copy(
                 update={
-                    "section": "overview",
-                    "kind": kind,
+                    "about": "overview",
+                    "name": kind,
                     "text": f"Not tested for a:b: whether false reports that stay do the same ({HOW}: 8 trials more).",
                 }
             )
         ]
-        steps = result_facts(found.changed(findings=(*kept, *more)), directory)["next"]
+        steps = result_facts(found.changed(facts=(*kept, *more)), directory)["next"]
         assert command in steps[-1]["command"]
 
     def of_people(one):
@@ -109,7 +109,7 @@ def test_what_is_open_is_the_next_step(played):
                 )
             }
         )
-        return one.changed(findings=(*kept, more[0].model_copy(update={"kind": "needed"})), design=design)
+        return one.changed(facts=(*kept, more[0].model_copy(update={"name": "needed"})), design=design)
 
     assert "--trials" not in str(result_facts(of_people(found), directory)["next"])
     nothing = Results.model_validate({**json.loads((directory / "results.json").read_text("utf-8")), "answer": ""})

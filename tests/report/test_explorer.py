@@ -3,20 +3,16 @@
 import json
 import re
 from contextlib import contextmanager
-from dataclasses import replace
 
 import pytest
 from browser import CHEAP, CHROMIUM, needs_a_browser
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
-from page_text import page_text
 
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
 from lockprobe.report import explorer
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.write import write_report
-from lockprobe.studies.options.study_options import StudyOptions
-from lockprobe.studies.options.studyfile import study
 
 ATTACK = "</script><script>document.title='owned'</script><img src=x onerror=\"document.title='owned'\">\u202e<!--"
 
@@ -43,28 +39,12 @@ def test_the_data_hold_every_step_of_the_record(condition):
     assert one["solved"] == trial.solved
 
 
-def test_what_arm_and_camera_took_steps_for_is_there_where_it_is_not_the_truth():
-    told, readings = "symbolic?source=verdict", ["0000", "0001", "0001"]
-    trial = make_trial([3, 0], budget=2, modality=told, verdicts=["moved", "failed"], readings=readings)
-    (one,) = data_of(trial)["trials"]
-    assert (one["verdict"], one["source"], "camera" in one) == ("1-", "verdict", False)
-    assert "source" not in data_of(make_trial([3], budget=1, verdicts=["moved"]))["trials"][0]
-
-
 @pytest.mark.parametrize(("first", "said"), [("lie", True), ("truth", False)])
 def test_a_report_that_takes_back_the_first_is_marked_and_a_repeated_one_is_not(first, said):
     trial = run_trial(agent="random", condition=f"correction?p=0.5&first={first}", trial=1)
     back = data_of(trial)["trials"][0].get("back", "0" * len(trial.steps))
     assert [one == "1" for one in back] == [said and "Correction" in step.told for step in trial.steps]
     assert ("1" in back) == said
-
-
-def test_an_agent_of_several_modalities_stands_with_each_in_words():
-    data = data_of(*(make_trial([0], modality=of) for of in ("symbolic", "symbolic?tell=state")))
-    assert [one.partition(" (")[2] for one in data["agents"]] == [
-        "positions and outcomes in words)",
-        "positions in words)",
-    ]
 
 
 def test_a_large_study_shows_whole_blocks_and_says_of_how_many_trials(monkeypatch):
@@ -127,23 +107,6 @@ WORDS = """(() => {
   return [...document.querySelectorAll("select, .strip, .num, svg")].reduce((left, one) => left - words(one), words(document.body));
 })()"""
 """Words that are read: not the choices that open, nor what stands in pictures and on buttons."""
-
-
-@needs_a_browser
-def test_the_report_of_the_first_command_shows_at_most_700_words_before_the_first_click(tmp_path):
-    first = replace(study(StudyOptions()), strategy_trials=5)  # lockprobe run flips, with fewer trials of strategies
-    trials = play_study(replace(first, agents=tuple(agent for agent in first.agents if agent != "llm:local")))
-    random = [trial for trial in trials if trial.agent == "random" and trial.trial <= first.trials]
-    renamed = [replace(trial, agent="llm:local", called="") for trial in random]  # as many trials as a model has
-    model = [replace(trial, key=str(trial.name)) for trial in renamed]
-    directory = write_study(tmp_path / "out", first, [*trials, *model])
-    page = write_report(directory).read_text("utf-8")
-    assert len(" ".join(page_text(page)).split()) <= 13_500  # when all of it is unfolded
-    with opened(directory) as tab:
-        assert 300 < tab.evaluate(WORDS) <= 700
-        tab.set_viewport_size({"width": A4, "height": 1000})
-        tab.emulate_media(media="print")
-        assert tab.evaluate(CUT) == []
 
 
 @needs_a_browser

@@ -3,13 +3,13 @@
 from dataclasses import dataclass, replace
 
 import pytest
-from builders import play_study, write_study
+from builders import write_study
 from reported import found_in
 
+from lockprobe.report.format import entry_text
 from lockprobe.report.page import Page, tables_of
 from lockprobe.report.prose import condition_words
 from lockprobe.report.results import results
-from lockprobe.report.table_rows import points_cell
 from lockprobe.studies.options.studyfile import study
 
 SMALL = {"agent": ["cognitive:perseverant", "human-inspired"], "trials": 8, "repetitions": 2, "seed": 5}
@@ -63,8 +63,7 @@ def test_other_conditions_change_nothing_that_is_found_of_flips(found_alone, mor
     known = {(type(row), row.identity): row for row in (*now.rows, *now.curves)}
     assert [row for row in (*before.rows, *before.curves) if known.get((type(row), row.identity)) != row] == []
     assert len(now.rows) > len(before.rows)
-    assert [one for one in before.facts if one not in now.facts] == []
-    changed = [(one.section, one.kind) for one in before.findings if one not in now.findings]
+    changed = [(one.about, one.name) for one in before.facts if one not in now.facts]
     first = {("overview", kind) for kind in ("question", "trial", "answer", "needed", "untested", "cause")}
     assert {*changed} <= first | {("readings", "untested")}
     assert now.answer.startswith(before.answer)
@@ -77,20 +76,6 @@ def test_no_family_changes_a_p_value_of_another(whole, families, family, many):
     assert [row.corrected_for for row in own] == [many] * 2 * many  # of two agents, which are judged apart
 
 
-@pytest.mark.slow
-def test_a_modality_more_changes_no_p_value_of_another(tmp_path):
-    """Each modality has its own control, so its own families; the first screen corrects for all of them."""
-    of = {**FLIPS, **FAMILIES["success by tremble p"], **FAMILIES["conditions against the control"]}
-    shown = ["symbolic?tell=state", "symbolic?tell=outcome"]
-    one, both = (results(played(tmp_path / str(len(of_)), **of, modality=of_)) for of_ in (shown[:1], shown))
-    for family in ("success by flip rate", *FAMILIES):
-        own = of_family(one, family)
-        assert own
-        assert [row for row in own if row not in of_family(both, family)] == []
-    assert "positions in words" in both.answer
-    assert "outcomes in words" in both.answer
-
-
 def test_every_dose_stands_in_the_table_with_the_p_value_of_its_axis(whole):
     """A contrast is one row: that of the axis is the one of the table."""
     compared, (flips, tremble) = whole.against_control(), whole.design.axes
@@ -101,70 +86,22 @@ def test_every_dose_stands_in_the_table_with_the_p_value_of_its_axis(whole):
     head, *rows = tables_of(whole)["conditions"]
     changes = {tuple(row[:2]): row[head.index("change, points")] for row in rows}
     words = condition_words(whole)
-    assert changes.items() >= {(row.agent, words[row.condition]): points_cell(row) for row in compared}.items()
-
-
-def test_flips_of_another_kind_have_a_name_of_their_own_and_are_told_apart_in_every_table(tmp_path):
-    asked = {"flip": "integrated", "condition": ["flip?p=0.4", "flip?p=0.1"]}
-    found = results(played(tmp_path / "study", p=[0, 0.4], **asked))
-    assert found.design.flip_kind == "integrated outcome noise"
-    contrasts = found.where("success_difference", axis="flip rate", of="", versus="")
-    assert [row.doses for row in contrasts] == [{"flip.p": 0.4, "flip.keep": 1}] * 2
-    others = found.where("success_difference", axis="flip rate (others=fresh)", of="")
-    assert {row.condition for row in others} == {"flip?p=0.4", "flip?p=0.1"}
-    assert not of_family(found, "conditions against the control")
-    (question,) = found.said("overview", "question")
-    assert question == "Do false reports change how agents open chain-4?"
-    rows = [tuple(row[:2]) for row in tables_of(found)["conditions"]]
-    assert len({*rows}) == len(rows)
+    assert changes.items() >= {(row.agent, words[row.condition]): entry_text(row) for row in compared}.items()
 
 
 def test_a_dose_that_never_acted_is_no_other_condition_and_no_question_is_asked_twice(tmp_path):
     doses = ["tremble?p=0.0001", "tremble?p=0.2", "tremble?p=0.4"]
     found = results(played(tmp_path / "idle", p=[0], condition=doses))
     asked = "Do higher doses of tremble change how agents open chain-4?"
-    assert found.said("overview", "question") == [asked]
+    assert found.fact("overview", "question") == asked
     assert {row.condition for row in of_family(found, "success by tremble p")} == {*doses[1:]}
     shown = {"modality": ["symbolic?tell=state", "symbolic?tell=outcome"]}
     found = results(played(tmp_path / "shown", p=[0], **FAMILIES["success by tremble p"], **shown))
-    (question,) = found.said("overview", "question")
+    question = found.fact("overview", "question")
     assert question.count("tremble") == 1
 
 
 # Counts are those of the records.
-
-PLAYED = study(
-    "flips", agent=["cognitive:perseverant", "random"], p=[0, 0.3], sweep="tremble?p=0.1,0.2", condition=["nudge"],
-    trials=6, repetitions=2, strategy_trials=6,
-)  # fmt: skip
-
-
-def test_every_agent_is_compared_with_its_control_by_its_records_and_one_without_trials_has_no_numbers(tmp_path):
-    trials = play_study(PLAYED)
-    found = found_in(tmp_path, PLAYED, trials)
-
-    def solved(agent, label):
-        return [trial.solved for trial in trials if (trial.agent, trial.condition) == (agent, label)]
-
-    labels = [one.label for one in PLAYED.conditions]
-    assert [(cell.agent, cell.condition) for cell in found.cells] == [(a, c) for a in PLAYED.agents for c in labels]
-    for cell in found.cells:
-        own, share = solved(cell.agent, cell.condition), cell.get("success")
-        assert (share.n, share.count) == (len(own), sum(own)) == (12, sum(own))
-    families = {}
-    for row in found.where("success_difference", of="", versus=""):
-        families.setdefault((row.agent, row.axis), []).append(row.condition)
-        change = sum(solved(row.agent, row.condition)) - sum(solved(row.agent, "truth"))
-        assert (row.control, row.value) == ("truth", pytest.approx(change / 12))
-    assert families == {  # a random agent hears no report
-        ("cognitive:perseverant", "flip rate"): ["flip?p=0.3"],
-        ("cognitive:perseverant", "tremble p"): ["tremble?p=0.1", "tremble?p=0.2"],
-        ("random", "tremble p"): ["tremble?p=0.1", "tremble?p=0.2"],
-        ("cognitive:perseverant", ""): ["nudge"],
-        ("random", ""): ["nudge"],
-    }
-    alone = found_in(tmp_path / "alone", PLAYED, [trial for trial in trials if trial.agent == "random"])
-    assert {row.agent for row in (*alone.cells, *alone.where("success_difference"))} == {"random"}
 
 
 def test_agents_under_study_are_one_family_and_baselines_another(tmp_path):
@@ -210,16 +147,3 @@ def test_a_condition_that_changed_nothing_is_the_answer_and_has_no_effect(tmp_pa
     assert found.answer == said(agents)
     assert not [row for row in found.rows if row.control]
     assert not [words for words in ("No effect", "No difference from") if words in Page(found=found).text()]
-
-
-def test_beside_a_condition_that_changed_nothing_only_the_other_ones_are_concluded_from(tmp_path):
-    """A baseline's is named too, though nothing is said of its effects."""
-    agents, acts = ["cognitive:careful", "cognitive:insistent", "random"], ["history?last=50", "distract?p=0.3"]
-    found = found_in(tmp_path, study("flips", agent=agents, condition=acts, **IDLE))
-    idle, said = never_acted(found, acts[0])
-    assert idle == {*agents}
-    assert {row.condition for row in found.rows if row.control} == {acts[1]}
-    assert "o effect of any other condition on the success of" in found.answer
-    assert "any condition" not in Page(found=found).text()
-    (on_top,) = found.said("overview", "changed_nothing")
-    assert said(agents[:2]) in on_top

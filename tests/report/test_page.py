@@ -9,18 +9,16 @@ from html.parser import HTMLParser
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
-from jinja2 import UndefinedError
 from reported import found_in
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.report.format import as_csv
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import Page
+from lockprobe.report.page import Page, image
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Estimate
 from lockprobe.report.section import Table
-from lockprobe.report.svg import image
 from lockprobe.report.verify.made_again import report_held
 from lockprobe.report.write import write_report
 
@@ -128,7 +126,7 @@ def test_a_long_table_is_cut_where_it_says_so_and_draws_each_row_on_one_axis(fou
     ends = [(-0.5, -0.4, -0.3), (-0.1, 0.0, 0.1), (None, 0.2, None)] * 100
     rows = [Estimate(quantity="x", value=value, low=low, high=high) for low, value, high in ends]
     rows[0] = rows[0].model_copy(update={"p_value": 0.01})
-    shown = Table("long", lambda found: [["agent", "x"], *([str(i), "1"] for i in range(300))], 1, lambda found: rows)
+    shown = Table("long", lambda found: [["agent", "x"], *([str(i), row] for i, row in enumerate(rows))], 1, "x")
     page = rendered("written", blocks=[shown], page=Page(found=found))
     assert page.count("<tr>") - 1 == page.count('<td class="pl">') == 200
     assert "100 more rows are in <code>tables/long.csv</code>" in page
@@ -136,22 +134,6 @@ def test_a_long_table_is_cut_where_it_says_so_and_draws_each_row_on_one_axis(fou
     places = [float(place) for place in re.findall(r'<b class="d[^"]*" style="left:([\d.]+)%', page)]
     axis = 1.05 * 0.5
     assert places == [pytest.approx(50 + 50 * row.value / axis, abs=0.01) for row in rows[:200]]
-
-
-def test_a_table_is_made_once_and_two_of_one_name_are_two(found):
-    asked = []
-
-    def table(text):
-        return Table("effects", lambda found: asked.append(text) or [[text]])
-
-    page, one, two = Page(found=found), table("one"), table("two")
-    assert [page.cells(of) for of in (one, two, one, two)] == [[["one"]], [["two"]]] * 2
-    assert asked == ["one", "two"]
-
-
-def test_a_missing_value_is_an_error():
-    with pytest.raises(UndefinedError):
-        rendered("compare", lockprobe="1", tables={})
 
 
 HOSTILE = "a\nb\x00\x1b\t\u202e\u2066\u2069c"

@@ -8,11 +8,10 @@ from page_text import page_text
 from pydantic import BaseModel
 
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import Page, tables_of
+from lockprobe.report.page import Page, image, tables_of
 from lockprobe.report.report_files import report_files
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
-from lockprobe.report.svg import image
 from lockprobe.report.write import write_report
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")

@@ -112,7 +112,4 @@ def test_a_figure_that_cannot_be_drawn_is_left_out_of_its_page_which_is_to_be_wr
     assert f"Figure box (RuntimeError: {SAID})" in text
     assert not (directory / "figures" / "box.svg").exists()
     assert (directory / "figures" / "fig4.svg").exists()
-    fails = {check.name: check.said for check in verify(directory) if not check.holds}
-    assert "results" in fails
-    advice = "without sections that can be made here: lockprobe report first"
-    assert all(said.endswith(advice) for said in fails.values())
+    assert "results" in {check.name for check in verify(directory) if not check.holds}

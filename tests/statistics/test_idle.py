@@ -32,7 +32,7 @@ def test_a_condition_that_changed_nothing_is_compared_with_nothing_and_named(tmp
     assert compared(results) == {("human-inspired", "flip?p=0.4")}
     assert cell.value("steps", "changed") == 0
     said = f"{acts} changed nothing (0 of {cell.value('steps'):g} steps), so nothing is concluded from it."
-    assert said in " ".join(one.text for one in results.findings)
+    assert said in " ".join(one.text for one in results.facts)
 
 
 def test_an_intervention_that_changed_nothing_beside_others_is_in_no_interaction(tmp_path):
@@ -41,7 +41,7 @@ def test_an_intervention_that_changed_nothing_beside_others_is_in_no_interaction
     assert never(crossed) == {("human-inspired", "history?last=50")}
     assert compared(crossed) == {("human-inspired", "flip?p=0.4"), ("human-inspired", both)}
     assert crossed.where("success_interaction") == []
-    assert f"history?last=50 changed nothing under {both}" in " ".join(one.text for one in crossed.findings)
+    assert f"history?last=50 changed nothing under {both}" in " ".join(one.text for one in crossed.facts)
 
 
 def test_a_dose_that_never_acted_is_in_no_test_of_its_series(tmp_path):

@@ -19,6 +19,7 @@ from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.report.format import texts
 from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.questions.forks import fork_rows, fork_said, fork_table
 from lockprobe.report.rows import Estimate
@@ -166,7 +167,7 @@ def _print_effects(rows: Sequence[Estimate], rules: str) -> None:
     if not rows:
         print("No effect can be estimated: that takes at least two trials forked at the same step.")
         return
-    print_rows(fork_table(rows))
+    print_rows(texts(fork_table(rows)))
     print()
     for said in filter(None, (fork_said(rows), rules)):
         print(printable(said))

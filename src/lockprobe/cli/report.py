@@ -73,17 +73,17 @@ def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, j
 
     refuse_study_file(out)
     found = compare_studies(directories, agents)
-    left_out: list[LeftOutSection] = []
-    path = write_comparison(found, out / PAGE if out.is_dir() else out, left_out=left_out.append)
+    path = write_comparison(found, out / PAGE if out.is_dir() else out)
     if json:
         print(json_.dumps(found.plain() | {"page": str(path)}, allow_nan=False))
         return
     _print_comparison(found)
-    print(f"Comparison: {path}{without(left_out)}")
+    print(f"Comparison: {path}")
 
 
 def _print_comparison(found: Comparison) -> None:
     from lockprobe.report.compare import difference_table, success_table
+    from lockprobe.report.format import texts
 
     print(printable(found.said))
     for one in found.studies:
@@ -96,7 +96,7 @@ def _print_comparison(found: Comparison) -> None:
         print(printable(f"Different settings: {line[:_LONGEST]}"))
     for rows in (success_table(found), difference_table(found.leading)):
         print()
-        print_rows(rows)
+        print_rows(texts(rows))
     if left := len(found.differences) - len(found.leading):
         print(f"{left} more differences, with baselines or within one study, are on the page.")
 

@@ -86,7 +86,7 @@ def _next(found: Results, directory: Path) -> list[tuple[str, str]]:
     """What is worth typing next, or adding to the command that was typed, and what it shows."""
     if again := _all_broken(found):
         return [again]
-    said = {one.kind: one.text for one in found.findings if one.section == "overview"}
+    said = found.facts_about("overview")
     where, steps = quote(str(directory)), list[tuple[str, str]]()
     if trial := found.fact("trials", "first"):
         steps.append((f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told"))

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from lockprobe.foundation.formatting import capital, listed, percent, range_of
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.report.prose import cause
+from lockprobe.report.prose import cause, who
 from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.statistics.proportions import ALPHA, proportion
@@ -36,20 +36,15 @@ def answer(found: Results) -> str:
     axes = [axis for axis in found.design.axes if not axis.of_flips]
     if axes and any(line.under.startswith(f"at {axes[0].name} ") for line in own):
         return headline(own, cause(axes[0].axis)) or solved_said(found, own)
-    return conditions_said(own, other=bool(found.said("overview", "changed_nothing"))) or solved_said(found, own)
+    said = conditions_said(own, other=bool(found.fact("overview", "changed_nothing")))
+    return said or solved_said(found, own)
 
 
 def headline(lines: Sequence[Line], causes: str, *, several: bool = True, named: bool = True) -> str:
     """What was found, in one sentence that serves one agent and thirty; empty if nothing was compared.
 
-    Args:
-        lines: The agents.
-        causes: What may change their success: false reports.
-        several: Whether that is a plural.
-        named: Whether it says whose success it is, which a heading may have said.
-
-    >>> headline([], "false reports")
-    ''
+    ``causes`` may change their success (false reports), which is a plural if ``several``; ``named`` is whether it says
+    whose success it is, which a heading may have said.
     """
     of = {said: [line.label for line in lines if line.verdict == said] for said in (*_DOES, "not detected")}
     more, fewer, hidden = of.values()
@@ -74,22 +69,17 @@ def conditions_said(lines: Sequence[Line], *, other: bool = False) -> str:
         if line.verdict in _DOES:
             done.setdefault((line.conditions[-1], line.verdict), []).append(line.label)
     hidden = [line for line in lines if line.verdict == "not detected"]
-    any_ = f"any {'other ' * other}condition"
-    labels, names = [line.label for line in hidden], {line.conditions[-1] for line in hidden}
+    names, any_ = {line.conditions[-1] for line in hidden}, f"any {'other ' * other}condition"
     if not done:
         alone = len(names) == 1 and all(line.change.corrected_for <= 1 for line in hidden if line.change)
-        what = names.pop() if alone else any_
-        return f"No effect of {what} on {_whose(labels)} was detected{_open(lines)}." if hidden else ""
-    said = [f"{condition} {_DOES[did][1]} {_whose(who)}" for (condition, did), who in done.items()]
-    rest = f"; no effect of {any_} on {_whose(labels, 'that')} was detected" if hidden else ""
-    return f"{capital('; '.join(said))}{rest}."
+        return headline(lines, names.pop() if alone else any_)
+    said = [f"{condition} {_DOES[did][1]} {_whose(agents)}" for (condition, did), agents in done.items()]
+    whose = _whose([line.label for line in hidden], "that") if hidden else ""
+    return f"{capital('; '.join(said))}{f'; no effect of {any_} on {whose} was detected' * bool(hidden)}."
 
 
 def solved_said(found: Results, lines: Sequence[Line]) -> str:
-    """Who solved how much where nothing was compared; of several agents, who solved the most.
-
-    Trials that broke are in no share, which it says.
-    """
+    """Who solved how much where nothing was compared; of several agents, who solved the most; trials that broke."""
     shares = [(line.first.value, line) for line in lines if line.first and line.first.value is not None]
     if not shares:
         return "No trial has ended yet."
@@ -98,13 +88,10 @@ def solved_said(found: Results, lines: Sequence[Line]) -> str:
     sizes = sorted({line.first.n or 0 for line in best if line.first})
     of = f"{percent(most)} of {sizes[0]}{f' to {sizes[-1]}' if len(sizes) > 1 else ''} trials"
     broke = sum(int(row.value or 0) for _, line in shares for row in found.where("broken", **line.of_first, of=""))
+    rest = f" {broke} trials broke and are in no share." * bool(broke)
     if len(shares) == 1:
         alike = " under every condition: it plays alike whatever it is told" * best[0].alike
-        ends = [found.get("success", **best[0].of_first, of=part) for part in ("at least", "at most")]
-        between = " and ".join(percent(row.value) for row in ends if row)
-        rest = f"; {broke} more broke, so of all trials it is between {between}" * bool(broke)
-        return f"{'People' if best[0].label == PEOPLE else best[0].label} solved {of}{alike}{rest}."
-    rest = f" {broke} trials broke and are in no share." * bool(broke)
+        return f"{capital(who(best[0].label)) if best[0].agent == PEOPLE else best[0].label} solved {of}{alike}.{rest}"
     if len(best) == len(shares):
         return f"The {len(shares)} agents solved the same share: {of}.{rest}"
     return f"Of {len(shares)} agents {listed([line.label for line in best], named=3)} solved the most: {of}.{rest}"
@@ -115,13 +102,12 @@ def chance_said(found: Results, lines: Sequence[Line]) -> str:
 
     Empty if all solve more. With several agents intervals hold for all of them at once, since the sentence also says of
     those that it does not name that they exceed chance. They are exact: of few trials, or near 0 and 1, Wilson's say
-    *fewer* too often. At every look nothing is said.
+    *fewer* too often. At every look nothing is said, nor where random agents would play a box that breaks its rules.
     """
     level = found.get("success_by_step", agent="", of="no-repeat")
     own = [line for line in lines if not line.baseline and line.first and line.first.n]
-    if level is None or level.value is None or not own or found.progress.every_look:
-        return ""
-    if any(row.count for row in found.where("against_rules", of="")):  # random agents play a box that keeps its rules
+    broken = any(row.count for row in found.where("against_rules", of=""))
+    if level is None or level.value is None or not own or found.progress.every_look or broken:
         return ""
     ends = {line.label: _exact(found, line, len(own)) for line in own}
     below = [name for name, (_, high) in ends.items() if high < level.value]
@@ -177,12 +163,8 @@ def _open(lines: Iterable[Line]) -> str:
 
 def _whose(labels: Sequence[str], what: str = "") -> str:
     """The success of agents, by name as long as these are two."""
-    who = listed([_name(label) for label in labels]) if len(labels) < 3 else f"{len(labels)} agents"
-    return f"{what or 'the success'} of {who}"
-
-
-def _name(label: str) -> str:
-    return "people" if label == PEOPLE else label
+    agents = listed([who(label) for label in labels]) if len(labels) < 3 else f"{len(labels)} agents"
+    return f"{what or 'the success'} of {agents}"
 
 
 def broken_said(found: Results) -> str:
@@ -195,4 +177,4 @@ def broken_said(found: Results) -> str:
     if not broken:
         return ""
     which = f"All {sum(broken.values())} trials" if sum(broken.values()) > 1 else "The only trial"
-    return f"{which} of {listed([*map(_name, broken)], named=3)} ended as an error."
+    return f"{which} of {listed([*map(who, broken)], named=3)} ended as an error."

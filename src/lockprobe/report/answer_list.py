@@ -7,16 +7,15 @@ both shares on one axis: no agent is left out of it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 
 from lockprobe.foundation.formatting import capital, p_cell, p_value, percent, points
 from lockprobe.report.answer import not_excluded
 from lockprobe.report.curve import MOST
+from lockprobe.report.format import entry_text
 from lockprobe.report.prose import at_dose
 from lockprobe.report.rows import Cell, Results, clearness
 from lockprobe.report.rows.primary import Line, primary_lines
-from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.inference.difference import FEW_BROKE
 
 BEFORE = "by the last step with few breaks"
@@ -26,9 +25,8 @@ _TICK = 0.25
 """Step of the axis of changes; its ends are the first steps beyond all intervals, at least two."""
 
 
-@dataclass(frozen=True, slots=True)
 class AnswerList:
-    """What the template of the list reads.
+    """What the template of the list reads: a row for each agent, and what they have in common.
 
     Attributes:
         lines: A row for each agent.
@@ -36,38 +34,25 @@ class AnswerList:
         compared: Whether any agent was compared under two conditions.
         reach: The end of the axis of changes, a share.
         chance: What random agents solve, with and without immediate repeats, least first; empty if it is not known.
+        doses: What the second share of each agent is at, in a word or two, where that is not the same for all.
+        open: Whether a change was not detected although its interval leaves out 0.
+        ticks: Where the axis of changes has labels, in per cent of it, and these.
     """
 
-    lines: Sequence[Line]
-    many: bool
-    compared: bool
-    reach: float
-    chance: tuple[float, ...]
-
-    def at(self, change: float) -> str:
-        """Where a change stands, in per cent of the axis."""
-        return f"{50 + 50 * change / self.reach:.2f}%"
-
-    @property
-    def doses(self) -> Mapping[str, str]:
-        """What the second share of each agent is at, in a word or two, where that is not the same for all."""
-        under = {line.label: line.under for line in self.lines if line.under}
-        if len({*under.values()}) < 2 or not all(said.startswith("at ") for said in under.values()):
-            return {}
-        return {label: said.rpartition(" ")[2] for label, said in under.items()}
-
-    @property
-    def open(self) -> bool:
-        """Whether a change was not detected although its interval leaves out 0."""
-        rows = [line.change for line in self.lines if line.change and line.verdict == "not detected"]
-        ends = [(row.low, row.high) for row in rows if row.low is not None and row.high is not None]
-        return any(low > 0 or high < 0 for low, high in ends)
-
-    @property
-    def ticks(self) -> list[tuple[str, str]]:
-        """Where the axis of changes has labels, and these."""
+    def __init__(self, found: Results) -> None:
+        self.lines = lines = primary_lines(found)
+        changes = [line.change for line in lines if line.change]
+        ends = [abs(end) for row in changes for end in (row.low, row.high) if end is not None]
+        chance = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
+        under = {line.label: line.under for line in lines if line.under}
+        differ = len({*under.values()}) > 1 and all(said.startswith("at ") for said in under.values())
+        self.many, self.compared = sum(not line.alike for line in lines) > MOST, bool(changes)
+        self.reach = max(2 * _TICK, math.ceil(max(ends, default=0.0) / _TICK - 1e-9) * _TICK)
+        self.chance = sorted(curve.value[-1] or 0.0 for curve in chance if curve)
+        self.doses = {label: said.rpartition(" ")[2] for label, said in under.items() if differ}
+        self.open = any(not row.detected and ((row.low or 0.0) > 0 or (row.high or 0.0) < 0) for row in changes)
         half = max(_TICK, self.reach - _TICK)
-        return [(self.at(x), points(x)) for x in (-half, 0.0, half)]
+        self.ticks = [(f"{50 + 50 * x / self.reach:.2f}%", points(x)) for x in (-half, 0.0, half)]
 
     @property
     def counts(self) -> list[tuple[int, str]]:
@@ -80,26 +65,11 @@ class AnswerList:
         return [(of.count(what), words) for what, words in said.items() if of.count(what) or what != "not detected"]
 
 
-def answer_list(found: Results) -> AnswerList:
-    """The list of a study."""
-    lines = primary_lines(found)
-    ends = [abs(end) for line in lines if line.change for end in (line.change.low, line.change.high) if end is not None]
-    reach = max(2 * _TICK, math.ceil(max(ends, default=0.0) / _TICK - 1e-9) * _TICK)
-    chance = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
-    return AnswerList(
-        lines=lines,
-        many=sum(not line.alike for line in lines) > MOST,
-        compared=any(line.change for line in lines),
-        reach=reach,
-        chance=tuple(sorted(curve.value[-1] or 0.0 for curve in chance if curve)),
-    )
-
-
 def said_lines(lines: Iterable[Line]) -> list[str]:
     """The list for a terminal, in columns."""
     rows = []
     for line in lines:
-        first, second, change = (share_of_row(line.first), share_of_row(line.second), points_cell(line.change))
+        first, second, change = map(entry_text, (line.first, line.second, line.change))
         shares = f"{first} {line.control}" + f", {second} {line.under}" * bool(line.second)
         tested = f"{change} points, P = {p_cell(line.change.p_value)}" if line.change else ""
         rows.append((line.label, shares, tested, line.verdict))
@@ -158,7 +128,7 @@ def _early(found: Results, of: Mapping[str, str]) -> list[str]:
         f"By step {step:g} at most {percent(FEW_BROKE)} of trials had broken under every condition. "
         f"By then success {where} "
     )
-    return [f"{said}was {points_cell(row)} points ({p_value(row.p_value)}{many}).{known}"]
+    return [f"{said}was {entry_text(row)} points ({p_value(row.p_value)}{many}).{known}"]
 
 
 def _where(cell: Cell) -> str:

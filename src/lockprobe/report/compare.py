@@ -6,7 +6,7 @@ The page is one file without scripts. Agents and conditions are matched by what 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
@@ -16,13 +16,13 @@ from typing import Any
 from pydantic_core import to_jsonable_python
 
 from lockprobe.foundation.errors import BadFile, UnknownName
-from lockprobe.foundation.formatting import NONE, bracketed, change, p_cell, p_value, percent
-from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
+from lockprobe.foundation.formatting import change, count, p_cell, p_value, percent
 from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.report.format import DETECTED, TextTable, share_cell
+from lockprobe.report.format import Entry, conclusion_of, count_of
 from lockprobe.report.opened import open_study
-from lockprobe.report.prose import Subject, rules_broken_said
-from lockprobe.report.rendering import rendered, with_axis
+from lockprobe.report.prose import rules_broken_said, who
+from lockprobe.report.rendering import rendered
+from lockprobe.report.study_numbers import measured_row
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.statistics.rules import Rules
@@ -173,10 +173,9 @@ def _unlike(samples: Sequence[Sample]) -> Iterator[str]:
                 yield f"{next(iter(by_study.values())).group}: {fact} is {each}"
 
 
-def _subject(side: Side) -> Subject:
-    """What sentences call a side."""
-    who, prompt = Subject.of(side.agent), f" with {side.prompt}" if side.prompt else ""
-    return Subject(name=f"{who.name}{prompt} in {side.study}", plural=who.plural)
+def _named(side: Side) -> str:
+    """What sentences and tables call the agent of a side."""
+    return who(side.agent) + (f" with {side.prompt}" if side.prompt else "")
 
 
 def conclusion(found: Sequence[StudyDifference]) -> str:
@@ -190,63 +189,37 @@ def conclusion(found: Sequence[StudyDifference]) -> str:
     sizes = Counter(one.family for one in asked)
     shown = [one for one in asked if one.detected and len(sizes) * one.p_adjusted < ALPHA]
     one = min(shown or asked, key=lambda one: (one.p_adjusted, -abs(one.value)))
-    first, second, shares = _subject(one.first), _subject(one.second), (one.first_success, one.second_success)
-    sample = f"{shares[0].n} pairs of trials with common random numbers"
-    sample = sample if one.paired else f"{shares[1].n} and {shares[0].n} trials, independent samples"
-    many, beside = sizes[one.family], f" of its family and for {len(sizes)} families of conditions" * (len(sizes) > 1)
-    corrected = f", corrected for {many} difference{'s' * (many > 1)}{beside}" * (many > 1 or len(sizes) > 1)
-    size = (
-        f"{percent(shares[1].value)} against {percent(shares[0].value)} ({change(one.value, one.low, one.high)}; "
-        f"{p_value(min(1.0, len(sizes) * one.p_adjusted))}{corrected}"
-        f"{', whatever became of broken trials' * bool(one.broken)}; {sample})"
-    )
-    more = sum(other.detected for other in asked) - len(shown)
-    more_said = f" {more} more {'are' if more > 1 else 'is'} detected if each family is taken alone." * bool(more)
+    first, second = one.first_success, one.second_success
+    sample = f"{first.n} pairs of trials with common random numbers"
+    sample = sample if one.paired else f"{second.n} and {first.n} trials, independent samples"
+    worst = ", whatever became of broken trials" * bool(one.broken)
     what = "baselines of different studies" if one.kind == "between-baselines" else "studies"
-    if not shown:
-        among, which = (f" in {len(asked)} comparisons", "the clearest is") if len(asked) > 1 else ("", "it is")
-        return (
-            f"No difference between {what} was detected{among}, which does not show that there is none; {which} "
-            f"{second.name} against {first.name} under {one.condition}: {size}.{more_said}"
-        )
-    often, solves = "more" if one.value > 0 else "less", second.form("solves", "solve")
-    said = f"{solves} the box {often} often than {first.name} under {one.condition}: {size}."
-    if len(asked) == 1:
-        return f"{second.first} {said}"
-    head = f"{len(shown)} of {len(asked)} differences between {what} {'was' if len(shown) == 1 else 'were'} detected"
-    return f"{head}{', the clearest' * (len(shown) > 1)}: {second.name} {said}{more_said}"
+    none = f"No difference between {what} was detected in {count(len(asked), 'comparison')}, which does not show that "
+    some = f"{len(shown)} of {len(asked)} differences between {what} {'was' if len(shown) == 1 else 'were'} detected"
+    return (
+        f"{some if shown else f'{none}there is none'}, the clearest: "
+        f"{_named(one.second)} in {one.second.study} against {_named(one.first)} in {one.first.study} under "
+        f"{one.condition}, {percent(second.value)} against {percent(first.value)} "
+        f"({change(one.value, one.low, one.high)}; {p_value(min(1.0, len(sizes) * one.p_adjusted))}, corrected for "
+        f"{count(sizes[one.family], 'difference')} of a family and {count(len(sizes), 'family', 'families')}{worst}; "
+        f"{sample})."
+    )
 
 
-def write_comparison(
-    comparison: Comparison, out: Path, *, left_out: Callable[[LeftOutSection], None] = lambda section: None
-) -> Path:
-    """Write the page in one step; ``left_out`` is told every table that could not be made.
+def write_comparison(comparison: Comparison, out: Path) -> Path:
+    """Write the page in one step.
 
     Raises:
         BadFile: If it cannot be written.
     """
-    leading, rest = comparison.leading, comparison.differences[len(comparison.leading) :]
-    tables: dict[str, Callable[[], TextTable]] = {
-        "studies": lambda: study_table(comparison),
-        "success": lambda: success_table(comparison),
-        "differences": lambda: difference_table(leading),
-        "rest": lambda: difference_table(rest),
+    rest = comparison.differences[len(comparison.leading) :]
+    tables = {
+        "studies": study_table(comparison),
+        "success": success_table(comparison),
+        "differences": difference_table(comparison.leading),
+        "rest": difference_table(rest),
     }
-    with leaving_out() as failed:
-        made = {
-            name: section(f"Table {name}", make, lambda: [["This table could not be made."]])
-            for name, make in tables.items()
-        }
-    page = rendered(
-        "compare",
-        content=comparison,
-        lockprobe=version("lockprobe"),
-        tables=made,
-        plots={"differences": with_axis(leading), "rest": with_axis(rest)},
-        sections_left_out=failed,
-    )
-    for one in failed:
-        left_out(one)
+    page = rendered("compare", content=comparison, lockprobe=version("lockprobe"), tables=tables)
     try:
         write_file(out, page)
     except OSError as error:
@@ -254,43 +227,36 @@ def write_comparison(
     return out
 
 
-def study_table(comparison: Comparison) -> TextTable:
+def study_table(comparison: Comparison) -> list[list[Entry]]:
     """The studies: their seeds and their finished trials."""
-    people = any(one["people_trials"] for one in comparison.studies)
-    head = ["study", "name", "seed", "trials finished", *["of these, people's"] * people]
-    rows = [[*head, "conditions in no other study"]]
+    rows: list[list[Entry]] = [
+        ["study", "name", "seed", "trials finished", "of these, people's", "conditions in no other study"]
+    ]
     for one in comparison.studies:
         finished = f"{one['finished']} of {one['planned']}" + " (partial)" * one["partial"]
-        by_people = [str(one["people_trials"])] * people
-        left = ", ".join(one["not_shared"]) or NONE
-        rows.append([one["name"], one["study"], str(one["seed"]), finished, *by_people, left])
+        left = ", ".join(one["not_shared"]) or None
+        rows.append([one["name"], one["study"], str(one["seed"]), finished, str(one["people_trials"]), left])
     return rows
 
 
-def success_table(comparison: Comparison) -> TextTable:
-    """Success by condition, study and agent; broken trials where there are any."""
-    shares = [(one, one.success) for one in comparison.samples]
-    broken = any(share.broken for _, share in shares)
-    rows = [["condition", "study", "agent", "solved", "success", *["broken"] * broken]]
-    for one, share in shares:
-        agent = one.side.agent + (f" with {one.side.prompt}" if one.side.prompt else "")
-        counted = [f"{share.count}/{share.n}", share_cell(share), *[str(share.broken)] * broken]
-        rows.append([one.condition, one.side.study, agent, *counted])
+def success_table(comparison: Comparison) -> list[list[Entry]]:
+    """Success by condition, study and agent; broken trials."""
+    rows: list[list[Entry]] = [["condition", "study", "agent", "solved", "success", "broken"]]
+    for one, share in ((one, one.success) for one in comparison.samples):
+        row = measured_row("success", share)
+        rows.append([one.condition, one.side.study, _named(one.side), count_of(row), row, str(share.broken)])
     return rows
 
 
-def difference_table(found: Sequence[StudyDifference]) -> TextTable:
+def difference_table(found: Sequence[StudyDifference]) -> list[list[Entry]]:
     """The differences, the first agent minus the second."""
-    rows = [["agent", "compared with", "condition", "trials", "success", "success of the other", "difference, points"]]
-    rows[0] += ["P", "corrected P", "conclusion"]
+    head = ["agent", "compared with", "condition", "trials", "success", "success of the other", "difference, points"]
+    rows: list[list[Entry]] = [[*head, "P", "corrected P", "conclusion"]]
     for one in found:
         first, second = one.first_success, one.second_success
-        rows.append(
-            [
-                _subject(one.second).name, _subject(one.first).name, one.condition,
-                f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials",
-                percent(second.value), percent(first.value), bracketed(one.value, one.low, one.high),
-                p_cell(one.p_value), p_cell(one.p_adjusted), DETECTED[one.detected],
-            ]
-        )  # fmt: skip
+        row = measured_row("success_difference", one, unit="points", p_value=one.p_adjusted)
+        sides = [f"{_named(side)} in {side.study}" for side in (one.second, one.first)]
+        trials = f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials"
+        shares = percent(second.value), percent(first.value), row, p_cell(one.p_value)
+        rows.append([*sides, one.condition, trials, *shares, p_cell(one.p_adjusted), conclusion_of(row)])
     return rows

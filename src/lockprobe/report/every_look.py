@@ -23,7 +23,7 @@ _HOW = Markup(
 
 def note_at(found: Results, note: Note) -> Note:
     """The note on tests, as it is where they hold at every look."""
-    return Note(note.shown, _HOW, lead=note.lead) if found.progress.every_look else note
+    return Note(note.shown, _HOW) if found.progress.every_look else note
 
 
 def at_every_look(rows: Iterable[Row]) -> list[Row]:

@@ -1,4 +1,4 @@
-"""Tables as CSV, text for TeX, and the cell of a share."""
+"""Cells of tables as text and as CSV, and text for TeX."""
 
 from __future__ import annotations
 
@@ -7,18 +7,17 @@ import io
 import re
 from collections.abc import Sequence
 
-from lockprobe.foundation.formatting import NONE, share
+from lockprobe.foundation.formatting import NONE, bracketed, p_cell, percent, share
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.statistics.proportions import Proportion
+from lockprobe.report.rows import Estimate
 
-DETECTED = {True: "detected", False: "not detected"}
-"""What a table concludes from a test; the interval has to exclude 0 as well."""
+Entry = str | Estimate | None
+"""A cell of a table: a text, or a number, or None where there is none."""
+
+DETECTED = "detected"
 
 EVERY = "every flip rate"
 """The flip rate of an agent that plays the same at all of them."""
-
-TextTable = list[list[str]]
-"""Rows of cells, the first row with the names of the columns."""
 
 _TEX = {
     "\\": r"\textbackslash{}",
@@ -42,52 +41,104 @@ _P = re.compile(r"flip rate|^P$")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
-def share_cell(found: Proportion) -> str:
-    """A share with its 95 % interval, in per cent."""
-    return share(found.value, found.low, found.high)
+def _form(row: Estimate) -> tuple[str, float]:
+    """How a number is written, and by what it is multiplied before."""
+    if row.unit in ("share", "points"):
+        return "{:.0f}" if row.unit == "share" else "{:+.0f}", 100
+    if row.unit == "steps":
+        return "{:.1f}" if row.quantity.startswith("mean") else "{:+.1f}", 1
+    return "{:.2f}" if row.unit else "{:.3g}", 1
 
 
-def as_csv(table: Sequence[Sequence[str]]) -> str:
+def entry_text(entry: Entry) -> str:
+    """A cell as text: a number with its interval in brackets where it has one, a share in per cent.
+
+    >>> entry_text(Estimate(quantity="success", value=0.5, low=0.4, high=0.6)), entry_text("all")
+    ('50 % [40, 60]', 'all')
+    """
+    if entry is None or isinstance(entry, str):
+        return NONE if entry is None else entry
+    if entry.unit == "share":
+        return percent(entry.value) if entry.low is None else share(entry.value, entry.low, entry.high)
+    return bracketed(entry.value, entry.low, entry.high, *_form(entry))
+
+
+def texts(table: Sequence[Sequence[Entry]]) -> list[list[str]]:
+    """The rows of a table as text."""
+    return [[entry_text(entry) for entry in row] for row in table]
+
+
+def tested(row: Estimate | None) -> list[Entry]:
+    """Cells of a difference: it, its P value, and what is concluded."""
+    return [row, p_cell(row.p_value if row else None), conclusion_of(row) if row else None]
+
+
+def conclusion_of(row: Estimate, *, at: float = 0.05) -> str:
+    """What a table concludes from a test at some level and the interval, which has to exclude 0 as well."""
+    return DETECTED if row.detected and row.p_value is not None and row.p_value < at else f"not {DETECTED}"
+
+
+def alone(row: Estimate | None) -> Estimate | None:
+    """A number without its interval."""
+    return row and row.model_copy(update={"low": None, "high": None})
+
+
+def count_of(row: Estimate | None) -> str:
+    """How many of how many."""
+    return "0 of 0" if row is None else f"{row.count} of {row.n}"
+
+
+def without_empty(table: Sequence[Sequence[Entry]], names: Sequence[str]) -> Sequence[Sequence[Entry]]:
+    """A table without those of these columns that are empty, or the same in all of several rows; without rows, none."""
+    if len(table) < 2:
+        return []
+    columns, several = zip(*texts(table), strict=True), len(table) > 2
+    alike = {
+        i
+        for i, (name, *cells) in enumerate(columns)
+        if name in names and ({*cells} == {NONE} or (several and len({*cells}) == 1))
+    }
+    return [[entry for i, entry in enumerate(row) if i not in alike] for row in table]
+
+
+def as_csv(table: Sequence[Sequence[Entry]]) -> str:
     """The table as CSV, in which numbers are numbers: an interval has two columns of its own.
 
-    No cell holds a sign of per cent, a plus, or a dash for what is not there. One that a spreadsheet would take for a
-    formula is led by an apostrophe. Columns keep the names that programs know them by: p for the flip rate, and for a
-    P value.
+    Numbers have no sign of per cent and no plus, and what is not there is empty. A text that a spreadsheet would take
+    for a formula is led by an apostrophe. Columns keep the names that programs know them by: p for the flip rate, and
+    for a P value.
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     columns = [numeric for column in zip(*table, strict=True) for numeric in _as_numbers(column)]
-    rows = [list(row) for row in zip(*columns, strict=True)]
-    rows[0] = [_P.sub("p", name) for name in rows[0]]
-    writer.writerows([_cell(cell) for cell in row] for row in rows)
+    writer.writerows(zip(*columns, strict=True))
     return out.getvalue()
 
 
-_NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e-?\d+)?"
-
-_MEASURED = re.compile(rf"({_NUMBER})( %)?(?: \[({_NUMBER}), ({_NUMBER})\])?")
-"""A number, per cent or not, with its interval or without."""
-
-
-def _as_numbers(column: Sequence[str]) -> list[list[str]]:
-    """A column of numbers without signs of per cent, followed by the ends of intervals; others as they are."""
-    name, *cells = column
-    plain = ["" if cell == NONE else cell.replace("\N{MINUS SIGN}", "-") for cell in cells]
-    found = [_MEASURED.fullmatch(cell) for cell in plain]
-    if not any(found) or not all(one or not cell for one, cell in zip(found, plain, strict=True)):
-        return [list(column)]
-    parts = [(one[1], one[3], one[4]) if one else ("", "", "") for one in found]
-    value, low, high = ([(part or "").removeprefix("+") for part in end] for end in zip(*parts, strict=True))
-    ends = [[f"{name}, low", *low], [f"{name}, high", *high]] if any(low) else []
-    named = f"{name}, %" if any(one and one[2] for one in found) and "%" not in name else name
-    return [[named, *value], *ends]
+def _as_numbers(column: Sequence[Entry]) -> list[list[str]]:
+    """A column, followed by the ends of its intervals where it has any."""
+    head, rows = _P.sub("p", entry_text(column[0])), column[1:]
+    numbers = [row for row in rows if isinstance(row, Estimate)]
+    named = f"{head}, %" if any(row.unit == "share" for row in numbers) and "%" not in head else head
+    values = [named, *(_number(row, "value") if isinstance(row, Estimate) else _text(row) for row in rows)]
+    if all(re.fullmatch(r"([\d.]+ %)?", value) for value in values[1:]) and any(values[1:]):
+        return [[f"{head}, %", *(value.removesuffix(" %") for value in values[1:])]]
+    if all(row.low is None for row in numbers):
+        return [values]
+    ends = [[_number(row, end) if isinstance(row, Estimate) else "" for row in rows] for end in ("low", "high")]
+    return [values, [f"{head}, low", *ends[0]], [f"{head}, high", *ends[1]]]
 
 
-def _cell(cell: str) -> str:
-    if cell == NONE:
-        return ""
-    number = _MEASURED.fullmatch(cell) is not None
-    return "'" * (cell.startswith(_FORMULA) and not number) + printable(cell)
+def _number(row: Estimate, of: str) -> str:
+    form, scale = _form(row)
+    value = getattr(row, of)
+    return "" if value is None else re.sub(r"^[+-]?(?=0(\.0*)?$)|^\+", "", form.format(scale * value))
+
+
+def _text(cell: str | None) -> str:
+    said = "" if cell in (None, NONE) else str(cell)
+    number = re.fullmatch(r"[-+]?[\d.]+(e-?\d+)?", said)
+    return "'" * (said.startswith(_FORMULA) and not number) + printable(said)
 
 
 def tex_text(cell: str) -> str:

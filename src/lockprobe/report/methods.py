@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
 from lockprobe.foundation.formatting import count, listed
 from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.report.format import tex_text
-from lockprobe.report.prose import false_reports, share_intervals_said
-from lockprobe.report.rows import Condition, Estimate, Results
+from lockprobe.report.prose import false_reports, interval_kind
+from lockprobe.report.rows import Condition, Results
 from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 
@@ -19,33 +18,11 @@ _LABELS: Mapping[str, str] = {
 }
 """How ``shuffle`` names joints; in panel order otherwise."""
 
-_FACTS: Mapping[str, str] = {
-    "model": "model {}",
-    "answered by": "answered by {}",
-    "host": "on the host {}",
-    "sha256": "weights with the SHA-256 {:.12}",
-    "quantisation": "quantisation {}",
-    "runtime": "run by {}",
-    "decoding": "decoding by {}",
-    "temperature": "temperature {}",
-    "top_p": "top-p {}",
-    "effort": "reasoning effort {}",
-    "max_tokens": "at most {} tokens a reply",
-    "schema": "a {} schema for replies",
-    "images": "pictures kept of the {} newest observations",
-    "detail": "pictures sent in {} detail",
-    "repairs": "a malformed reply asked for again up to {} times",
-    "prompt": "prompt with the fingerprint {}",
-}
-"""A fact on record of a model -> how the paragraph says it."""
-
-_LEFT = {
-    "temperature": "temperature",
-    "top_p": "top-p",
-    "effort": "reasoning effort",
-    "max_tokens": "length of a reply",
-}
-"""What can be left to the provider."""
+_FACTS = (
+    *("model", "answered by", "host", "sha256", "quantisation", "runtime", "decoding", "temperature", "top_p"),
+    *("effort", "max_tokens", "schema", "images", "detail", "repairs", "prompt"),
+)
+"""Facts on record of a model that the paragraph says, in this order."""
 
 _WORDS: Mapping[str, str] = {
     "correction": "reports in two statements",
@@ -63,9 +40,6 @@ _WORDS: Mapping[str, str] = {
 }
 """An intervention -> what it is in an article."""
 
-_RATES = 4
-"""Flip rates beyond which they are counted."""
-
 _DETECTED = r"a change counts as detected if \emph{P} is below 0.05 and its 95\,\% interval excludes 0."
 
 
@@ -77,18 +51,11 @@ def spec_in_words(spec: str) -> str:
     """
     parsed = Spec.parse(spec, "condition")
     rate = f" at rate {parsed.options['p']}" if "p" in parsed.options else ""
-    if parsed.full_name == "flip":
-        return f"{_reading(parsed)}{rate}"
     others = parsed.without(["p"]).options.items()
+    if parsed.full_name == "flip":
+        return f"{false_reports('&'.join(f'{name}={value}' for name, value in others))}{rate}"
     options = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in others)
     return f"{_WORDS.get(parsed.full_name, parsed.full_name)}{rate}{f' ({options})' * bool(options)}"
-
-
-def _reading(flip: Spec) -> str:
-    """What a false report is; empty for what is no flip."""
-    if flip.full_name != "flip":
-        return ""
-    return false_reports("&".join(f"{name}={value}" for name, value in flip.without(["p"]).options.items()))
 
 
 def condition_in_words(one: Condition, *, explained: bool = False) -> str:
@@ -100,8 +67,7 @@ def condition_in_words(one: Condition, *, explained: bool = False) -> str:
 
 def methods_tex(found: Results) -> str:
     """Puzzle, agents, models, design, what is left out, intervals and tests, and the hashes."""
-    parts = (_system, _agents, _models, _participants, _design, _tested)
-    said = (sentence for part in parts for sentence in part(found))
+    said = (sentence for part in (_system, _agents, _design, _tested) for sentence in part(found))
     hashes = (rf"\texttt{{{tex_text(one)}}}" for one in (found.settings_hash, found.results_hash))
     kept = "The settings of the study have the hash {}, its records {}.".format(*hashes)
     return " ".join((*said, kept)) + "\n"
@@ -127,53 +93,31 @@ def _system(found: Results) -> Iterator[str]:
     yield from filter(None, [_LABELS.get(str(study.get("shuffle")), "")])
 
 
-def _played_by(found: Results) -> dict[str, str]:
-    """The agents, without the options of their specs where these tell none apart."""
-    agents = [str(agent) for agent in found.study.get("agents", ()) if agent != PEOPLE]
-    short = Counter(agent.partition("?")[0] for agent in agents)
-    return {agent: _name(head if short[head := agent.partition("?")[0]] == 1 else agent) for agent in agents}
-
-
 def _agents(found: Results) -> Iterator[str]:
-    called = _played_by(found)
-    many = next((row.value for row in found.where("people", agent=PEOPLE, condition="", of="") if row.value), None)
-    by = [count(int(many), "participant") if many else "people"] * (PEOPLE in found.study.get("agents", ()))
-    by += [f"{count(len(called), 'agent')} ({listed([*called.values()])})"] if called else []
+    """Who played, what is on record of each language model, and what people saw."""
+    agents = [str(agent) for agent in found.study.get("agents", ()) if agent != PEOPLE]
+    many = found.get("people", agent=PEOPLE, condition="", modality="")
+    by = [count(int(many.value or 0), "participant") if many else "people"] * (PEOPLE in found.study.get("agents", ()))
+    by += [f"{count(len(agents), 'agent')} ({listed(list(map(_name, agents)))})"] if agents else []
     yield f"The box was played by {listed(by)}."
-    ours = [called[one] for names in found.facts_about("design") for one in names.split(", ") if one in called]
+    said = [f"{_name(one)} reconstructs their strategy, whose algorithm is not public" for one in found.reconstructed]
     played = {one.agent for one in found.design.players}
-    others = [name for agent, name in called.items() if agent in played and agent not in found.subjects]
-    said = [f"{listed(ours)} reconstructs their strategy, whose algorithm is not public"] if ours else []
+    others = [_name(agent) for agent in agents if agent in played and agent not in found.subjects]
     said += [f"{listed(others)} {'are baselines' if others[1:] else 'is a baseline'}"] if others else []
     if said:
         yield f"Of these, {'; '.join(said)}."
-
-
-def _models(found: Results) -> Iterator[str]:
-    """What is on record of each language model, in a sentence of its own."""
-    for agent, called in _played_by(found).items():
+    for agent in agents:
         facts = found.facts_about(agent)
         if "model" in facts:
-            known = {one: form.format(facts[one]) for one, form in _FACTS.items() if one in facts}
-            known |= {
-                one: f"{_LEFT[one]} left to the provider" for one in _LEFT if facts.get(one) == "provider default"
-            }
-            known |= {"effort": "no reasoning effort"} if facts.get("effort") == "not taken" else {}
-            said = [*known.values(), *["no seed sent"] * ("repairs" in facts)]
-            yield f"{called}: {tex_text(', '.join(said))}."
+            known = [f"{one.replace('_', ' ')} {facts[one]}" for one in _FACTS if one in facts]
+            yield f"{_name(agent)}: {tex_text(', '.join(known))}."
             for row in found.where("replies", agent=agent, of="asked again"):
                 yield f"{row.count} of its {row.n} replies could not be used and were asked for again."
-
-
-def _participants(found: Results) -> Iterator[str]:
-    """What participants saw, and how many boxes each of them finished."""
     facts, shown = found.facts_about(PEOPLE), {"True": "shown", "False": "not shown"}
     names = ("view", "history", "feedback")
     said = [f"{name} {tex_text(shown.get(facts[name], facts[name]))}" for name in names if name in facts]
     each = [found.get("boxes", agent=PEOPLE, condition="", of=f"{end} of a person") for end in ("fewest", "most")]
-    if boxes := [int(row.value) for row in each if row and row.value is not None]:
-        low, high = min(boxes), max(boxes)
-        said.append(f"{count(high, 'box', 'boxes') if low == high else f'{low} to {high} boxes'} finished by each")
+    said += [f"{' to '.join(f'{row.value:g}' for row in each if row)} boxes finished by each"] if all(each) else []
     if said:
         yield f"Participants: {', '.join(said)}."
 
@@ -187,8 +131,7 @@ def _design(found: Results) -> Iterator[str]:
     each = ", for each way of showing the box" if ways > 1 and not len(conditions) % ways else ""
     also = f"; strategies also under {len(further)} further: {_conditions(further)}" if further else ""
     yield f"There were {count(len(every), 'condition')}: {_conditions(every)}{each}{also}."
-    if kind := "; ".join(found.said("readings", "what")):
-        yield tex_text(kind)
+    yield tex_text(found.fact("readings", "what"))
     more = f" ({study['strategy_trials']} of strategies)" if study.get("strategy_trials") else ""
     yield (
         f"The design has {count(int(study.get('repetitions', 0)), 'repetition')} of "
@@ -196,58 +139,46 @@ def _design(found: Results) -> Iterator[str]:
         f"share their random numbers across conditions and agents (seed {study.get('seed')})."
     )
     broken = found.get("left_out", of="ended as error")
-    errors = int(broken.value) if broken is not None and broken.value else 0
-    left = f"; {count(errors, 'trial')} ended as an error" if errors else ""
+    left = f"; {count(int(broken.value), 'trial')} ended as an error" if broken is not None and broken.value else ""
     yield f"{found.progress.finished} of {found.progress.planned} planned trials were finished{left}."
 
 
 def _conditions(conditions: Iterable[Condition]) -> str:
-    """All conditions in words: the flip rates of one kind of false reports together, each way to show the box once."""
-    rates: dict[str, list[float]] = {}
+    """All conditions in words: the rates of one intervention together, each way to show the box once."""
+    rates: dict[str, list[str]] = {}
     for one in conditions:
-        words, specs = condition_in_words(one, explained=True), [Spec.parse(spec, "condition") for spec in one.specs]
-        if len(specs) == 1 and words == f"{_reading(specs[0])} at rate {(p := specs[0].options.get('p', ''))}":
-            rates.setdefault(_reading(specs[0]), []).append(float(p))
-        else:
-            rates.setdefault("the truth" if words == "truth" else words, [])
-    said = list[str]()
-    for words, own in ((words, sorted({*own})) for words, own in rates.items()):
-        few = f" at rate{'s' * (len(own) > 1)} {listed([f'{one:g}' for one in own])}" if own else ""
-        said.append(words + (f" at {len(own)} rates from {own[0]:g} to {own[-1]:g}" if len(own) > _RATES else few))
+        words, at, rate = condition_in_words(one, explained=True).rpartition(" at rate ")
+        own = rates.setdefault(words if at else "the truth" if rate == "truth" else rate, [])
+        own += [rate] if at and rate not in own else []
+    said = [f"{of} at rate{'s' * (len(own) > 1)} {listed(own)}" if own else of for of, own in rates.items()]
     return tex_text(listed(said))
 
 
 def _tested(found: Results) -> Iterator[str]:
+    """What intervals are, by which tests changes were judged, and what that is at every look."""
     rows = [row for row in found.against_control() if row.p_value is not None]
+    tests = [*dict.fromkeys(row.test.removesuffix(", and interval") for row in rows if row.test)]
+    most = max((row.corrected_for for row in rows), default=1)
+    corrected = f", corrected for at most {most} comparisons of a family" if most > 1 else ""
     if found.progress.every_look:
-        yield from _at_every_look(found, rows)
+        yield tex_text(found.fact("overview", "every_look"))
+        yield r"Intervals of shares are 95\,\% confidence sequences~\cite{robbins1970}."
+        if any(E_PROCESS in row.test for row in rows):
+            closed = " by closed testing with averages of e-values~\\cite{vovk-wang2021}" if most > 1 else ""
+            yield (
+                r"Those of changes of success are 95\,\% confidence sequences by "
+                r"betting~\cite{waudby-smith-ramdas2024}. Each change was tested by an e-process: the wealth of bets "
+                r"against no change, which exceeds 20 at any look with a probability of at most 0.05 if there is "
+                r"none~\cite{ville1939}. \emph{P} is 1 divided by the largest wealth so "
+                rf"far{corrected}{closed}; {_DETECTED} Trials count in blocks of one trial under every condition, in "
+                "the order of the plan, up to the first block that is not finished."
+            )
         return
-    boxes = len(found.boxes)
-    said = share_intervals_said(map(str, found.study.get("agents", ())), "Intervals of shares", boxes=boxes)
-    yield tex_text(said).replace("Wilson intervals", r"Wilson intervals~\cite{wilson1927}")
-    if tests := dict.fromkeys(row.test.removesuffix(", and interval") for row in rows if row.test):
+    said = tex_text(f"Intervals of shares are {interval_kind(found)}.")
+    yield said.replace("Wilson intervals", r"Wilson intervals~\cite{wilson1927}")
+    if tests:
         by = listed([tex_text({"McNemar": "McNemar's exact test"}.get(one, one)) for one in tests])
-        most = max(row.corrected_for for row in rows)
-        corrected = f", corrected for at most {most} comparisons of a family" if most > 1 else ""
         yield f"Changes of success were tested by {by}{corrected}; {_DETECTED}"
-
-
-def _at_every_look(found: Results, rows: list[Estimate]) -> Iterator[str]:
-    """What holds at every look, by which method, and how P values come about where there are any."""
-    yield from map(tex_text, found.said("overview", "every_look")[:1])
-    yield r"Intervals of shares are 95\,\% confidence sequences~\cite{robbins1970}."
-    if any(E_PROCESS in row.test for row in rows):
-        many, agents = max(row.corrected_for for row in rows), len({row.agent for row in rows})
-        corrected = f", corrected for at most {many} comparisons of a family" if many > 1 else ""
-        corrected += " by closed testing with averages of e-values~\\cite{vovk-wang2021}" if many > 1 else ""
-        corrected += f"{' and' if many > 1 else ', corrected'} for the number of agents" if agents > 1 else ""
-        yield (
-            r"Those of changes of success are 95\,\% confidence sequences by betting~\cite{waudby-smith-ramdas2024}. "
-            r"Each change was tested by an e-process: the wealth of bets against no change, which exceeds 20 at any "
-            r"look with a probability of at most 0.05 if there is none~\cite{ville1939}. \emph{P} is 1 divided by the "
-            rf"largest wealth so far{corrected}; {_DETECTED} Trials count in blocks of one trial under every "
-            "condition, in the order of the plan, up to the first block that is not finished."
-        )
 
 
 def _name(agent: str) -> str:

@@ -24,9 +24,9 @@ from lockprobe.report.format import tex_text
 from lockprobe.report.methods import condition_in_words, methods_tex
 from lockprobe.report.page import tables_of
 from lockprobe.report.questions import all_sections
-from lockprobe.report.report_files import File, made_figure
+from lockprobe.report.report_files import File
 from lockprobe.report.rows import Estimate, Results
-from lockprobe.report.section import Caption, Figure
+from lockprobe.report.section import Figure
 
 PAPER = "paper"
 """The directory, in that of the study."""
@@ -72,13 +72,13 @@ def write_paper(found: Results, directory: Path) -> Path:
 
 def paper_files(found: Results) -> Iterator[File]:
     """Every file, by its name in the directory."""
-    from lockprobe.report.figures import pages_as_pdf
+    from lockprobe.report.figures import as_pdf
 
     shown = []
-    for figure in dict.fromkeys(one for of in all_sections() for one in of.figures):
-        made: Any = section(f"Figure {figure.name}", partial(made_figure, found, figure), lambda: None)
+    for figure in (one for of in all_sections() for one in of.figures if one.applies(found)):
+        made: Any = section(f"Figure {figure.name}", partial(figure.draw, found), lambda: None)
         if made is not None:
-            yield f"{figure.name}.pdf", pages_as_pdf([made])
+            yield f"{figure.name}.pdf", as_pdf(made)
             shown += [_float(found, figure, wide=bool(made.get_figwidth() > _COLUMN))] * (figure.name != "box")
     tables = {"results.tex": results_tex(found)}
     if table := tables_of(found).get("table1"):
@@ -93,7 +93,7 @@ def paper_files(found: Results) -> Iterator[File]:
 
 
 def _float(found: Results, figure: Figure, *, wide: bool) -> str:
-    said = figure.caption if isinstance(figure.caption, Caption) else figure.caption(found)
+    said = figure.caption_of(found)
     text = " ".join(one.striptags() if isinstance(one, Markup) else one for one in (said.shown, said.computed))
     lines = (r"\centering", rf"\includegraphics[width=\linewidth]{{{figure.name}}}", rf"\caption{{{tex_text(text)}}}")
     star = "*" * wide
@@ -122,10 +122,8 @@ def results_tex(found: Results) -> str:
     for part in (every[i : i + _LINES] for i in range(0, len(every), _LINES)):
         both = pairwise([("", ""), *part])  # {} since a bracket would be an option of the row
         rows = [f"{{}}{agent if agent != last else ''} & {cells}" for (last, _), (agent, cells) in both]
-        more = "Success and its change from the control (continued)."
-        made = _table(columns, head, rows, more if floats else f"{_CAPTION}{_COMMON * fewer}")
-        again = made.replace(r"\centering", "\\addtocounter{table}{-1}\n\\centering", 1)
-        floats.append(again if floats else made)
+        again = "\\addtocounter{table}{-1}\n" * bool(floats)  # a long table is several floats of one number
+        floats.append(again + _table(columns, head, rows, f"{_CAPTION}{_COMMON * fewer}"))
     return "\n".join(floats)
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
-from lockprobe.foundation.formatting import capital
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.report.rows import Course, Results
@@ -17,43 +15,6 @@ from lockprobe.trial.condition import TRUTH
 from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.record import PLAIN_WORDS
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Subject:
-    """The grammatical subject of a sentence.
-
-    ``name`` is what a sentence calls it: ``llm:local (RGB)`` or ``people``, whose verbs are in the plural.
-    """
-
-    name: str
-    plural: bool = False
-
-    @classmethod
-    def of(cls, agent: str, shown: str = "") -> Subject:
-        """The subject that stands for an agent; ``shown`` is how the box was shown, where that has to be said."""
-        plural = agent == PEOPLE
-        name = "people" if plural else agent
-        return cls(name=f"{name} ({shown})" if shown else name, plural=plural)
-
-    @classmethod
-    def seeing(cls, agent: str, modality: str) -> Subject:
-        """The subject that stands for an agent in a modality, which is said unless it is plain words."""
-        return cls.of(agent, "" if modality in PLAIN_WORDS else spoken(modality))
-
-    def form(self, one: str, many: str) -> str:
-        """The form of a word that agrees with it."""
-        return many if self.plural else one
-
-    @property
-    def first(self) -> str:
-        """Its name at the beginning of a sentence; a spec stays as it is.
-
-        >>> Subject.of("participant").first, Subject.of("random").first
-        ('People', 'random')
-        """
-        return capital(self.name) if self.plural else self.name
-
-
 _KNOWN: Mapping[tuple[str, str], str] = {
     ("outcome", "fresh"): "false reports",
     ("outcome", "kept"): "false reports that stay",
@@ -62,13 +23,18 @@ _KNOWN: Mapping[tuple[str, str], str] = {
     ("position", "noisy"): "noise on all positions",
 }
 
-_POSITION, _OUTCOME = "the reported position of the attempted joint is inverted", "the reported outcome is inverted"
+_PICTURED = ("rgb", "rgbd")
+"""Modalities, whose pictures can be false, blurred, noisy or covered."""
 
-_CORRECTED = "a false position is corrected when another joint is attempted"
-_STAY = "a false position stays until its joint is attempted again"
 
-BOTH_FIT = "The paper does not say which of these false reports it has; its numbers fit agents under each."
-"""Of several readings (``docs/readings.md``)."""
+def who(agent: str, shown: str = "") -> str:
+    """What sentences call an agent; ``shown`` is how the box was shown, where that has to be said.
+
+    >>> who("participant"), who("llm:local", "RGB")
+    ('people', 'llm:local (RGB)')
+    """
+    name = "people" if agent == PEOPLE else agent
+    return f"{name} ({shown})" if shown else name
 
 
 def false_reports(options: str) -> str:
@@ -92,39 +58,20 @@ def condition_words(found: Results) -> dict[str, str]:
             words[one.name] = "told the truth"
         if [spec_name(spec) for spec in one.specs] == ["flip"] and one.specs == (one.name,):
             rate, _, options = one.name.partition("?p=")[2].partition("&")
-            reading = f", {reading_name(options).removeprefix('outcome inverted, ')}" * bool(options)
-            words[one.name] = f"flip rate {rate}{reading}"
+            words[one.name] = f"flip rate {rate}" + f", {false_reports(options)}" * bool(options)
     return {one.name: words.get(one.name, one.name) for one in found.design.conditions}
-
-
-def reading_name(options: str) -> str:
-    """A reading by what is inverted and what becomes of it, for tables and legends.
-
-    >>> reading_name(""), reading_name("others=kept"), reading_name("keep=0.5")
-    ('outcome inverted, then corrected', 'outcome inverted, stays', 'keep=0.5')
-    """
-    said = Spec.parse(f"flip?{options}").options if options else {}
-    if said.keys() - {"inverts", "others"}:
-        return options
-    if said.get("others") == "noisy":
-        return "every position inverted independently"
-    stay = "stays" if said.get("others") == "kept" else "then corrected"
-    return f"{said.get('inverts', 'outcome')} inverted, {stay}"
 
 
 def inverted(flip: OutcomeFlip, *, positions: bool) -> str:
     """What is inverted with the probability that the flip rate is, and how long reports of positions keep to it."""
-    if not positions:
-        return _OUTCOME
-    if flip.others == "noisy":
+    if positions and flip.others == "noisy":
         return "a reported position is inverted, for every joint in every report"
-    if flip.inverts == "position":
-        return f"{_POSITION} {'until its next attempt' if flip.keep == 1 else 'in one report'}"
-    return f"{_OUTCOME}; {_STAY if flip.keep == 1 else _CORRECTED}"
-
-
-_PICTURED = ("rgb", "rgbd")
-"""Modalities, whose pictures can be false, blurred, noisy or covered."""
+    if positions and flip.inverts == "position":
+        how = "until its next attempt" if flip.keep == 1 else "in one report"
+        return f"the reported position of the attempted joint is inverted {how}"
+    stays = "stays until its joint is attempted again"
+    kept = f"; a false position {stays if flip.keep == 1 else 'is corrected when another joint is attempted'}"
+    return f"the reported outcome is inverted{kept * positions}"
 
 
 def cause(axis: Axis) -> str:
@@ -165,6 +112,11 @@ def _short(axis: Axis) -> str:
     return axis.name if axis.kind in (*_PICTURED, PLANT) else axis.kind
 
 
+def at_lowest(found: Results) -> str:
+    """Under which reports agents are compared without an effect of false ones, within a sentence."""
+    return at_dose(next(iter(found.flip_rates), 0.0))
+
+
 def rules_broken_said(against: int = 0, attempts: int = 0) -> str:
     """How many attempts broke the rules of the box; empty if none did."""
     return f"{against} of {attempts} attempts broke the rules of the box." if against else ""
@@ -176,42 +128,12 @@ def paper_rates(courses: Iterable[Course]) -> list[float]:
     return [rate for rate in (0.0, PEAK) if len(played) > 1 and min(played) <= rate <= max(played)]
 
 
-def interval_kind(every_look: object) -> str:
-    """What intervals of shares of solved trials are, those of people aside: for one look if ``every_look`` is false."""
-    return "confidence sequences, which hold at every look" if every_look else "Wilson intervals"
-
-
-def share_intervals_said(
-    agents: Iterable[str], of: str = "Intervals", *, every_look: bool = False, boxes: int = 1
-) -> str:
-    """What intervals of the shares of these agents are, as a sentence: those of people are clustered by person.
-
-    With ``every_look`` they hold at every look; those of success do where differences in success do. Of several
-    ``boxes`` each counts alike.
-
-    >>> share_intervals_said(["random"]), share_intervals_said(["participant"])
-    ('Intervals are 95 % Wilson intervals.', 'Intervals are 95 % intervals clustered by person.')
-    >>> share_intervals_said(["random"], every_look=True)
-    'Intervals are 95 % confidence sequences, which hold at every look.'
-    """
-    people = {agent == PEOPLE for agent in agents}
-    if people == {True}:
-        return f"{of} are 95 % intervals clustered by person."
-    kind = "intervals over boxes" if boxes >= FEWEST_BOXES else interval_kind(every_look)
-    return f"{of} are 95 % {kind}{', clustered by person for people' * (True in people)}."
-
-
-def success_and_loops_said(
-    agents: Iterable[str], of: str = "Intervals", *, every_look: bool = False, boxes: int = 1
-) -> str:
-    """The same where shares of solved trials stand beside loop rates, whose intervals hold for one look.
-
-    >>> success_and_loops_said(["random"], every_look=True).partition(" Intervals of loop")[2]
-    ' rates are 95 % Wilson intervals.'
-    """
-    shown = [*agents]
-    if not every_look:
-        return share_intervals_said(shown, of, boxes=boxes)
-    success = share_intervals_said(shown, "Intervals of success", every_look=True)
-    loops = share_intervals_said(shown, "Intervals of loop rates")
-    return success if set(shown) == {PEOPLE} else f"{success} {loops}"
+def interval_kind(found: Results, *, success: bool = True) -> str:
+    """What intervals of shares of trials are: of those solved (``success``), or of others, which hold for one look."""
+    kind = "Wilson intervals"
+    if len(found.boxes) >= FEWEST_BOXES:
+        kind = "intervals over boxes"
+    elif success and found.progress.every_look:
+        kind = "confidence sequences, which hold at every look"
+    people = any(one.agent == PEOPLE for one in found.design.players)
+    return f"95 % {kind}{', clustered by person for people' * people}"

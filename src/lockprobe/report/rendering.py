@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import cache, lru_cache
-from typing import Any, TypeVar
+from typing import Any
 
 from lockprobe.foundation.formatting import p_cell, points
 from lockprobe.foundation.terminal_text import printable
-
-_Drawn = TypeVar("_Drawn", bound=Any)
+from lockprobe.report.format import Entry, entry_text
+from lockprobe.report.rows import Estimate
 
 _SHORT = 12
 """Words of so many characters stay on one line in a table."""
@@ -26,10 +26,20 @@ def rendered(name: str, **values: Any) -> str:
     return str(_templates().get_template(f"{name}.html.jinja").render(**values))
 
 
-def with_axis(rows: Sequence[_Drawn]) -> list[tuple[_Drawn, float]]:
-    """Differences, or None, each with the end of an axis around 0 that holds them all with their intervals."""
-    ends = [abs(end) for row in rows if row for end in (row.value, row.low, row.high) if end is not None]
-    return [(row, 1.05 * max([0.1, *ends])) for row in rows]
+def own_markup(text: str) -> Any:
+    """Our own markup, or JSON without ``<``."""
+    from markupsafe import Markup
+
+    return Markup(text)  # noqa: S704  a template's own output
+
+
+def _reach(rows: Sequence[Sequence[Entry]], column: str) -> float:
+    """The end of an axis around 0 that holds the differences of a column with their intervals; 0 without any."""
+    at = [*rows[0]].index(column) if column in rows[0] else None
+    drawn = [row[at] for row in rows[1:]] if at is not None else []
+    found = [one for one in drawn if isinstance(one, Estimate)]
+    ends = [abs(end) for one in found for end in (one.value, one.low, one.high) if end is not None]
+    return 1.05 * max([0.1, *ends]) if found else 0.0
 
 
 @cache
@@ -45,7 +55,8 @@ def _templates() -> Any:
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
-    environment.filters |= {"breakable": _breakable, "specs": _specs, "points": points, "p": _small}
+    environment.filters |= {"breakable": _breakable, "points": points, "p": _small, "entry": entry_text}
+    environment.filters["reach"] = _reach
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
 
@@ -58,26 +69,17 @@ def _shown(value: Any) -> Any:
 @lru_cache(maxsize=10_000)
 def _escaped(value: str) -> Any:
     """A text as a page prints it; cells of tables are often alike."""
-    from markupsafe import Markup, escape
+    from markupsafe import escape
 
     text = str(escape(printable(re.sub(r"\s", " ", value))))
-    return Markup(re.sub(r"\bP(?= (?:=|&lt;) )", "<i>P</i>", text))  # noqa: S704  escaped just above
+    return own_markup(re.sub(r"\bP(?= (?:=|&lt;) )", "<i>P</i>", text))
 
 
 def _breakable(name: str) -> Any:
     """A spec that a line may end in, after the marks between its parts."""
-    from markupsafe import Markup
-
-    return Markup(re.sub(r"(:|(?<!<)/|\?|&amp;)(?=\w)", r"\1<wbr>", str(_shown(name))))  # noqa: S704  escaped by _shown
+    return own_markup(re.sub(r"(:|(?<!<)/|\?|&amp;)(?=\w)", r"\1<wbr>", str(_shown(name))))
 
 
 def _small(value: float | None) -> str:
     """A P value as a page prints it."""
     return "< 0.001" if value is not None and float(f"{value:.2g}") < 0.001 else p_cell(value)
-
-
-def _specs(text: str) -> Any:
-    """A sentence with its specs in the letters of code."""
-    from markupsafe import Markup
-
-    return Markup(re.sub(r"\S+:[^\s,;]*[\w)]", lambda spec: f"<code>{spec[0]}</code>", str(_shown(text))))  # noqa: S704

@@ -11,15 +11,14 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
-from typing import Any, Literal
+from typing import Literal
 
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.page import Page, figures_of
+from lockprobe.report.page import Page, figures_of, image
 from lockprobe.report.prose import condition_words
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.seen import embedded
@@ -28,7 +27,6 @@ from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.report.section import Figure
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.report.svg import Image, image
 
 File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
@@ -60,74 +58,43 @@ def report_files(
         found = results_of(StudyNumbers(opened=opened))
         tell("drawing the figures")
         page = Page(found=found, made=time_said() if found.progress.partial else "")
-        figures = _figures(page)
-        page.trials, texts = _trials(opened, found), _texts(page)
-        drawn = {figure.name: made for figure in figures if (made := _draw(found, figure)) is not None}
-        page.drawn = {name: picture for name, (_, picture) in drawn.items()}
+        page.trials = section(
+            "Trial explorer", partial(_trials, opened, found), partial(explorer_data, (), found.boxes)
+        )
+        own = [figure for one in all_sections() for figure in one.figures]
+        forms = {
+            figure.name: section(f"Figure {figure.name}", partial(drawn_figure, found, figure), dict[str, bytes])
+            for figure in {one.name: one for one in (*own, *figures_of(page.parts))}.values()
+        }
+        page.drawn = {name: image(made["svg"]) for name, made in forms.items() if made}
         page.photographs = section("What agents saw", partial(embedded, opened.directory, found), dict[str, str])
-        text = page.text()
+        texts, text = _texts(page), page.text()
         if failed:  # pages and results name what is not in them
             page = replace(page, found=with_left_out(found, failed))
             texts, text = _texts(page), page.text()
     for one in failed:
         left_out(one)
     yield from texts
-    for name in dict.fromkeys([*drawn, *(one.name for of in all_sections() for one in of.figures)]):
-        forms = drawn[name][0] if name in drawn else {}
-        yield from ((f"figures/{name}.{form}", forms.get(form)) for form in _FORMS)
+    for name, made in forms.items():
+        yield from ((f"figures/{name}.{form}", made.get(form)) for form in _FORMS)
     yield "report.html", text
 
 
 def _trials(opened: OpenedStudy, found: Results) -> str:
     """The data of the trial explorer, which begins with the first effect that was detected."""
-
-    def data() -> str:
-        lines = [line for line in primary_lines(found) if line.second] or primary_lines(found)
-        first = sorted(lines, key=lambda line: not (line.change and line.change.detected))[:1]
-        return explorer_data(
-            opened.trials,
-            found.boxes,
-            budget=opened.study.max_steps,
-            start=(first[0].agent, first[0].modality, *first[0].conditions) if first else (),
-            called=condition_words(found),
-        )
-
-    return section("Trial explorer", data, lambda: explorer_data((), found.boxes))
+    lines = [line for line in primary_lines(found) if line.second] or primary_lines(found)
+    first = sorted(lines, key=lambda line: not (line.change and line.change.detected))[:1]
+    start = (first[0].agent, first[0].modality, *first[0].conditions) if first else ()
+    words, budget = condition_words(found), opened.study.max_steps
+    return explorer_data(opened.trials, found.boxes, budget=budget, start=start, called=words)
 
 
-def _figures(page: Page) -> list[Figure]:
-    """The figures that pages and sections show."""
-    asked: dict[str, Figure] = {}
-    for figure in (*figures_of(page.parts), *(figure for one in all_sections() for figure in one.figures)):
-        if figure.name not in asked and section(f"Figure {figure.name}", partial(figure.applies, page.found), bool):
-            asked[figure.name] = figure
-    return [*asked.values()]
-
-
-def _draw(found: Results, figure: Figure) -> tuple[dict[str, bytes], Image] | None:
-    """A figure by form, and as pages embed it; None if there is nothing to draw, or it cannot be drawn."""
-
-    def draw() -> tuple[dict[str, bytes], Image] | None:
-        forms = drawn_figure(found, figure)
-        return None if forms is None else (forms, image(forms["svg"]))
-
-    return section(f"Figure {figure.name}", draw, lambda: None)
-
-
-def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes] | None:
-    """A figure in its forms; None if there is nothing to draw."""
+def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes]:
+    """A figure in its forms; none if there is nothing to draw."""
     from lockprobe.report.figures import render
 
-    made = made_figure(found, figure)
-    return None if made is None else {form: render(made, form) for form in _FORMS[: 1 + figure.slide]}
-
-
-def made_figure(found: Results, figure: Figure) -> Any:
-    """A figure of Matplotlib; None if there is nothing to draw."""
-    if not figure.applies(found):
-        return None
-    module, _, function = figure.draw.partition(":")
-    return getattr(import_module(module), function)(found, *figure.arguments)
+    made = figure.draw(found) if figure.applies(found) else None
+    return {} if made is None else {form: render(made, form) for form in _FORMS[: 1 + figure.slide]}
 
 
 def _texts(page: Page) -> list[File]:
@@ -139,18 +106,12 @@ def _texts(page: Page) -> list[File]:
 
 def results_text(found: Results) -> str:
     """The content of ``results.json``: one row a line, without what has its default."""
+    text = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
     lines = []
     for name, value in found.plain().items():
         if isinstance(value, list):
-            rows = ",\n".join(f"  {_text(row)}" for row in value)
+            rows = ",\n".join(f"  {text(row)}" for row in value)
             lines.append(f' "{name}": [\n{rows}\n ]')
         else:
-            lines.append(f' "{name}": {_text(value)}')
+            lines.append(f' "{name}": {text(value)}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
-
-
-def _text(value: object) -> str:
-    return _JSON.encode(value)
-
-
-_JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False)

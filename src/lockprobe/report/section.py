@@ -1,70 +1,28 @@
 """A section of a report: one question, with the rows that answer it and what the page shows of them.
 
-A section works in two passes. ``rows`` makes rows from the numbers of a study; ``show`` makes blocks of a page from the
-rows of *all* sections, and from nothing else.
+A section works in two passes. ``rows`` makes rows from the numbers of a study; ``show`` makes parts of the page from
+the rows of *all* sections, and from nothing else.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from lockprobe.report.format import TextTable
-from lockprobe.report.rows import Estimate, Results, Row
+from lockprobe.report.format import Entry
+from lockprobe.report.rows import Results, Row
 from lockprobe.report.study_numbers import StudyNumbers
 
 
 @dataclass(frozen=True, slots=True)
-class Caption:
-    """What a figure or table shows and how it was computed, at most two sentences each, and further notes."""
-
-    shown: str
-    computed: str = ""
-    more: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Text:
-    """A paragraph. A plain string is escaped; ``Markup`` is not. ``style`` is a class of the page."""
-
-    block: ClassVar[str] = "text"
-    text: str
-    style: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Heading:
-    """A heading within a section; ``code`` sets it as a spec."""
-
-    block: ClassVar[str] = "heading"
-    text: str
-    code: bool = False
-
-
-@dataclass(frozen=True, slots=True)
 class Note:
-    """What a table shows and how it was computed; ``lead`` sets it in full size, above what it explains."""
+    """What a figure or a table shows and how it was computed, at most two sentences each, and further notes."""
 
     block: ClassVar[str] = "note"
     shown: str
     computed: str = ""
     more: str = ""
-    lead: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Cells:
-    """A table as rows of text, the first with the names of the columns.
-
-    Attributes:
-        rows: The text.
-        numeric_from: The first column of numbers, which are not broken into lines.
-    """
-
-    block: ClassVar[str] = "cells"
-    rows: TextTable
-    numeric_from: int = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,17 +30,17 @@ class Table:
     """A table of the report: a file in ``tables/``, and a block where a page shows it.
 
     Attributes:
-        name: Name of its files.
-        cells: Makes its rows of text from the results; no file is written where it gives none.
-        numeric_from: The first column of numbers.
-        drawn: The difference of each row, which the page draws beside it, on one axis for all; None for a row without.
+        name: Name of its file; empty for one that only the page has.
+        cells: Makes its rows from the results, the first with the names of columns; no file is written without rows.
+        numeric_from: The first column of numbers, which are not broken into lines.
+        drawn: The column whose differences the page draws too, all on one axis.
     """
 
     block: ClassVar[str] = "table"
     name: str
-    cells: Callable[[Results], TextTable]
+    cells: Callable[[Results], Sequence[Sequence[Entry]]]
     numeric_from: int = 2
-    drawn: Callable[[Results], Sequence[Estimate | None]] | None = None
+    drawn: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,48 +51,23 @@ class Figure:
         name: Name of its files.
         alt: What it shows, for people who do not see it.
         caption: Its caption, or what makes it from the results.
-        draw: ``module:function`` that draws it from the results, imported when it is drawn; it returns a figure of
-            matplotlib, or None where there is nothing to draw.
+        draw: Draws it from the results with what it imports itself: a figure of Matplotlib, or None without anything
+            to draw.
         applies: Whether there is something to draw.
-        arguments: Further arguments of that function.
         slide: Whether it is written as PNG as well as SVG, for slides.
     """
 
     block: ClassVar[str] = "figure"
     name: str
     alt: str
-    caption: Caption | Callable[[Results], Caption]
-    draw: str = ""
+    caption: Note | Callable[[Results], Note]
+    draw: Callable[[Results], Any]
     applies: Callable[[Results], bool] = lambda found: True
-    arguments: tuple[object, ...] = ()
     slide: bool = False
 
-
-@dataclass(frozen=True, slots=True)
-class Detail:
-    """Blocks that open in place within a part: long tables and further figures."""
-
-    block: ClassVar[str] = "detail"
-    summary: str
-    blocks: Sequence[Block]
-
-
-@dataclass(frozen=True, slots=True)
-class Listed:
-    """A list of sentences."""
-
-    block: ClassVar[str] = "listed"
-    items: Sequence[str]
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """Pictures that an agent saw, by the names of their files, with what it was told."""
-
-    block: ClassVar[str] = "picture"
-    files: Sequence[str]
-    alt: str
-    caption: str
+    def caption_of(self, found: Results) -> Note:
+        """Its caption for these results."""
+        return self.caption if isinstance(self.caption, Note) else self.caption(found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,18 +76,11 @@ class Template:
 
     block: ClassVar[str] = "template"
     name: str
-    values: dict[str, object] = field(default_factory=dict)
+    values: dict[str, Any] = field(default_factory=dict)
 
 
-Block = Text | Heading | Note | Cells | Table | Figure | Detail | Listed | Picture | Template
-"""What a page is made of."""
-
-
-def nested(blocks: Iterable[Block]) -> Iterator[Block]:
-    """Blocks, each followed by those within it."""
-    for block in blocks:
-        yield block
-        yield from nested(block.blocks if isinstance(block, Detail) else ())
+Block = str | Sequence[str] | Note | Table | Figure | Template
+"""What a page is made of: a paragraph (escaped, but for ``Markup``), a list of sentences, or one of these."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -194,6 +194,11 @@ class StudyNumbers:
         )
 
     @cached_property
+    def by_name(self) -> Mapping[tuple[str, str], PlayedCell]:
+        """The same by agent and condition, as contrasts take them."""
+        return {(cell.agent, cell.condition): cell for cell in self.cells}
+
+    @cached_property
     def courses(self) -> tuple[Course, ...]:
         """Every agent over the flip rates, the truth among them; baselines too."""
         return courses(self.opened.flip_trials, orders=self.opened.orders)

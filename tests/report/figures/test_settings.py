@@ -1,23 +1,19 @@
 """A user's settings of Matplotlib neither change nor prevent a figure, and stay as they are."""
 
-import inspect
 import json
 import os
 import subprocess
 import sys
 from hashlib import sha256
-from importlib import import_module
-from pathlib import Path
-from pkgutil import iter_modules
 
 import matplotlib as mpl
 import pytest
 from drawn import pictures
 
 from lockprobe.boxes.families import box
-from lockprobe.report import figures
-from lockprobe.report.figures import own_settings, pages_as_pdf, render
+from lockprobe.report.figures import as_pdf, render
 from lockprobe.report.figures.boxes import box_figure
+from lockprobe.report.figures.settings import own_settings
 
 HOSTILE = {
     "font.size": 23.0,
@@ -43,12 +39,12 @@ for folder, environment in json.loads(sys.argv[1]):
         continue
     os.chdir(folder)
     os.environ.update(environment)
-    from lockprobe.report.figures import pages_as_pdf, render
+    from lockprobe.report.figures import as_pdf, render
     from lockprobe.report.figures.boxes import box_figure
     import matplotlib as mpl
     left = mpl.rcParams["font.size"], mpl.rcParams["backend"], os.environ["MPLBACKEND"], "open" in vars(mpl)
     figure = box_figure(box("chain-4"))
-    drawn = render(figure, "png"), render(figure, "svg"), pages_as_pdf([figure])
+    drawn = render(figure, "png"), render(figure, "svg"), as_pdf(figure)
     print(json.dumps([[hashlib.sha256(one).hexdigest() for one in drawn], left]), flush=True)
     os._exit(0)
 """
@@ -90,7 +86,7 @@ def draw_elsewhere(tmp_path_factory):
 @pytest.fixture(scope="module")
 def drawn_here():
     figure = box_figure(box("chain-4"))
-    drawn = render(figure, "png"), render(figure, "svg"), pages_as_pdf([figure])
+    drawn = render(figure, "png"), render(figure, "svg"), as_pdf(figure)
     return [sha256(one).hexdigest() for one in drawn]
 
 
@@ -100,16 +96,6 @@ def test_the_user_s_settings_change_no_byte_of_any_figure(studies):
     with mpl.rc_context(HOSTILE):
         assert {name: render(figure, "svg") for name, figure in pictures(studies["people"]).items()} == plain
         assert {name: mpl.rcParams[name] for name in HOSTILE} == HOSTILE
-
-
-def test_every_function_that_makes_a_figure_or_a_file_has_our_settings():
-    for found in iter_modules([str(Path(figures.__file__).parent)]):
-        module = import_module(f"lockprobe.report.figures.{found.name}")
-        for name, made in inspect.getmembers(module, inspect.isfunction):
-            if made.__module__ != module.__name__ or name.startswith("_"):
-                continue
-            if str(inspect.signature(made).return_annotation) in ("Figure", "Figure | None", "bytes"):
-                assert hasattr(made, "__wrapped__"), f"{module.__name__}.{name}"
 
 
 @pytest.mark.parametrize("hostile", BACKENDS)

@@ -1,7 +1,5 @@
 """Agents compared: rows counted by hand, families, what is said of two agents, and every pair in the figure."""
 
-from itertools import product
-
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
@@ -12,7 +10,6 @@ from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions import agents_compared
 from lockprobe.report.results import results
 from lockprobe.report.results import results_of as made_of
-from lockprobe.report.section import Text, nested
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, compared
 from lockprobe.statistics.course import courses
@@ -48,7 +45,7 @@ def table(found):
 def said(found):
     """The answer, and what is said of pairs."""
     (part,) = SECTION.show(found)
-    return [part.answer, *(block.text for block in nested(part.blocks) if isinstance(block, Text))]
+    return [part.answer, *(block for block in part.blocks if isinstance(block, str))]
 
 
 def test_pairs_are_compared_over_all_flip_rates_at_each_and_in_what_noise_changes(tmp_path):
@@ -57,8 +54,17 @@ def test_pairs_are_compared_over_all_flip_rates_at_each_and_in_what_noise_change
     rows = table(found)
     assert (len(rows), "under" in rows[0]) == (3, False)
     assert [rows[0][name] for name in ("agent", "trials", "success of both")] == ["llm:acme/one", "20", "85 % and 65 %"]
-    solved = "llm:acme/one solves more than random, llm:acme/two solves more than random"
+    solved = "Solved more by llm:acme/one than by random, more by llm:acme/two than by random"
     assert said(found) == [f"{solved}; no difference in success was detected in 1 of 3 comparisons."]
+
+
+def test_of_two_agents_it_is_said_who_solves_more_who_is_sooner_and_what_false_reports_do(tmp_path):
+    first, second = some("llm:a", 9, 2), some("llm:b", 9, 9)
+    answer, more = said(of_trials(tmp_path / "apart", *first, *second))
+    assert answer.startswith("Fewer trials were solved by llm:a than by llm:b: 55 % against 90 % of 20 trials (")
+    assert more.startswith("False reports affect the two differently (under flip?p=0.4 \N{MINUS SIGN}70 points")
+    (answer,) = said(of_trials(tmp_path / "alike", *some("llm:a", 4, 4), *some("llm:b", 4, 4)))
+    assert answer == "Both, llm:a and llm:b, play alike in all 20 trials, so nothing is tested."
 
 
 def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
@@ -94,40 +100,7 @@ def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
     assert alike == ["play alike"]
 
 
-LATE = [make_trial((*([0] * 6), *SOLUTION)[i % 2 :], p=p, trial=i + 1) for p, i in product(P, range(10))]
-PEOPLE = [
-    make_trial(SOLUTION if i < 9 else FAILED, agent=f"participant:{i:04}", p=p, trial=i + 1)
-    for p, i in product(P, range(10))
-]
 CLUMSY, STUCK = {"fast": (0, 1, 0, *SOLUTION)}, {"slow": (1,) * 20}
-HOW_SOON = "How soon llm:a and random solve the box could not be told apart ("
-SAID = [
-    (some("llm:a", 10, 10), LATE, "llm:a is 5.5 steps sooner than random (", "both solve all of 20 trials"),
-    (some("llm:a", 0, 0), some("random", 0, 0, **STUCK), HOW_SOON, "both solve none of 20 trials"),
-    # of 8 or 40 trials a baseline fails one: success is not told apart, and how soon is compared
-    (some("llm:a", 8, 8, of=8), some("random", 8, 7, of=8, **CLUMSY), HOW_SOON, "both solve nearly all of 16"),
-    (some("llm:a", 40, 40, of=40), some("random", 40, 39, of=40, **CLUMSY), "llm:a is 3.2 steps sooner", "nearly all"),
-    (some("llm:a", 4, 4), some("llm:b", 4, 4), "llm:a and llm:b play alike: they act the same in all 20", "nothing is"),
-    (some("llm:a", 10, 9), some("random", 2, 1), "llm:a solves the box more often than random: 95 % against", "(+80 "),
-    (some("llm:a", 5, 4), some("random", 4, 4), "The success of llm:a and random could not", "45 % against 40 %"),
-    (PEOPLE, some("random", 1, 1, **STUCK), "People solve the box more often than random: ", "90 % against 10 %"),
-]
-
-
-@pytest.mark.parametrize(("one", "other", "begins", "holds"), SAID)
-def test_what_is_said_of_two_agents(tmp_path, one, other, begins, holds):
-    """Where success is at its ceiling or its floor, how soon the box is solved is compared."""
-    (text,) = said(of_trials(tmp_path, *one, *other))
-    assert text.startswith(begins)
-    assert holds in text
-
-
-def test_of_one_pair_it_is_said_too_what_false_reports_do(tmp_path):
-    answer, more = said(of_trials(tmp_path, *some("llm:a", 9, 2), *some("llm:b", 9, 9)))
-    assert answer.startswith("llm:a solves the box less often than llm:b: 55 % against 90 % of 20 trials")
-    assert more.startswith(
-        "False reports affect the two differently: from a flip rate of 0 to 0.4 the success of llm:a"
-    )
 
 
 def test_one_agent_has_nobody_beside_it_and_one_that_has_not_begun_a_rate_is_compared_at_the_other(tmp_path):
@@ -186,28 +159,3 @@ def test_the_doses_of_an_axis_are_a_family_that_a_condition_beside_them_does_not
     assert [row.condition for row in beside.where("success_difference") if row.family == "agents, conditions"] == [
         "drop?p=0.5"
     ]
-
-
-def test_every_pair_is_drawn_beside_its_row(beside_flips, tmp_path):
-    _, found = beside_flips
-    drawn = agents_compared._TABLE.drawn(found)
-    assert [(row.agent, row.versus) for row in drawn] == [(one["agent"], one["compared with"]) for one in table(found)]
-    assert all(row.quantity == SUCCESS for row in drawn)
-    agents = [f"llm:{name}" for name in "abcdefghi"]
-    many = of_trials(tmp_path, *(trial for i, agent in enumerate(agents) for trial in some(agent, i, 9 - i)))
-    assert len(table(many)) == 36 == len(agents_compared._TABLE.drawn(many))
-
-
-def test_the_change_that_is_said_is_the_one_that_the_test_speaks_of(tmp_path):
-    """At 0.2 nine of forty blocks change, all one way; at 0.4 more do, both ways."""
-    apart = [(1, 1, -1)] * 12 + [(-1, -1, 1)] * 7 + [(0, 1, 0)] * 9 + [(0, 0, 0)] * 12
-    rates = (0.0, 0.2, 0.4)
-    made = [
-        make_trial(SOLUTION if sign * ahead > 0 else FAILED, agent=agent, p=p, trial=i + 1)
-        for agent, sign in (("llm:a", 1), ("llm:b", -1))
-        for i, signs in enumerate(apart)
-        for p, ahead in zip(rates, signs, strict=True)
-    ]
-    found = of_trials(tmp_path, *made, p=rates)
-    more = "from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, than that of llm:b (+22 points"
-    assert any(more in text for text in said(found))

@@ -1,7 +1,5 @@
 """Several boxes on the page: of what its intervals are, each box alone, and whether effects differ."""
 
-import re
-
 import pytest
 from page_parts import part
 from reported import found_in
@@ -48,19 +46,6 @@ def test_the_page_says_of_what_its_intervals_are(six, tmp_path):
     assert "one more box" not in part(Page(found=three).text(), "boxes")
     by_hand = played(tmp_path / "five", "chain-4,fork,reset,converge,bichain-4", strategy_trials=6)
     assert "if these are taken as a sample" in boxes_said(by_hand)
-
-
-def test_one_box_has_no_such_part_and_the_limits_say_so(tmp_path):
-    one = played(tmp_path, "fork", strategy_trials=6)
-    assert not part(Page(found=one).text(), "boxes")
-    assert "All trials are of fork." in re.sub(r"\s+", " ", part(Page(found=one).text(), "limits"))
-    assert not one.where("success_difference", of="SD between boxes")
-
-
-def test_where_nothing_is_compared_the_part_says_of_what_intervals_are(tmp_path):
-    alone = found_in(tmp_path, study("flips", agent="random", p=[0], box="chain-4,fork", trials=2, repetitions=1))
-    assert "these two boxes" in part(Page(found=alone).text(), "boxes")
-    assert not alone.sections_left_out
 
 
 def test_random_play_is_that_of_all_boxes(six, tmp_path):

@@ -6,10 +6,10 @@ import pytest
 from reported import found_in
 
 from lockprobe.foundation.formatting import p_cell
+from lockprobe.report.format import entry_text
 from lockprobe.report.page import figures_of, parts_of, tables_of
 from lockprobe.report.prose import condition_words
 from lockprobe.report.questions.conditions import EFFECTS
-from lockprobe.report.table_rows import points_cell
 from lockprobe.studies.options.studyfile import study
 
 READER = "cognitive:perseverant"
@@ -84,12 +84,12 @@ def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_coun
     assert [(row[0], row[1]) for row in rows if row[1] != "every flip rate"] == [*known]
     for row in rows:
         change = compared.pop((row[0], row[1]), None)
-        assert [row[i] for i in at] == [points_cell(change), p_cell(change.p_value if change else None)]
+        assert [row[i] for i in at] == [entry_text(change), p_cell(change.p_value if change else None)]
     assert compared == {}
-    assert EFFECTS.drawn(lab) == lab.against_control()
+    assert [row[5] for row in EFFECTS.cells(lab)[1:]] == lab.against_control()
     (part,) = [part for part in parts_of(lab) if part.name == "conditions"]
     detected = [row.detected for row in lab.against_control()]
-    assert part.answer == f"{sum(detected)} of {len(detected)} differences detected."
+    assert part.answer == f"{sum(detected)} of {len(detected)} differences from the control detected."
 
 
 def test_grids_of_one_name_are_told_apart(tmp_path):
@@ -134,7 +134,7 @@ def test_every_factor_has_an_effect_on_both_measures_and_the_page_says_which_mat
     assert factorial.answer == "Misreading changes with flip.p=0.4; success changes with tremble.p=0.6."
     (part,) = [part for part in parts_of(factorial) if part.name == "factorial"]
     assert (part.heading, part.answer) == ("Which features matter?", "2 of 4 effects detected.")
-    assert part.blocks[0].items[0].startswith(f"{READER}: misreading changes with flip.p=0.4 (+")
+    assert part.blocks[0][0].startswith(f"{READER}: misreading changes with flip.p=0.4 (+")
     assert [line[2] for line in tables_of(factorial)["factorial"]][:4] == ["factor", *factors]
 
 

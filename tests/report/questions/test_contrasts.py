@@ -71,7 +71,7 @@ def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
         )
         assert line.change.value == pytest.approx(line.second.value - line.first.value)
         assert line.first.low <= line.first.value <= line.first.high
-    assert found.said("overview", "question") == ["Does a lie that stays change how agents open chain-4?"]
+    assert found.fact("overview", "question") == "Does a lie that stays change how agents open chain-4?"
     assert "a lie that stays" in found.answer.lower()
     (part,) = (one for one in parts_of(found) if one.name == "contrasts")
     assert part.answer.endswith("of 6 contrasts detected.")

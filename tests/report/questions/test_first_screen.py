@@ -54,7 +54,7 @@ def models(tmp_path_factory):
 
 
 def test_the_first_screen_is_in_the_results_and_on_the_page(models):
-    said = {one.kind: one.text for one in models.findings if one.section == "overview"}
+    said = models.facts_about("overview")
     assert [*said] == ["question", "trial"]
     assert models.answer.startswith(
         "No effect of false reports on the success of 5 agents was detected; changes of up to"
@@ -101,7 +101,7 @@ def test_an_agent_that_always_breaks_is_named_and_the_others_are_judged(tmp_path
 
 def test_no_answer_stands_where_its_numbers_are_missing(models):
     assert answer_of(models) == models.answer
-    assert answer_of(models.with_rows(models.findings)).startswith("The answer could not be computed")
+    assert answer_of(models.with_rows(models.facts)).startswith("The answer could not be computed")
 
 
 def test_what_changed_nothing_is_said_and_concludes_nothing(tmp_path):
@@ -111,17 +111,17 @@ def test_what_changed_nothing_is_said_and_concludes_nothing(tmp_path):
         for name, more in (("beside", {"condition": ["history?last=50"]}), ("alone", {}))
     )
     assert beside.answer == alone.answer
-    (said,) = beside.said("overview", "changed_nothing")
+    said = beside.fact("overview", "changed_nothing")
     assert re.fullmatch(r"history\?last=50 changed nothing \(0 of \d+ steps\), so nothing is concluded from it\.", said)
     assert said in screen(Page(found=beside).text())
-    assert not alone.said("overview", "changed_nothing")
+    assert not alone.fact("overview", "changed_nothing")
 
 
 def test_an_unfinished_study_says_how_many_trials_its_agents_have(tmp_path):
     planned = study_of(name="flips", agents=("llm:a", "llm:b"), boxes=(box("chain-4"),), repetitions=1, trials=10)
     trials = [make_trial(SOLUTION, agent="llm:a", p=p, trial=i) for p in (0, 0.4) for i in range(1, 5)]
     found = found_in(tmp_path, planned, trials)
-    assert found.said("overview", "unfinished") == ["Still to come: llm:a has 8 of 20 and llm:b has none of 20 trials."]
+    assert found.fact("overview", "unfinished") == "Still to come: llm:a has 8 of 20 and llm:b has none of 20 trials."
     assert "Partial: 8 of 40 trials." in screen(Page(found=found).text())
 
 
@@ -135,6 +135,6 @@ def test_an_unfinished_study_says_how_many_trials_its_agents_have(tmp_path):
 )
 def test_the_lead_says_what_acts_in_the_conditions(tmp_path, acting, said):
     found = found_in(tmp_path, study("flips", agent=["random"], trials=1, repetitions=1, condition=acting))
-    (lead,) = found.said("overview", "trial")
+    lead = found.fact("overview", "trial")
     assert said in lead
     assert ("flip rate" in lead) == ("flip" in acting[0])

@@ -64,7 +64,7 @@ def changed(of="lie, 8, later reports true", **columns):
 def test_the_clearest_effect_is_said_and_what_is_not_detected_is_not_said_to_be_nothing():
     detected = (
         "At the report of step 8, one inverted report raises the success of random (truth): 40 % after a true report, +10 "
-        "points, 95 % interval +2 to +18; P = 0.01, 150 trials, 300 forks; later reports are true."
+        "points, 95 % interval +2 to +18; P = 0.01, 150 trials, 300 forks, later reports true."
     )
     assert fork_said(changed()) == detected
     unsure = [{"p_value": 0.2}, {"low": -0.01}, {"p_value": None}]

@@ -25,22 +25,30 @@ def parts_of(directory, *waits, trials=10):
 @pytest.mark.parametrize(
     ("waits", "trials", "said"),
     [
-        ((SOON, LATE, LATE), 10, "The higher the fidelity of what is shown, the later or more rarely {who}"),
-        ((LATE, SOON, LATE), 10, "How soon {who} differs between modalities."),
-        ((SOON, SOON, SOON), 10, "No effect of the modality on how soon {who} was detected (P = 1)."),
-        ((SOON, LATE, LATE), 3, "Too few trials ended to test whether the modality changes how soon {who}."),
+        (
+            (SOON, LATE, LATE),
+            10,
+            "The higher the fidelity of what is shown, the later or more rarely the box is solved by {who} (",
+        ),
+        ((LATE, SOON, LATE), 10, "The modality changes how soon the box is solved by {who}, in no order"),
+        (
+            (SOON, SOON, SOON),
+            10,
+            "No effect of the modality on how soon the box is solved by {who} was detected (P = 1).",
+        ),
+        ((SOON, LATE, LATE), 3, "Too few trials ended to test whether the modality changes how soon the box is solved"),
     ],
 )
 def test_the_answer_is_the_trend_or_else_that_modalities_differ(tmp_path, waits, trials, said):
     _, (part,), _ = parts_of(tmp_path, *waits, trials=trials)
-    assert part.answer.startswith(said.format(who="llm:a/x solves the box"))
+    assert part.answer.startswith(said.format(who="llm:a/x"))
 
 
 def test_every_two_modalities_have_a_line_with_the_numbers_of_their_rows(tmp_path):
     found, _, (head, *table) = parts_of(tmp_path, SOON, SOON, LATE)
     rows = found.where("hazard_ratio", of="modalities")
     assert [row.corrected_for for row in rows] == [3] * 3
-    assert [(line[2], line[3]) for line in table] == [(f"{row.value:.2f}", p_cell(row.p_value)) for row in rows]
+    assert [(line[2], line[3]) for line in table] == [(row, p_cell(row.p_value)) for row in rows]
     assert [line[:2] for line in table[1:]] == [
         ["llm:a/x (positions and outcomes in words)", "RGB"],
         ["llm:a/x (positions and outcomes in words)", "RGB-D"],

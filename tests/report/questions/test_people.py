@@ -15,7 +15,6 @@ from lockprobe.report.results import results
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
-from lockprobe.trial.record import TrialError
 
 STUDY = small_study(("participant", "random", "round-robin"), (0.0, 0.4), 2, 5)
 PLAYED = 14
@@ -97,15 +96,6 @@ def test_before_anybody_came_the_report_says_so(tmp_path):
     assert tables_of(found)["people"] == []
 
 
-def test_a_place_that_two_people_played_is_filled_once():
-    study = small_study(("participant",), (0.0,), 1, 3)
-    first, second, *_ = played_by_people(study, 2)
-    again = replace(first, agent="participant:zzzz99")
-    assert study.places_filled([first, again, second]) == 2
-    broken = replace(second, ending="error", error=TrialError(boundary="plant", message="gone", step=1))
-    assert study.places_filled([first, broken]) == 1
-
-
 def test_the_page_says_who_came_to_the_end(tmp_path):
     study = small_study(("participant", "random"), (0.0, 0.4), 1, 3)
     path = write_study(tmp_path / "study", study, [])
@@ -140,6 +130,6 @@ def test_people_stand_beside_agents_under_every_condition(tmp_path):
     counted = {row.condition: (row.count, row.n) for row in found.where("success", of="by person") if row.condition}
     assert counted == {one: (sum(trial.solved for trial in trials), 5) for one, trials in own.items()}
     assert found.one("success", condition="tremble?p=0.3", of="by person").doses == {"tremble.p": 0.3}
-    assert [row["condition"] for row in table(found, "people")][:6] == [*conditions, "all"]
+    assert [row["condition"] for row in table(found, "people")][:6] == [*map(condition_words(found).get, conditions), "all"]
     theirs = [row["condition"] for row in table(found, "conditions") if row["agent"] == "participant"]
     assert theirs == [condition_words(found)[one] for one in conditions]

@@ -4,10 +4,10 @@ import pytest
 from builders import write_study
 from reported import found_in
 
+from lockprobe.report.format import entry_text
 from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.readings import SECTIONS, draw
 from lockprobe.report.results import results
-from lockprobe.report.table_rows import points_cell
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
@@ -49,10 +49,10 @@ def test_the_shares_of_false_outcomes_and_positions_are_counted_in_the_records(f
 def test_readings_are_compared_in_pairs_at_the_same_rate(found):
     shown = [row for row in table(found, "readings") if row["agent"] == AGENT]
     assert [(row["condition"], row["control"]) for row in shown] == [
-        (f"flip rate {rate}, stays", f"flip rate {rate}") for rate in ("0.4", "0.6")
+        (f"flip rate {rate}, false reports that stay", f"flip rate {rate}") for rate in ("0.4", "0.6")
     ]
     gap = found.one("success_difference", agent=AGENT, condition=KEPT, control="flip?p=0.4")
-    assert shown[0]["difference, points"] == points_cell(gap)
+    assert shown[0]["difference, points"] == entry_text(gap)
     kept, fresh = (found.one("success", agent=AGENT, condition=name) for name in (KEPT, "flip?p=0.4"))
     assert gap.value == pytest.approx(kept.value - fresh.value)
     assert found.where("success_difference", agent=BLIND, control="flip?p=0.4") == []  # it plays alike
@@ -70,21 +70,20 @@ def test_no_feedback_is_what_false_reports_are_compared_with_too(found):
 
 def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     (part,) = SECTIONS[0].show(found)
-    said = " ".join(block.text for block in part.blocks if hasattr(block, "text"))
+    said = " ".join(block for block in part.blocks if isinstance(block, str))
     inverted = "The reported outcome is inverted; a false position is corrected when another joint is attempted."
     assert part.answer.startswith(inverted)
     assert "The paper does not say which of these false reports it has" in said
-    assert f"Trials that {AGENT} solved, against no feedback at all: more with flip rate 0.6 (" in said
+    assert f"Against no feedback at all, the success of {AGENT} changed with " in said
     assert f"False reports that stay lower the success of {AGENT}" in said or "No effect of false reports that" in said
-    compared = "solved fewer trials with false reports that stay than with false reports that are corrected"
-    assert compared in part.answer
+    assert f"false reports that stay {AGENT} solved fewer trials than with flip rate 0." in part.answer
     assert found.answer.startswith(f"False reports raise the success of {AGENT}")
     assert "false reports that stay" in Page(found=found).text()
 
 
 def test_one_reading_says_what_was_not_tested(tmp_path):
     found = found_in(tmp_path, study("flips", agent=AGENT, p=[0, 0.4], trials=4, repetitions=1))
-    (said,) = found.said("readings", "untested")
+    said = found.fact("readings", "untested")
     assert said == (
         f"Not tested for {AGENT}: whether false reports that stay do the same (--readings fresh,kept: 4 trials more)."
     )

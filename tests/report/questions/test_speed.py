@@ -5,7 +5,7 @@ from builders import SOLUTION, make_trial, play_study, small_study
 from drawn import beside, shades, staircases
 from reported import found_in
 
-from lockprobe.report.questions.speed import SECTIONS, draw
+from lockprobe.report.questions.speed import draw
 from lockprobe.statistics.outcomes import outcomes
 
 PLANNED = small_study(["cognitive:perseverant", "random"], (0.0, 0.2, 0.4), 2, 8)
@@ -45,16 +45,6 @@ def test_agents_are_compared_in_pairs_at_their_common_lowest_flip_rate(tmp_path)
     made = [make_trial(SOLUTION, agent=agent, p=p) for agent, own in rates.items() for p in own]
     found = found_in(tmp_path, small_study([*rates], (0.0, 0.4), 1, 1), made)
     assert [(row.agent, row.versus) for row in found.where("hazard_ratio", of="")] == [("llm:a/b", "llm:a/a")]
-
-
-def test_the_sentence_has_mean_steps_beside_the_shortest_plan_and_the_change_of_higher_flip_rates(found):
-    (course, _), (part,) = found.courses(), SECTIONS[0].show(found)
-    answer, change = part.answer, course.get("steps_difference", "higher")
-    assert f"{course.cells[0].value('mean_steps_all'):.1f} for cognitive:perseverant" in answer
-    assert "(shortest plan: 4)" in answer
-    assert answer.startswith("Mean steps when told the truth (")
-    assert answer.count("with false reports") == 1
-    assert f"{change.value:+.1f} [".replace("-", "\N{MINUS SIGN}") in answer
 
 
 def test_the_figure_has_a_line_an_agent_with_a_band_about_those_that_the_study_is_about(found):

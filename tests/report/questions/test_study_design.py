@@ -2,24 +2,12 @@
 
 from dataclasses import replace
 
-from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
+from builders import make_trial, play_study, played_by_people, small_study
 from page_parts import part
 from reported import found_in
 
 from lockprobe.report.page import Page, parts_of, tables_of
 from lockprobe.trial.record import TrialError
-
-
-def test_the_design_is_named_with_the_hashes_that_a_publication_gives(tmp_path):
-    found = found_in(tmp_path, small_study(repetitions=1, trials=1))
-    page = Page(found=found).text()
-    design = part(page, "design")
-    hashes = found.settings_hash, found.results_hash
-    for said in (*hashes, "4 joints", "optimum 4 steps", "0, 0.3, 0.6", "re-observed outcome noise"):
-        assert said in design
-    assert "6 trials of 2 agents." in design
-    assert "<dt>Baselines</dt>" not in design  # both are, so that the report is about both
-    assert "are reconstructions" in part(page, "limits")
 
 
 def test_people_are_counted_apart(tmp_path):
@@ -43,18 +31,6 @@ def test_a_study_has_the_questions_that_apply_to_it(tmp_path):
     assert {name for name, cells in tables_of(found).items() if cells} == tables
     assert "eople" not in Page(found=found).text().split("</style>")[-1]
     assert not found.where("boxes") + found.where("success_difference")
-
-
-def test_the_trial_to_watch_first_is_a_solved_one_if_there_is_one(tmp_path):
-    trials = [
-        make_trial(([0, 1, 2] * 7)[:20], agent="llm:a", trial=1),
-        make_trial(SOLUTION, agent="llm:a", trial=2),
-        make_trial([0], agent="llm:a", trial=3, broken="model"),
-    ]
-    planned = small_study(["llm:a"], (0.0,), 1, 3)
-    for name, own, first in (("both", trials, 1), ("unsolved", trials[:1], 0), ("broken", trials[2:], None)):
-        said = found_in(tmp_path / name, planned, own).fact("trials", "first")
-        assert said == ("" if first is None else trials[first].key)
 
 
 def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):

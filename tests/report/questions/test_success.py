@@ -10,7 +10,7 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import parts_of
 from lockprobe.report.results import results_of
-from lockprobe.report.section import Cells
+from lockprobe.report.section import Table
 from lockprobe.report.study_numbers import BOUNDS, StudyNumbers
 from lockprobe.statistics.inference.over_doses import success_by_dose
 from lockprobe.studies.options.studyfile import study
@@ -70,7 +70,7 @@ def test_other_doses_have_the_same_rows_and_a_part_of_their_own(tmp_path):
     assert part.heading == "Tremble p"
     assert "higher doses of tremble" in part.answer
     assert "false report" not in part.answer
-    assert not [block for block in part.blocks if isinstance(block, Cells)]  # all conditions are one table
+    assert not [block for block in part.blocks if isinstance(block, Table)]  # all conditions are one table
     assert flips.of_flips
 
 
@@ -93,8 +93,8 @@ def test_options_of_an_agent_are_a_dose_without_another_condition(tmp_path, p):
     assert (axis.name, [cell.agent for cell in course.cells]) == ("lapse", agents)
     assert len(course.changes()) == 2
     (part,) = [part for part in parts_of(found) if part.name == "doses"]
-    (cells,) = [block for block in part.blocks if isinstance(block, Cells)]
-    assert [row[1] for row in cells.rows] == ["lapse", "0", "0.1", "0.3"]
+    (table,) = [block for block in part.blocks if isinstance(block, Table)]
+    assert [row[1] for row in table.cells(found)] == ["lapse", "0", "0.1", "0.3"]
     assert not found.beside_flips
 
 

@@ -5,8 +5,6 @@ that takes results and returns a figure of Matplotlib, or None where there is no
 of it.
 """
 
-from lockprobe.report.figures.settings import own_settings  # isort: skip - first of all, since it imports Matplotlib
+from lockprobe.report.figures.drawing import as_pdf, render
 
-from lockprobe.report.figures.compose import pages_as_pdf, render, sheet
-
-__all__ = ["own_settings", "pages_as_pdf", "render", "sheet"]
+__all__ = ["as_pdf", "render"]

@@ -1,35 +1,22 @@
 """Agents compared: who of every two solves more, how soon, and whether false reports or a condition change one more.
 
-All flip rates together and each alone, and every condition beside them. Where success of both is at its ceiling or its
-floor, what is told is how soon. Two agents that act the same in every trial play alike, and nothing is tested.
+All flip rates together and each alone, and every condition beside them. Two agents that act the same in every trial
+play alike, and nothing is tested.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from operator import itemgetter
 from typing import Any, NamedTuple
 
-from lockprobe.foundation.formatting import (
-    NONE,
-    capital,
-    change,
-    first_three,
-    minus,
-    p_cell,
-    p_value,
-    percent,
-    range_said,
-)
-from lockprobe.foundation.spec import PEOPLE
+from lockprobe.foundation.formatting import capital, change, first_three, p_cell, p_value, percent, range_said
 from lockprobe.report.every_look import note_at
-from lockprobe.report.format import DETECTED, TextTable
-from lockprobe.report.prose import Subject, condition_words
+from lockprobe.report.format import Entry, conclusion_of, without_empty
+from lockprobe.report.prose import at_lowest, condition_words, who
 from lockprobe.report.rows import Estimate, Results, Row, clearness
-from lockprobe.report.section import Note, Part, Section, Table, Text
+from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured
-from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
 from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, AgentPair, compared
 from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.contrast import acting
@@ -47,9 +34,6 @@ _FAMILIES = ("agents", "agents and baselines")
 _SAME = "the same at every flip rate"
 _ALIKE = "the two play alike: nothing to test"
 _WORST = "holds whatever became of broken trials"
-
-_EDGE = 0.1
-"""So near to 0 or 1 the success of two agents is at its floor or its ceiling, where it does not tell them apart."""
 
 
 class _Tested(NamedTuple):
@@ -175,27 +159,13 @@ class _Pair(NamedTuple):
     Attributes:
         one, other: What sentences call them.
         rows: Their rows by quantity and by condition, or by part where they are over all flip rates.
-        rates: The flip rates at which they are compared, by condition, ascending; one if both play the same at all.
-        others: The conditions beside these.
+        places: Where they are compared in the table: over all flip rates, or under each condition beside these.
     """
 
-    one: Subject
-    other: Subject
+    one: str
+    other: str
     rows: Mapping[tuple[str, str], Estimate]
-    rates: Mapping[str, float]
-    others: Sequence[str]
-
-    @property
-    def noise_counts(self) -> bool:
-        """Whether false reports change the one more: what the test of any flip rate says."""
-        row = self.rows.get((CHANGE, _ANY))
-        return row is not None and row.p_value is not None and row.p_value < ALPHA
-
-    @property
-    def clearest(self) -> Estimate | None:
-        """How much more the success of the one changes, at the flip rate where that is clearest."""
-        rows = [row for name in self.rates if (row := self.rows.get((CHANGE, name)))]
-        return min(rows, key=clearness, default=None)
+    places: Sequence[str]
 
 
 def _pairs(found: Results) -> list[_Pair]:
@@ -205,130 +175,92 @@ def _pairs(found: Results) -> list[_Pair]:
         for row in found.where(quantity):
             if row.family.partition(",")[0] in _FAMILIES:
                 by_pair.setdefault(tuple(row.pair.values()), {})[quantity, row.condition or row.of] = row
-    known, pairs = {one.name: one.p for one in found.design.conditions}, []
+    rates, pairs = {one.name for one in found.design.conditions if one.p is not None}, []
     for (agent, modality, versus, versus_modality), rows in by_pair.items():
         players = (agent, modality), (versus, versus_modality)
-        one, other = (Subject.of(who[0], own.shown if (own := found.player(*who)) else "") for who in players)
-        names = [place for quantity, place in rows if quantity == SUCCESS and place]
-        rates = sorted(((name, p) for name in names if (p := known.get(name)) is not None), key=itemgetter(1))
-        once = any(_SAME in rows[SUCCESS, name].note for name, _ in rates)
-        others = [name for name in names if known.get(name) is None]
-        pairs.append(_Pair(one, other, rows, dict(rates[: 1 if once else None]), others))
+        one, other = (who(own[0], player.shown if (player := found.player(*own)) else "") for own in players)
+        others = [at for quantity, at in rows if quantity == SUCCESS and at and at not in rates]
+        pairs.append(_Pair(one, other, rows, [""] if (SUCCESS, "") in rows else others))
     return sorted(pairs, key=lambda pair: next(iter(pair.rows.values())).family.startswith(_FAMILIES[1]))
 
 
-def _over_rates_said(pair: _Pair) -> str:
+def _said(pair: _Pair) -> Iterator[str]:
+    """Who of two agents solves more over all flip rates; where that is not told, who is sooner; and the effect."""
     one, other, rows = pair.one, pair.other, pair.rows
     if (success := rows.get((SUCCESS, ""))) is None:
-        return ""
+        return
     steps, own, its = rows[STEPS, ""], rows[_SHARE, ""].value, rows[_SHARE, "the other"].value
-    n, two = success.n or 0, f"{one.name} and {other.name}"
     if _ALIKE in success.note:
-        return f"{one.first} and {other.name} play alike: they act the same in all {n} trials, so nothing is tested."
-    less = f"{change(success.value or 0.0, success.low, success.high)}; {p_value(success.p_value)}"
-    against = f"{percent(own)} against {percent(its)} of {n} trials ({less})"
+        yield f"Both, {one} and {other}, play alike in all {success.n} trials, so nothing is tested."
+        return
+    size = f"{change(success.value or 0.0, success.low, success.high)}; {p_value(success.p_value)}"
+    against = f"{percent(own)} against {percent(its)} of {success.n} trials ({size})"
+    apart = "sooner" if (steps.value or 0.0) < 0 else "later"
+    ends = range_said(steps.low, steps.high, "{:+.1f}", 1)
+    steps_said = f"{abs(steps.value or 0.0):.1f} steps {apart}{ends}; {p_value(steps.p_value)}"
     if success.detected:
-        solves, often = one.form("solves", "solve"), "more" if (success.value or 0.0) > 0 else "less"
-        return f"{one.first} {solves} the box {often} often than {other.name}: {against}."
-    ends = range_said(steps.low, steps.high, "{:+.1f}", 1).removeprefix(", ")
-    sure = f"{ends}{'; ' * bool(ends)}{p_value(steps.p_value)}"
-    none = max(own or 0.0, its or 0.0) <= _EDGE
-    solved = f"the success of {two} could not be told apart: {against}"
-    if none or min(own or 0.0, its or 0.0) >= 1 - _EDGE:
-        nearly = ("almost none" if none else "nearly all") if {own, its} - {0.0, 1.0} else "none" if none else "all"
-        solved = f"both solve {nearly} of {n} trials ({percent(own)} and {percent(its)})"
-        if not steps.detected:
-            size = f"{minus(f'{steps.value or 0.0:+.1f}')} steps{', ' * bool(ends)}{sure}"
-            return f"How soon {two} solve the box could not be told apart ({size}); {solved}."
-    if not steps.detected:
-        return f"{capital(solved)}."
-    apart = f"{abs(steps.value or 0.0):.1f} steps {'sooner' if (steps.value or 0.0) < 0 else 'later'}"
-    sooner = f"{one.first} {one.form('is', 'are')} {apart} than {other.name} ({sure})"
-    return f"{sooner}; {solved.replace(two, 'both', 1)}."
+        more = "More" if (success.value or 0.0) > 0 else "Fewer"
+        yield f"{more} trials were solved by {one} than by {other}: {against}."
+    elif steps.detected:
+        yield f"The box is solved {apart} by {one} than by {other} ({steps_said}); solved: {against}."
+    else:
+        yield f"The success of {one} and {other} could not be told apart: {against}; nor how soon: {steps_said}."
+    effect, names = rows.get((CHANGE, _ANY)), [at for quantity, at in rows if quantity == CHANGE and at != _ANY]
+    clearest = min((rows[CHANGE, at] for at in names if rows[CHANGE, at].condition), key=clearness, default=None)
+    if effect and clearest:
+        told = effect.p_value is not None and effect.p_value < ALPHA
+        size = f"{change(clearest.value or 0.0, clearest.low, clearest.high)} more for {one}; {p_value(effect.p_value)}"
+        what = "False reports affect the two differently" if told else "No different effect of false reports was told"
+        yield f"{what} (under {clearest.condition} {size})."
 
 
-def _change_said(pair: _Pair) -> str:
-    if (row := pair.clearest) is None:
-        return ""
-    where = f"from a flip rate of {pair.rates[row.control]:g} to {pair.rates[row.condition]:g}"
-    size = f"{change(row.value or 0.0, row.low, row.high)}; {p_value(pair.rows[CHANGE, _ANY].p_value)}"
-    if not pair.noise_counts:
-        return f"Whether false reports change one of them more could not be told ({where}: {size})."
-    more = "rises more, or falls less," if (row.value or 0.0) > 0 else "rises less, or falls more,"
-    return (
-        f"False reports affect the two differently: {where} the success of {pair.one.name} {more} than that of "
-        f"{pair.other.name} ({size})."
-    )
-
-
-def _places(found: Results) -> list[tuple[_Pair, str]]:
-    """Every pair over all flip rates; where it met under none, under each other condition."""
-    pairs = _pairs(found)
-    return [(pair, place) for pair in pairs for place in ([""] if (SUCCESS, "") in pair.rows else pair.others)]
-
-
-def _table(found: Results) -> TextTable:
-    table = [["agent", "compared with", "under", "trials", "success of both", "success, points", "P", "steps"]]
-    table[0] += ["P of steps", "effect, points", "P of effect", "conclusion"]
+def _table(found: Results) -> Sequence[Sequence[Entry]]:
+    rare = ["under", "success of both", "effect, points", "P of effect"]
+    head = ["agent", "compared with", "under", "trials", "success of both", "success, points", "P", "steps"]
+    table: list[list[Entry]] = [[*head, "P of steps", "effect, points", "P of effect", "conclusion"]]
     words = condition_words(found)
-    for pair, place in _places(found):
+    for pair, place in ((one, place) for one in _pairs(found) for place in one.places):
         success, steps = pair.rows[SUCCESS, place], pair.rows[STEPS, place]
-        moved = pair.rows.get((CHANGE, place or "mean"))
-        tested = moved if place else pair.rows.get((CHANGE, _ANY))
-        under = words[place] if place else over_rates(found).removeprefix("over ")
-        shares = NONE if place else " and ".join(percent(pair.rows[_SHARE, of].value) for of in ("", "the other"))
-        table.append(
-            [
-                pair.one.name, pair.other.name, under, str(success.n), shares, points_cell(success),
-                p_cell(success.p_value), steps_cell(steps), p_cell(steps.p_value), points_cell(moved),
-                p_cell(tested.p_value if tested else None),
-                "play alike" if _ALIKE in success.note else DETECTED[success.detected],
-            ]
-        )  # fmt: skip
-    said = [
-        i
-        for i, column in enumerate(zip(*table, strict=True))
-        if {*column[1:]} - {NONE} and (column[0] != "under" or len({*column[1:]}) > 1)
-    ]
-    return [[row[i] for i in said] for row in table] if len(table) > 1 else []
+        tested = moved = pair.rows.get((CHANGE, place))
+        if not place:
+            moved, tested = (pair.rows.get((CHANGE, of)) for of in ("mean", _ANY))
+        shares = None if place else " and ".join(percent(pair.rows[_SHARE, of].value) for of in ("", "the other"))
+        under = words[place] if place else "all flip rates" if found.several_p else at_lowest(found)
+        said = "play alike" if _ALIKE in success.note else conclusion_of(success)
+        p = p_cell(tested.p_value if tested else None)
+        row = [pair.one, pair.other, under, str(success.n), shares, success, p_cell(success.p_value)]
+        table.append([*row, steps, p_cell(steps.p_value), moved, p, said])
+    return without_empty(table, rare)
 
 
-_TABLE = Table(
-    "comparisons", _table, 2, drawn=lambda found: [pair.rows[SUCCESS, place] for pair, place in _places(found)]
+_TABLE = Table("comparisons", _table, 2, drawn="success, points")
+
+_NOTE = Note(
+    "Success (drawn; filled: detected), steps and effect: the first agent minus the second, over trials that both "
+    "finished; an unsolved one counts with its whole budget. Effect: what false reports, or a condition, change in "
+    "success.",
+    "Over all flip rates the two agents swap whole blocks (permutation), under one condition it is McNemar's test. "
+    "Effect: signs of blocks are flipped.",
+    "A trial has the same random numbers (labels, flips, draws) for every agent and condition; a block is one "
+    "repetition and trial. P values are corrected for pairs and conditions (Holm), steps under one condition are not; "
+    "pairs with baselines, the doses of an axis and all other conditions are families of their own. Detected: the test "
+    "rejects and the interval leaves out 0. Who solves nearly all trials cannot gain many points. Beside people: "
+    "Student's t with a variance clustered by person and block; under one condition whole people are permuted.",
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
     if not (pairs := _pairs(found)):
         return
-    said = list(filter(None, (_over_rates_said(pairs[0]), _change_said(pairs[0])))) * (len(pairs) == 1)
-    if said:
-        answer = said.pop(0)
-    else:
-        places = _places(found)
-        clear = [(pair, row) for pair, place in places if (row := pair.rows[SUCCESS, place]).detected]
-        better = [(pair.one, pair.other)[:: 1 if (row.value or 0.0) > 0 else -1] for pair, row in clear]
-        solved = [f"{one.name} {one.form('solves', 'solve')} more than {other.name}" for one, other in better]
-        rest = f"no difference in success was detected in {len(places) - len(clear)} of {len(places)} comparisons"
-        answer = f"{first_three(solved)}; {rest}." if solved else f"{capital(rest)}."
-    people = (
-        " Beside people: Student's t with a variance clustered by person and block; under one condition whole people "
-        "are permuted."
-    )
-    note = Note(
-        "Success (drawn; filled: detected), steps and effect: the first agent minus the second, over trials that both "
-        "finished; an unsolved one counts with its whole budget. Effect: what false reports, or a condition, change in "
-        "success.",
-        "Over all flip rates the two agents swap whole blocks (permutation), under one condition it is McNemar's test. "
-        "Effect: signs of blocks are flipped.",
-        "A trial has the same random numbers (labels, flips, draws) for every agent and condition; a block is one "
-        "repetition and trial. P values are corrected for pairs and conditions (Holm), steps under one condition are "
-        "not; pairs with baselines, the doses of an axis and all other conditions are families of their own. Detected: "
-        "the test rejects and the interval leaves out 0. Who solves nearly all trials cannot gain many points."
-        + people
-        * (PEOPLE in found.study["agents"]),
-    )
-    yield Part("Which agent is better?", answer, [*map(Text, said), _TABLE, note_at(found, note)])
+    said = [*_said(pairs[0])] * (len(pairs) == 1)
+    if not said:
+        tested = [(pair, pair.rows[SUCCESS, place]) for pair in pairs for place in pair.places]
+        clear = [(pair.one, pair.other)[:: 1 if (row.value or 0) > 0 else -1] for pair, row in tested if row.detected]
+        more = first_three(f"more by {one} than by {other}" for one, other in clear)
+        rest = f"no difference in success was detected in {len(tested) - len(clear)} of {len(tested)} comparisons"
+        said = [capital(f"solved {more}; {rest}." if clear else f"{rest}.")]
+    answer, *more_said = said
+    yield Part("Which agent is better?", answer, [*more_said, _TABLE, note_at(found, _NOTE)])
 
 
 SECTIONS = (Section(name="agents_compared", title="Agents compared", rows=_rows, show=_show, tables=(_TABLE,)),)

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 
 from lockprobe.foundation.formatting import capital, listed, p_value, points
-from lockprobe.report.format import TextTable
-from lockprobe.report.questions.conditions import cells_of
+from lockprobe.report.format import Entry
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.rows.primary import Line, primary_lines
-from lockprobe.report.section import Block, Listed, Note, Part, Section, Table
+from lockprobe.report.section import Block, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, measured_row
-from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.boxes import between_boxes
 from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.outcomes import boxes_of_blocks, solved_in_pairs
@@ -34,12 +32,11 @@ _TEST = "F between boxes and Cochran's Q, the larger P"
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if len(numbers.study.boxes) == 1:
         return
-    cells = cells_of(numbers)
     for cell in numbers.cells:
         for box in numbers.study.boxes:
             own = cell.ended.solved[cell.ended.box == box.name]
             yield from cell.share("success", proportion(int(own.sum()), len(own)), of=box.name)
-        control = cells.get((cell.agent, numbers.design.control(cell.condition)))
+        control = numbers.by_name.get((cell.agent, numbers.design.control(cell.condition)))
         if control is not None and control is not cell:
             yield from _against(cell, control)
 
@@ -99,27 +96,28 @@ def differ_said(found: Results) -> str:
     return f"The effect on {listed(differ, named=3)} differs between boxes." if differ else ""
 
 
-def _changes(found: Results) -> Iterator[tuple[Line, str, Estimate | None]]:
-    """The change of each agent on each box, and over all boxes."""
-    for line in _lines(found):
-        for box in found.boxes:
-            name = str(box.get("name", ""))
-            yield line, name, _of(found, line, name)
-        yield line, "all boxes", line.change
-
-
-def _cells(found: Results) -> TextTable:
+def _cells(found: Results) -> list[list[Entry]]:
     """Success on each box and over all, and its change."""
-    table = [["agent", "box", "control", "changed", "change, points"]]
-    for line, name, change in _changes(found):
-        of = {"agent": line.agent, "modality": line.modality, "of": name}
-        shares = [found.get("success", condition=one, **of) for one in line.conditions]
-        both = [line.first, line.second] if change is line.change else shares
-        table.append([line.label, name, *map(share_of_row, both), points_cell(change)])
-    return table if len(table) > 1 else []
+    rows: list[list[Entry]] = []
+    for line in _lines(found):
+        for name in (str(box.get("name", "")) for box in found.boxes):
+            of = {"agent": line.agent, "modality": line.modality, "of": name}
+            shares = [found.get("success", condition=one, **of) for one in line.conditions]
+            rows.append([line.label, name, *shares, _of(found, line, name)])
+        rows.append([line.label, "all boxes", line.first, line.second, line.change])
+    return [["agent", "box", "control", "changed", "change, points"], *rows] if rows else []
 
 
-_TABLE = Table("boxes", _cells, drawn=lambda found: [change for *_, change in _changes(found)])
+_TABLE = Table("boxes", _cells, drawn="change, points")
+
+_NOTE = Note(
+    "Success on each box under the two conditions of the answer, and its change in pairs of trials; intervals are for "
+    "more trials on that box, one by one.",
+    "Over boxes: Student's interval over their changes, joined with that of these boxes. Whether effects differ: the "
+    "larger P of an F test and of Cochran's Q.",
+    "Where few boxes differ at all, the interval allows for boxes with large changes that are not among these. Curves, "
+    "mean steps, loops, fits and the paper's claims count trials: they are for more trials on these.",
+)
 
 
 def _show(found: Results) -> Iterator[Part]:
@@ -135,18 +133,9 @@ def _show(found: Results) -> Iterator[Part]:
                 f"box like these, a change between {points(further.low or 0.0)} and {points(further.high or 0.0)} "
                 "points would be seen."
             )
-    note = Note(
-        "The table has success on each box under the two conditions of the answer, and its change in pairs of trials; "
-        "intervals are for more trials on that box, one by one.",
-        "Over boxes: Student's interval over their changes, joined with that of these boxes. Whether effects differ: "
-        "the larger P of an F test and of Cochran's Q.",
-        "Where few boxes differ at all, the interval allows for boxes with large changes that are not among these. "
-        "Curves, mean steps, loops, fits and the paper's claims count trials: they are for more trials on these.",
-    )
-    blocks: list[Block] = [Listed(more)] if more else []
-    blocks += [_TABLE, note] if _lines(found) else []
     no = "No difference of the effect between boxes was detected." if _lines(found) else boxes_said(found)
-    yield Part("Does it hold on every box?", differ_said(found) or no, blocks)
+    shown: list[Block] = [more, _TABLE, _NOTE] if _lines(found) else []
+    yield Part("Does it hold on every box?", differ_said(found) or no, shown)
 
 
 SECTIONS = (Section(name="boxes", title="Boxes", rows=_rows, show=_show, tables=(_TABLE,)),)

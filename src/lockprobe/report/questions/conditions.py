@@ -10,17 +10,17 @@ from typing import Any
 from markupsafe import Markup
 
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.foundation.formatting import NONE, p_cell, percent, range_of
+from lockprobe.foundation.formatting import p_cell, percent, range_of
 from lockprobe.foundation.plugins import find_plugin, plugin_names
 from lockprobe.report.every_look import note_at
-from lockprobe.report.format import DETECTED, TextTable
-from lockprobe.report.prose import condition_words, success_and_loops_said
+from lockprobe.report.format import Entry, alone, count_of, tested, without_empty
+from lockprobe.report.prose import condition_words, interval_kind
 from lockprobe.report.rows import MEASURES, Estimate, Fact, Results, Row
 from lockprobe.report.rows.primary import CONTROL
-from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
-from lockprobe.report.study_numbers import BOUNDS, PERMUTED, PlayedCell, StudyNumbers, measured_row, share_rows
-from lockprobe.report.table_rows import chance_cell, count_of, distinct, points_cell, share_of_row, value_cell, varied
-from lockprobe.statistics.contrast import CONTROLS, Effect, against_control
+from lockprobe.report.section import Block, Note, Part, Section, Table
+from lockprobe.report.study_numbers import BOUNDS, PERMUTED, StudyNumbers, measured_row, share_rows
+from lockprobe.report.table_rows import chance_said, distinct, varied
+from lockprobe.statistics.contrast import Effect, against_control
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.measures import find_measure, measured
 from lockprobe.statistics.outcomes import points
@@ -48,11 +48,6 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield cell.estimate("steps", changed, of=of, unit="steps", n=steps)
 
 
-def cells_of(numbers: StudyNumbers) -> dict[tuple[str, str], PlayedCell]:
-    """Every agent under every condition, as contrasts take them."""
-    return {(cell.agent, cell.condition): cell for cell in numbers.cells}
-
-
 def compared_rows(found: Iterable[Effect], numbers: StudyNumbers) -> Iterator[Estimate]:
     """Success under conditions minus success under another one, and both shares."""
     for one in found:
@@ -68,29 +63,25 @@ def compared_rows(found: Iterable[Effect], numbers: StudyNumbers) -> Iterator[Es
 
 def _effects(numbers: StudyNumbers) -> Iterator[Row]:
     if not numbers.study.of_flips:
-        yield from compared_rows(against_control(cells_of(numbers), numbers.design), numbers)
+        yield from compared_rows(against_control(numbers.by_name, numbers.design), numbers)
 
 
-def compared_table(found: Results, rows: Sequence[Estimate]) -> TextTable:
+def compared_table(found: Results, rows: Sequence[Estimate]) -> list[list[Entry]]:
     """Conditions that are compared with others, one row each; no table without any."""
     head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
-    table, words = [head] * bool(rows), condition_words(found)
+    table: list[list[Entry]] = [[*head]] * bool(rows)
+    words = condition_words(found)
     for row in rows:
         pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control", "axis")}
         counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
-        table.append([row.agent, words[row.condition], words[row.control], *counts, *tested_cells(row)])
+        table.append([row.agent, words[row.condition], words[row.control], *counts, *tested(row)])
     return table
-
-
-def tested_cells(row: Estimate) -> list[str]:
-    """A difference in points, its P value, and what is concluded."""
-    return [points_cell(row), p_cell(row.p_value), DETECTED[row.detected]]
 
 
 def detected_said(rows: Sequence[Estimate], what: str) -> str:
     """How many of how many were detected; empty if none was tested."""
-    tested = [row for row in rows if row.p_value is not None]
-    return f"{sum(row.detected for row in tested)} of {len(tested)} {what}" if tested else ""
+    judged = [row for row in rows if row.p_value is not None]
+    return f"{sum(row.detected for row in judged)} of {len(judged)} {what} detected." if judged else ""
 
 
 def _against_control(found: Results) -> list[Estimate]:
@@ -98,54 +89,36 @@ def _against_control(found: Results) -> list[Estimate]:
     return found.against_control() if found.beside_flips else []
 
 
-_AGAINST = "against the rules"
-
-_OFTEN_ALIKE = ("misread", "optimal", "acted in", _AGAINST, "broken", "modality")
-"""Columns that are left out where they say the same in every row."""
-
-
-def _table(found: Results) -> TextTable:
+def _table(found: Results) -> Sequence[Sequence[Entry]]:
     """Every agent under every condition, and its change from the control; one that plays alike at every rate once."""
-    table = [
-        [
-            "agent", varied(found.cells), "trials", "success", "change, points", "P", "mean steps", "loop rate",
-            "by chance", "misread", "optimal", "acted in", _AGAINST, "broken", "modality",
-        ]
-    ]  # fmt: skip
+    rare = ["misread", "optimal", "acted in", "against the rules", "broken", "modality"]
+    head = ["agent", varied(found.cells), "trials", "success", "change, points", "P", "mean steps", "loop rate"]
+    table: list[list[Entry]] = [[*head, "by chance", *rare]]
     changes = {(row.agent, row.condition): row for row in reversed(found.against_control())}
     for cell, under in distinct(found.cells):
-        change, acted, broke = (
-            changes.get((cell.agent, cell.condition)),
-            cell.get("steps", "changed"),
-            cell.get("against_rules"),
-        )
+        change, acted = changes.get((cell.agent, cell.condition)), cell.get("steps", "changed")
+        broke = cell.get("against_rules")
         table.append(
             [
-                cell.agent, under, str(cell.trials), share_of_row(cell.get("success")),
-                points_cell(change), p_cell(change.p_value) if change else NONE,
-                value_cell(cell.get("mean_steps_all"), "{:.1f}"), share_of_row(cell.get("loop_rate")),
-                chance_cell(cell), percent(cell.value("misread")), percent(cell.value("optimal_actions", "naive")),
-                percent((acted.value or 0.0) / acted.n) if acted and acted.n else NONE,
-                count_of(broke) if broke and broke.count else NONE, f"{cell.value('broken') or 0:g}",
-                cell.modality,
+                cell.agent, under, str(cell.trials), cell.get("success"), change,
+                p_cell(change.p_value if change else None),
+                cell.get("mean_steps_all"), cell.get("loop_rate"), chance_said(cell), alone(cell.get("misread")),
+                alone(cell.get("optimal_actions", "naive")),
+                percent((acted.value or 0.0) / acted.n) if acted and acted.n else None,
+                count_of(broke) if broke and broke.count else None, f"{cell.value('broken') or 0:g}", cell.modality,
             ]
         )  # fmt: skip
-    same = {
-        i for i, column in enumerate(zip(*table, strict=True)) if column[0] in _OFTEN_ALIKE and len({*column[1:]}) < 2
-    }
-    return [[text for i, text in enumerate(row) if i not in same] for row in table]
+    return without_empty(table, rare)
 
 
-def _measures(found: Results) -> TextTable:
+def _measures(found: Results) -> list[list[Entry]]:
     """The measures of installed packages; none without any."""
-    if not found.measures:
-        return []
-    head = ["agent", "condition", "measure", "what it is", "trials", "mean [95 % interval]"]
-    return [head] + [
-        [row.agent, row.condition, name, row.note or found.fact(MEASURES, name), str(row.n), value_cell(row, "{:.3g}")]
-        for row in found.measures
-        for name in [row.quantity.removeprefix(f"{MEASURES}.")]
+    head: list[Entry] = ["agent", "condition", "measure", "what it is", "trials", "mean [95 % interval]"]
+    named = [(row, row.quantity.removeprefix(f"{MEASURES}.")) for row in found.measures]
+    rows: list[list[Entry]] = [
+        [row.agent, row.condition, name, row.note or found.fact(MEASURES, name), str(row.n), row] for row, name in named
     ]
+    return [head, *rows] if rows else []
 
 
 def measure_rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -177,25 +150,16 @@ EFFECTS = Table(
     "effects",
     lambda found: compared_table(found, _against_control(found)),
     numeric_from=3,
-    drawn=_against_control,
+    drawn="difference, points",
 )
 """Every condition against its control."""
 
 
 def _answer(found: Results) -> str:
     """How many differences were detected, or between which shares all conditions of all agents lie."""
-    rows = _against_control(found)
-    between = [row for row in rows if row.family == CONTROLS]
-    others = [row for row in rows if row.family != CONTROLS]
-    counted = [
-        detected_said(others, "differences from the control" if between else "differences"),
-        detected_said(between, "between modalities"),
-    ]
-    if any(counted):
-        return f"{' and '.join(filter(None, counted))} detected."
     shares = [row.value for row in found.where("success", of="") if row.value is not None and row.condition]
-    if not shares:
-        return ""
+    if (said := detected_said(_against_control(found), "differences from the control")) or not shares:
+        return said
     low, high = min(shares), max(shares)
     return f"{percent(low) if low == high else range_of(low, high)} of trials solved."
 
@@ -211,25 +175,25 @@ _PAIRED = Note(
     ),
 )
 
+_MEANS = Note(
+    "Measures of installed packages: means over trials with 95 % intervals.",
+    "Intervals of shares are Wilson intervals, clustered by person for people; those of means are Student's, clustered "
+    "by block or by person.",
+)
+
 
 def _show(found: Results) -> Iterator[Part]:
-    agents = (cell.agent for cell in found.cells)
-    of, every_look = "Intervals of success and loop rate", bool(found.progress.every_look)
+    one_look = " Those of loop rates hold for one look." * bool(found.progress.every_look)
     told = Note(
         "Every agent under every condition; the change is from the control, in the trials finished under both.",
-        success_and_loops_said(agents, of, every_look=every_look, boxes=len(found.boxes)),
+        f"Intervals of success and loop rate are {interval_kind(found)}.{one_look}",
         "Mean steps: an unsolved trial counts with its whole budget. By chance: loop rate of random actions in trials "
         "of the same lengths, from uniform to without immediate repeats. Misread: claims about the last action that "
         "contradict the report. Optimal: actions that an ideal observer would have chosen too. Acted in: steps in "
         "which the condition changed something.",
     )
-    means = Note(
-        "Means over trials with 95 % intervals.",
-        "Intervals of shares are Wilson intervals, clustered by person for people; those of means are Student's, "
-        "clustered by block or by person.",
-    )
     blocks: list[Block] = [_CONDITIONS, told, *[note_at(found, _PAIRED)] * bool(found.against_control())]
-    blocks += [Heading("Measures of installed packages"), _MEASURES, means] if found.measures else []
+    blocks += [_MEASURES, _MEANS] if found.measures else []
     yield Part("All conditions", _answer(found), blocks)
 
 

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import product
 from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, bracketed, p_value, percent
-from lockprobe.report.format import TextTable
-from lockprobe.report.prose import Subject, share_intervals_said
-from lockprobe.report.questions.conditions import cells_of, detected_said, tested_cells
+from lockprobe.foundation.formatting import p_value, percent
+from lockprobe.report.format import Entry, entry_text, tested, without_empty
+from lockprobe.report.prose import interval_kind, who
+from lockprobe.report.questions.conditions import detected_said
 from lockprobe.report.rows import Estimate, Fact, Results, Row
-from lockprobe.report.section import Block, Caption, Figure, Note, Part, Section, Table
+from lockprobe.report.section import Block, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.statistics.conditions.axis import axis_key
 from lockprobe.statistics.conditions.crossed import Crossed
@@ -40,7 +41,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         facts = {_FIRST: first, _SECOND: second, "with": rest}
         facts |= {f"{row:g}, {column:g}": condition for (row, column), condition in grid.conditions.items()}
         yield from (Fact(about=axis, name=name, text=text) for name, text in facts.items() if text)
-    for agent, crossed, found, choices in interactions(cells_of(numbers), design):
+    for agent, crossed, found, choices in interactions(numbers.by_name, design):
         if crossed.axes:
             axis = next(axis for grid, axis in named if grid == crossed)
             of: dict[str, Any] = {"modality": crossed.modality, "axis": axis}
@@ -61,16 +62,13 @@ def _interactions(found: Results) -> list[Estimate]:
     return found.where("success_interaction", versus="")
 
 
-def _table(found: Results) -> TextTable:
-    rows = _interactions(found)
-    head = ["agent", "interaction of", "with", "blocks", "interaction, points", "P", "conclusion"]
-    table = [head] * bool(rows)
-    for row in rows:
+def _table(found: Results) -> Sequence[Sequence[Entry]]:
+    table: list[list[Entry]] = [["agent", "interaction of", "with", "blocks", "interaction, points", "P", "conclusion"]]
+    for row in _interactions(found):
         name = f"{found.fact(row.axis, _FIRST)}{_BETWEEN}{found.fact(row.axis, _SECOND)}" if row.axis else row.of
         beside = found.fact(row.axis, "with") if row.axis else ""
-        table.append([row.agent, name, beside or NONE, str(row.n), *tested_cells(row)])
-    alone = {row[2] for row in table[1:]} <= {NONE}
-    return [[*row[:2], *row[2 + alone :]] for row in table]
+        table.append([row.agent, name, beside or None, str(row.n), *tested(row)])
+    return without_empty(table, ["with"])
 
 
 def draw(found: Results, axis: str) -> Any:
@@ -78,9 +76,7 @@ def draw(found: Results, axis: str) -> Any:
     import matplotlib as mpl
     from matplotlib.patches import Rectangle
 
-    from lockprobe.report.figures import frame
-    from lockprobe.report.figures.compose import sheet
-    from lockprobe.report.figures.settings import FAINT, INK
+    from lockprobe.report.figures import drawing as figures
 
     own, facts = _places(found, axis), found.facts_about(axis)
     rows, columns = (sorted({name.split(", ")[i] for name in own}, key=float) for i in (0, 1))
@@ -95,7 +91,9 @@ def draw(found: Results, axis: str) -> Any:
             share = cell.value or 0.0 if cell else 0.0
             face = mpl.colormaps["Blues"](0.85 * share) if cell else "white"
             axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
-            colour = FAINT if cell is None else "white" if share > 0.78 else INK  # the easier to read on it
+            colour = (
+                figures.FAINT if cell is None else "white" if share > 0.78 else figures.INK
+            )  # the easier to read on it
             text = "\N{MULTIPLICATION SIGN}"  # not played
             if cell:
                 ends = f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]"
@@ -103,26 +101,25 @@ def draw(found: Results, axis: str) -> Any:
                 text = "\n".join(said) if lines > 1 else said[0].removesuffix(" %")
             axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
         axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
-        frame.axis(axes, "x", range(len(columns)), columns, frame.axis_label(facts[_SECOND]), bare=True)
-        frame.axis(axes, "y", range(len(rows)), rows, frame.axis_label(facts[_FIRST]), bare=True)
+        names = figures.axis_label(facts[_SECOND]), figures.axis_label(facts[_FIRST])
+        figures.axis(axes, "x", range(len(columns)), columns, names[0], bare=True)
+        figures.axis(axes, "y", range(len(rows)), rows, names[1], bare=True)
         change = found.get("success_interaction", agent=agent, modality=modality, axis=axis, versus="")
         interaction = "interaction not estimated"
         if change is not None:
-            interaction = f"interaction {bracketed(change.value, change.low, change.high)} points"
-            interaction += f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
-        frame.title(axes, frame.safe_name(Subject.of(agent).name, 38), interaction)
+            tested = f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
+            interaction = f"interaction {entry_text(change)} points{tested}"
+        figures.title(axes, figures.safe_name(who(agent), 38), interaction)
 
     agents = list(dict.fromkeys((row.agent, row.modality) for row in shares))
-    return sheet(agents, on, heights=[0.35 + len(rows) * 0.155 * (lines + 0.9)], cells=True)
+    return figures.sheet(agents, on, heights=[0.35 + len(rows) * 0.155 * (lines + 0.9)])
 
 
-def _caption(found: Results) -> Caption:
-    agents = (cell.agent for cell in found.cells)
-    said = share_intervals_said(agents, every_look=bool(found.progress.every_look), boxes=len(found.boxes))
-    return Caption(
+def _caption(found: Results) -> Note:
+    return Note(
         "Share of trials solved under every combination of two doses, with count and interval where there is room. "
         "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
-        f"{said} Numbers are in per cent.",
+        f"Intervals are {interval_kind(found)}. Numbers are in per cent.",
     )
 
 
@@ -146,14 +143,13 @@ def _show(found: Results) -> Iterator[Part]:
     alt = "Success under every combination of two doses, one cell each"
     shown = [axis for axis in grids if played & {*_places(found, axis).values()}]
     blocks: list[Block] = [
-        Figure(f"grid-{number}", alt, _caption, draw=f"{__name__}:draw", arguments=(axis,), slide=number == 1)
+        Figure(f"grid-{number}", alt, _caption, partial(draw, axis=axis), slide=number == 1)
         for number, axis in enumerate(shown, 1)
     ]
     rows = _interactions(found)
     blocks += [_TABLE, _NOTE] if rows else []
     if blocks:
-        said = detected_said(rows, "interactions")
-        yield Part("Interactions", f"{said} detected." * bool(said), blocks)
+        yield Part("Interactions", detected_said(rows, "interactions"), blocks)
 
 
 SECTIONS = (Section(name="crossings", title="Interactions", rows=_rows, show=_show, tables=(_TABLE,)),)

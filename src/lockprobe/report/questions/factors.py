@@ -8,12 +8,11 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, listed
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import TextTable
-from lockprobe.report.questions.conditions import cells_of, compared_rows, compared_table, detected_said, tested_cells
+from lockprobe.report.format import Entry, entry_text, tested
+from lockprobe.report.questions.conditions import compared_rows, compared_table, detected_said
 from lockprobe.report.rows import Estimate, Results, Row
-from lockprobe.report.section import Listed, Note, Part, Section, Table
+from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
-from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.contrast import LEVELS, against_first
 from lockprobe.statistics.factorial import factorial_effects
@@ -21,7 +20,7 @@ from lockprobe.statistics.factorial import factorial_effects
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if not numbers.study.of_flips:
-        yield from compared_rows(against_first(cells_of(numbers), numbers.design.factors, numbers.design), numbers)
+        yield from compared_rows(against_first(numbers.by_name, numbers.design.factors, numbers.design), numbers)
 
 
 def _compared(found: Results) -> list[Estimate]:
@@ -29,7 +28,7 @@ def _compared(found: Results) -> list[Estimate]:
     return [row for row in rows if row.axis not in (*READING_FACTORS, NO_FEEDBACK)]  # readings.py has these
 
 
-_FACTORS = Table("factors", lambda found: compared_table(found, _compared(found)), 3, drawn=_compared)
+_FACTORS = Table("factors", lambda found: compared_table(found, _compared(found)), 3, drawn="difference, points")
 
 _NOTE = Note(
     Markup(
@@ -46,8 +45,7 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     if rows := _compared(found):
         names = ", ".join(dict.fromkeys(row.axis for row in rows))
-        said = detected_said(rows, "differences")
-        yield Part(f"Options compared: {names}", f"{said} detected." * bool(said), [_FACTORS, _NOTE])
+        yield Part(f"Options compared: {names}", detected_said(rows, "differences"), [_FACTORS, _NOTE])
 
 
 def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
@@ -82,13 +80,13 @@ def _name(row: Estimate) -> str:
     return row.axis.removeprefix("plant.")
 
 
-def _factorial(found: Results) -> TextTable:
-    rows = found.where("factor_effect")
-    head = ["agent", "of", "factor", "change, points", "P", "conclusion"]
-    return [head] * bool(rows) + [[row.agent, row.of, _name(row), *tested_cells(row)] for row in rows]
+def _factorial(found: Results) -> list[list[Entry]]:
+    head: list[Entry] = ["agent", "of", "factor", "change, points", "P", "conclusion"]
+    rows: list[list[Entry]] = [[one.agent, one.of, _name(one), *tested(one)] for one in found.where("factor_effect")]
+    return [head, *rows] if rows else []
 
 
-FACTORIAL = Table("factorial", _factorial, 3, drawn=lambda found: found.where("factor_effect"))
+FACTORIAL = Table("factorial", _factorial, 3, drawn="change, points")
 
 _FRACTION = Note(
     Markup(
@@ -110,10 +108,9 @@ _FRACTION = Note(
 def _show_factorial(found: Results) -> Iterator[Part]:
     if rows := found.where("factor_effect"):
         agents = grouped(rows, lambda row: (row.agent, row.modality)).values()
-        sized: Callable[[Estimate], str] = lambda row: f"{_name(row)} ({points_cell(row)} points)"  # noqa: E731
-        said = Listed([f"{own[0].agent}: {_changes_said(own, sized)}." for own in agents])
-        answer = f"{detected_said(rows, 'effects')} detected."
-        yield Part("Which features matter?", answer, [said, FACTORIAL, _FRACTION], "factorial")
+        sized: Callable[[Estimate], str] = lambda row: f"{_name(row)} ({entry_text(row)} points)"  # noqa: E731
+        said = [f"{own[0].agent}: {_changes_said(own, sized)}." for own in agents]
+        yield Part("Which features matter?", detected_said(rows, "effects"), [said, FACTORIAL, _FRACTION], "factorial")
 
 
 SECTIONS = (

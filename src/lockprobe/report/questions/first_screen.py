@@ -9,25 +9,25 @@ from lockprobe.agents.catalogue import description
 from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.formatting import capital, listed
 from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
+from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.interventions.catalogue import shipped_as
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.report.answer import ONE_LOOK, answer, broken_said, chance_said, needed_said
-from lockprobe.report.answer_list import answer_list, known_of_broken
+from lockprobe.report.answer_list import AnswerList, known_of_broken
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
 from lockprobe.report.panel import panel_figure
 from lockprobe.report.prose import at_dose, cause
-from lockprobe.report.questions import why
+from lockprobe.report.questions import speed, stopping, why
 from lockprobe.report.questions.boxes import boxes_said, differ_said
 from lockprobe.report.questions.conditions import EFFECTS
 from lockprobe.report.questions.contrasts import CONTRASTS
 from lockprobe.report.questions.factors import FACTORIAL, factors_said
 from lockprobe.report.questions.modalities import effect_said
-from lockprobe.report.questions.stopping import PEOPLE_SAID, every_look_said, small_said
-from lockprobe.report.rows import Fact, Finding, Results, Row
+from lockprobe.report.questions.stopping import every_look_said, small_said
+from lockprobe.report.rows import Fact, Results, Row
 from lockprobe.report.rows.primary import primary_lines
-from lockprobe.report.section import Figure, Part, Section, Table, Template
+from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.factorial import factorials_of
@@ -57,7 +57,7 @@ _CHANGES, _MOST = (CONTRASTS, why.TABLE, FACTORIAL, EFFECTS), 20
 """Tables of changes that the first screen shows in place of a curve, the first that has rows, and the most rows of one.
 Of more it shows what was detected, and says so. The last stands beside no list of many agents, who have it there."""
 
-_FIGURES = ("stopping", "fig3")
+_FIGURES = (stopping.FIGURE, speed.FIG3)
 """Figures of questions of their own, for a study whose answer is no curve over doses: the first that applies."""
 
 
@@ -70,15 +70,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     said = {
         "question": _question(study),
         "trial": _trial(study),
-        "every_look": " ".join(
-            filter(
-                None,
-                (
-                    every_look_said(study, opened.every_look, numbers.decisions, opened.finished),
-                    PEOPLE_SAID * (PEOPLE in study.agents and bool(opened.every_look)),
-                ),
-            )
-        ),
+        "every_look": every_look_said(study, opened.every_look, numbers.decisions, opened.finished),
         "small": "" if until is None or _asks_why(study) else small_said(numbers.decisions, until),
         "changed_nothing": " ".join(_changed_nothing(numbers)),
         "unfinished": _unfinished(numbers),
@@ -86,7 +78,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     }
     for kind, text in said.items():
         if text:
-            yield Finding(section="overview", kind=kind, text=text)
+            yield Fact(about="overview", name=kind, text=text)
     yield from (Fact(about=_WHO, name=label, text=what) for label, what in _who(numbers))
 
 
@@ -210,49 +202,41 @@ def answer_of(found: Results) -> str:
         said = factors_said(factors)
     else:
         said = effect_said(found, shown[0]) if alone else answer(found)
-        nothing = found.said("overview", "changed_nothing")
+        nothing = found.fact("overview", "changed_nothing")
         if nothing and not any(line.change or line.alike for line in primary_lines(found)):
-            said = nothing[0]
+            said = nothing
     everything = broken_said(found)
-    return " ".join(
-        filter(None, (everything, said * (bool(solved) or not everything), *found.said("overview", "rules")))
-    )
+    sentences = everything, said * (bool(solved) or not everything), found.fact("overview", "rules")
+    return " ".join(filter(None, sentences))
 
 
 def _changes(found: Results, table: Table) -> tuple[Table, str] | None:
     """A table of changes as the first screen has room for it, and what it leaves out; None without a row."""
-    rows, drawn = table.cells(found), table.drawn(found) if table.drawn else ()
-    if not rows:
-        return None
+    head, *rows = table.cells(found) or [[]]
     primary = [line.change for line in primary_lines(found) if line.cause]  # the first declared contrast is the list
-    pairs = [(row, one) for row, one in zip(rows[1:], drawn, strict=True) if one not in primary]
-    clear = pairs if len(rows) <= _MOST + 1 else [(row, one) for row, one in pairs if DETECTED[True] in row]
-    shown = replace(
-        table, cells=lambda found: [rows[0], *(row for row, _ in clear)], drawn=lambda found: [of for _, of in clear]
-    )
-    said = "" if clear == pairs else f"{len(clear)} of {len(pairs)} were detected; the questions below have all."
+    every = [row for row in rows if not any(one in row for one in primary)]
+    clear = every if len(rows) <= _MOST else [row for row in every if DETECTED in row]
+    said = "" if clear == every else f"{len(clear)} of {len(every)} were detected; the questions below have all."
+    shown = replace(table, cells=lambda found: [head, *clear])
     return (shown, said) if 0 < len(clear) <= _MOST else None
 
 
 def _show(found: Results) -> Iterator[Part]:
     """The top of the page, which has no heading of its own; nothing where its sentences could not be made."""
-    said = {one.kind: one.text for one in found.findings if one.section == "overview"}
+    said = found.facts_about("overview")
     if not said:
         return
-    listing = answer_list(found)
+    listing = AnswerList(found)
     drawn = [] if found.where("false_report_effect") or found.design.contrasts else drawable(found)
     tested = [line.change for line in listing.lines if line.change]
     who = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
     panel, panel_says = panel_figure(found.boxes[0]) if len(found.boxes) == 1 else ("", "")
-    from lockprobe.report.questions import all_sections
-
-    known: dict[str, Figure] = {one.name: one for of in all_sections() for one in of.figures}
-    figures = [known[name] for name in _FIGURES if name in known and known[name].applies(found)]
+    figures = [one for one in _FIGURES if one.applies(found)]
     said |= {"boxes": f"{differ_said(found)} {boxes_said(found)}".strip()} if len(found.boxes) > 1 else {}
     values = {
         "said": said,
         "notes": [said[kind] for kind in _NOTES if kind in said and said[kind] not in found.answer],
-        "rest": list(filter(None, (chance_said(found, listing.lines), *found.said("readings", "untested")))),
+        "rest": list(filter(None, (chance_said(found, listing.lines), found.fact("readings", "untested")))),
         "needed": "" if found.progress.every_look or len(found.boxes) > 1 else needed_said(listing.lines),
         "listing": listing,
         "broke": known_of_broken(found),

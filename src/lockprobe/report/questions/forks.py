@@ -7,14 +7,13 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, change, minus, p_cell, p_value, percent, points
+from lockprobe.foundation.formatting import change, p_cell, p_value, percent, points
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import TextTable
+from lockprobe.report.format import Entry, alone, without_empty
 from lockprobe.report.prose import rules_broken_said
-from lockprobe.report.rows import Estimate, Finding, Results, Row, clearness
-from lockprobe.report.section import Block, Caption, Detail, Figure, Listed, Note, Part, Section, Table, Text
+from lockprobe.report.rows import Estimate, Fact, Results, Row, clearness
+from lockprobe.report.section import Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured
-from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
 from lockprobe.studies.study import Study
 
@@ -49,7 +48,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     rows = fork_rows(branch_effects(opened.forks, parents, chances=opened.choices), numbers.study)
     yield from rows
     if rows and (rules := rules_broken_said(*numbers.rules.broken(opened.forks))):
-        yield Finding(section="forks", kind="rules", text=rules)
+        yield Fact(about="forks", name="rules", text=rules)
 
 
 def fork_rows(effects: Iterable[ForkEffect], study: Study) -> list[Estimate]:
@@ -78,30 +77,19 @@ def _of_success(rows: Iterable[Estimate], quantity: str = _CHANGE) -> list[Estim
     return [row for row in rows if row.quantity == quantity and row.of.startswith(f"{_SUCCESS}, ")]
 
 
-def fork_table(rows: Sequence[Estimate]) -> TextTable:
+def fork_table(rows: Sequence[Estimate]) -> Sequence[Sequence[Entry]]:
     """One row for each agent, condition, place and arm; how later reports are where they are true."""
     known = {(row.quantity, row.agent, row.condition, row.of): row for row in rows}
-    found = _of_success(rows)
-    several = any(row.of.endswith(_TRUE) for row in found)
     others = [outcome for outcome in OUTCOMES if outcome != _SUCCESS]
-    head = ["agent", "condition", "forked at", "arm", *["later reports"] * several]
-    table = [[*head, "solved after truth", "change, points", "P", *others, "trials"]]
-    for row in found:
+    head = ["agent", "condition", "forked at", "arm", "later reports", "solved after truth", "change, points", "P"]
+    table: list[list[Entry]] = [[*head, *others, "trials"]]
+    for row in _of_success(rows):
         own, (arm, where, later) = (row.agent, row.condition), _place(row)
-        names = [row.agent, row.condition, where, arm, *[later.removeprefix("later reports ")] * several]
-        told = percent(known[_AFTER_TRUTH, *own, row.of].value)
-        more = [_value(known.get((_CHANGE, *own, row.of.replace(_SUCCESS, outcome, 1)))) for outcome in others]
-        table.append([*names, told, points_cell(row), p_cell(row.p_value), *more, str(row.clusters)])
-    return table if found else []
-
-
-def _value(row: Estimate | None) -> str:
-    """A change alone: points, steps, or a distance from 0 to 1."""
-    if row is None or row.value is None:
-        return NONE
-    if row.unit == "steps":
-        return minus(f"{row.value:+.1f}")
-    return f"{row.value:.2f}" if row.unit == "total variation" else points(row.value)
+        names = [row.agent, row.condition, where, arm, later.removeprefix("later reports ")]
+        more = [alone(known.get((_CHANGE, *own, row.of.replace(_SUCCESS, outcome, 1)))) for outcome in others]
+        told = alone(known[_AFTER_TRUTH, *own, row.of])
+        table.append([*names, told, row, p_cell(row.p_value), *more, str(row.clusters)])
+    return without_empty(table, ["later reports"])
 
 
 def fork_said(rows: Sequence[Estimate]) -> str:
@@ -109,10 +97,10 @@ def fork_said(rows: Sequence[Estimate]) -> str:
     found = _of_success(rows)
     after = {(row.agent, row.condition, row.of): row for row in _of_success(rows, _AFTER_TRUTH)}
     clear = [row for row in found if row.detected]
-    if len(found) > 1 and not clear:
-        return f"No effect of one report on success was detected in {len(found)} comparisons."
     if not found:
         return ""
+    if len(found) > 1 and not clear:
+        return f"No effect of one report on success was detected in {len(found)} comparisons."
     row = min(clear or found, key=clearness)
     arm, where, later = _place(row)
     kind, _, joint = arm.partition("=")
@@ -121,23 +109,57 @@ def fork_said(rows: Sequence[Estimate]) -> str:
     said = f"No effect of {what} at {place} on {on} was detected"
     if row.detected:
         said = f"At {place}, {what} {'raises' if (row.value or 0.0) > 0 else 'lowers'} {on}"
-    told = percent(after[row.agent, row.condition, row.of].value)
     size = f"{change(row.value or 0.0, row.low, row.high)}; {p_value(row.p_value)}"
-    true = f"; {_TRUE.replace('reports', 'reports are')}" * (later == _TRUE)
-    said = f"{said}: {told} after a true report, {size}, {row.clusters} trials, {row.n} forks{true}."
+    told = percent(after[row.agent, row.condition, row.of].value)
+    said = f"{said}: {told} after a true report, {size}, {row.clusters} trials, {row.n} forks, {later}."
     return said if len(found) == 1 else f"{len(clear)} of {len(found)} effects of one report were detected. {said}"
 
 
 _TABLE = Table("forks", lambda found: fork_table(found.rows), numeric_from=5)
 
+_PANELS = 6
+"""Panels that are drawn; later ones are the table's."""
+
+
+def draw(found: Results) -> Any:
+    """The changes of success by place, a panel for each agent, condition and way to go on.
+
+    Steps come in their order, then the places that a rule names.
+    """
+    from lockprobe.report.figures import drawing as figures
+
+    def on(axes: Any, rows: Sequence[Estimate]) -> None:
+        arms = grouped(rows, lambda row: _place(row)[0])
+        places = sorted({_place(row)[1] for row in rows}, key=lambda at: (not at.isdecimal(), at.zfill(4)))
+        axes.axhline(0, color=figures.INK, linewidth=0.8)
+        for i, (arm, own) in enumerate(arms.items()):
+            colour = figures.TARGET if "lie" in arm else figures.FAINT
+            style = figures.Style(colour=colour, marker=figures.MARKERS[i % len(figures.MARKERS)])
+            across = [places.index(_place(row)[1]) + 0.6 * ((i + 0.5) / len(arms) - 0.5) for row in own]
+            figures.estimates(axes, across, own, style, label=figures.safe_name(arm))
+        reach = 1.1 * max(0.2, *(abs(end or 0.0) for row in rows for end in (row.low, row.high, row.value)))
+        step = 0.5 if reach > 0.6 else 0.2 if reach > 0.3 else 0.1
+        ticks = [i * step for i in range(-int(reach / step), int(reach / step) + 1)]
+        axes.set(ylim=(-reach, reach), xlim=(-0.6, len(places) - 0.4))
+        figures.axis(axes, "y", ticks, [points(tick) for tick in ticks], "change of success, points", grid=True)
+        names = [f"step {at}" if at.isdecimal() else at.replace("-", "\n") for at in places]
+        figures.axis(axes, "x", range(len(places)), names)
+        first, later = rows[0], f", {_TRUE}" * (_place(rows[0])[2] == _TRUE)
+        said = f"{first.condition}{later}; {figures.counts(row.clusters for row in rows)}"
+        figures.title(axes, figures.safe_name(first.agent, 38), figures.safe_name(said))
+
+    panels = grouped(_of_success(found.rows), lambda row: (row.agent, row.condition, _place(row)[2]))
+    return figures.sheet(list(panels.values())[:_PANELS], on)
+
+
 _FIGURE = Figure(
     "forks",
     "Change of success by one report, by the place at which it was given",
-    Caption(
+    Note(
         "Change of success by one report or action, by where trials were forked. The line at 0 is a true report.",
         "Bars are 95 % intervals over trials, corrected for the number of agents alone.",
     ),
-    draw="lockprobe.report.questions.forks:draw",
+    draw,
     applies=lambda found: bool(_of_success(found.rows)),
 )
 
@@ -167,52 +189,8 @@ _LIMITS = (
 
 def _show(found: Results) -> Iterator[Part]:
     if said := fork_said(found.rows):
-        rules: list[Block] = [Text(text) for text in found.said("forks", "rules")]
-        yield Part(
-            "Effect of one report",
-            said,
-            [*rules, _FIGURE, _TABLE, _NOTE, Detail("What forks do not show", [Listed(_LIMITS)])],
-        )
-
-
-_PANELS = 6
-"""Panels that are drawn; later ones are the table's."""
-
-_MARKERS = "os^vDPX<>"
-
-
-def draw(found: Results) -> Any:
-    """The changes of success by place, a panel for each agent, condition and way to go on.
-
-    Steps come in their order, then the places that a rule names.
-    """
-    from lockprobe.report.figures import sheet
-    from lockprobe.report.figures.frame import axis, from_to, safe_name, title
-    from lockprobe.report.figures.palette import SUBJECTS, Style
-    from lockprobe.report.figures.primitives import estimates
-    from lockprobe.report.figures.settings import FAINT, INK
-
-    def on(axes: Any, rows: Sequence[Estimate]) -> None:
-        arms = grouped(rows, lambda row: _place(row)[0])
-        places = sorted({_place(row)[1] for row in rows}, key=lambda at: (not at.isdecimal(), at.zfill(4)))
-        axes.axhline(0, color=INK, linewidth=0.8)
-        for i, (arm, own) in enumerate(arms.items()):
-            style = Style(colour=SUBJECTS[0] if "lie" in arm else FAINT, marker=_MARKERS[i % len(_MARKERS)])
-            across = [places.index(_place(row)[1]) + 0.6 * ((i + 0.5) / len(arms) - 0.5) for row in own]
-            estimates(axes, across, own, style, label=safe_name(arm))
-        reach = 1.1 * max(0.2, *(abs(end or 0.0) for row in rows for end in (row.low, row.high, row.value)))
-        step = 0.5 if reach > 0.6 else 0.2 if reach > 0.3 else 0.1
-        ticks = [i * step for i in range(-int(reach / step), int(reach / step) + 1)]
-        axes.set(ylim=(-reach, reach), xlim=(-0.6, len(places) - 0.4))
-        axis(axes, "y", ticks, [points(tick) for tick in ticks], "change of success, points", grid=True)
-        names = [f"step {at}" if at.isdecimal() else at.replace("-", "\n") for at in places]
-        axis(axes, "x", range(len(places)), names)
-        first, later = rows[0], f", {_TRUE}" * (_place(rows[0])[2] == _TRUE)
-        said = f"{first.condition}{later}; n = {from_to(row.clusters for row in rows)} trials"
-        title(axes, safe_name(first.agent, 38), safe_name(said))
-
-    panels = grouped(_of_success(found.rows), lambda row: (row.agent, row.condition, _place(row)[2]))
-    return sheet(list(panels.values())[:_PANELS], on)
+        rules = filter(None, [found.fact("forks", "rules")])
+        yield Part("Effect of one report", said, [*rules, _FIGURE, _TABLE, _NOTE, _LIMITS])
 
 
 SECTIONS = (

@@ -94,7 +94,7 @@ def _show(found: Results) -> Iterator[Part]:
 def _show_limits(found: Results) -> Iterator[Part]:
     """The answer says which parts of the study stand for those of the paper, which are not public."""
     answer = "Other boxes may differ." if len(found.boxes) == 1 else boxes_said(found)
-    box, strategy = any(one.get("name") == "chain-4" for one in found.boxes), bool(found.facts_about("design"))
+    box, strategy = any(one.get("name") == "chain-4" for one in found.boxes), bool(found.reconstructed)
     if box and strategy:
         answer += " The box and the human-inspired strategy are reconstructions."
     elif box or strategy:

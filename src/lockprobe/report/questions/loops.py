@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from statistics import fmean
 from typing import Any, get_args
 
 import numpy as np
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import MOST_NAMED, bracketed, first_three, p_value, percent, range_of
+from lockprobe.foundation.formatting import MOST_NAMED, first_three, p_value, percent, range_of
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.prose import at_dose, paper_rates, share_intervals_said
+from lockprobe.report.format import entry_text
+from lockprobe.report.prose import at_lowest, interval_kind, paper_rates
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
-from lockprobe.report.section import Caption, Figure, Part, Section, Text
+from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, fit_rows, measured_row, of_course, two_lines_rows
-from lockprobe.report.table_rows import chance_cell, played_subjects
+from lockprobe.report.table_rows import chance_said, played_subjects
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.conditions.axis import FLIPS
@@ -99,13 +101,12 @@ def _said(found: Results) -> Iterator[str]:
     """Loop rates at the lowest flip rate beside chance, and whether first loops come later at higher ones."""
     lowest = [(course, course.played[0]) for course in played_subjects(found)]
     rates = [
-        f"{course.label} {percent(cell.value('loop_rate'))} ({than} {chance_cell(cell)} by chance)"
+        f"{course.label} {percent(cell.value('loop_rate'))} ({_than(cell)} {chance_said(cell)} by chance)"
         for course, cell in lowest
-        for than in [_THAN[_compared(cell)]]
     ]
     over = [cell.value("loop_rate") or 0.0 for _, cell in lowest]
     said = ", ".join(rates) if len(rates) <= MOST_NAMED else f"{range_of(min(over), max(over))} for {len(over)} agents"
-    yield f"Trials with a loop {at_dose(lowest[0][1].p or 0.0)}: {said}." if rates else ""
+    yield f"Trials with a loop {at_lowest(found)}: {said}." if rates else ""
     changes = [
         f"{row.note if row.p_value < ALPHA else 'no change detected'} for {course.label} (hazard ratio "
         f"{row.value:.2f}, {p_value(row.p_value)})"
@@ -116,90 +117,91 @@ def _said(found: Results) -> Iterator[str]:
         yield f"First loops at higher flip rates: {first_three(changes, '; ')}."
 
 
-_THAN = {"more": "more than the", "less": "less than the", "no difference detected": "not told from the", "": "beside"}
-
-
-def _compared(cell: Cell) -> str:
+def _than(cell: Cell) -> str:
     """Whether the interval of the loop rate lies outside both levels of chance."""
     rate, chance = cell.get("loop_rate"), [cell.value("loop_rate", of) for of in get_args(Null)]
     levels = [level for level in chance if level is not None]
     if rate is None or rate.low is None or rate.high is None or not levels:
-        return ""
-    return "more" if rate.low > max(levels) else "less" if rate.high < min(levels) else "no difference detected"
+        return "beside"
+    if rate.low <= max(levels) and rate.high >= min(levels):
+        return "not told from the"
+    return "more than the" if rate.low > max(levels) else "less than the"
+
+
+def draw(found: Results, *, against_success: bool) -> Any:
+    """Fig. 5b, loop rate by flip rate beside chance, or Fig. 5a, loop rate against success, a panel for each agent."""
+    from lockprobe.report.figures.drawing import sheet
+
+    return sheet(played_subjects(found), _against_success if against_success else _by_dose)
+
+
+def _by_dose(axes: Any, course: Course) -> None:
+    from lockprobe.report.figures import drawing as figures
+
+    style, fit = figures.style_of(course), course.curve("loop_fit")
+    figures.by_dose(axes, course.played, "loop_rate", style, linestyle="none" if fit else style.dash)
+    if fit:
+        axes.plot(fit.x, figures.numbers(fit.value), color=style.colour, linewidth=1.4)
+    figures.share_axis(axes, "trials with an action loop")
+    figures.dose_axis(axes, course.cells, course.name)
+    places = [cell.dose or 0.0 for cell in course.played]
+    chance = ([cell.value("loop_rate", of) or 0.0 for cell in course.played] for of in get_args(Null))
+    axes.fill_between(places, *chance, color="#999999", alpha=0.3, linewidth=0, zorder=1, label="random actions")
+    figures.published(axes, figures.published_by_p(course.cells, LOOPS_AT_0, LOOPS_AT_40))
+    trials = figures.counts(cell.trials for cell in course.played)
+    figures.title(axes, figures.heading(course), f"{trials} per flip rate")
+
+
+def _against_success(axes: Any, course: Course) -> None:
+    from lockprobe.report.figures import drawing as figures
+
+    style, cells = figures.style_of(course), course.cells[:1] if course.blind else course.cells
+    shares = [(loops.value or 0.0, success.value or 0.0) for cell in cells for success, loops in cell.points]
+    figures.dots(axes, shares, style, size=16)
+    slope, r = course.value("loop_success", "slope"), course.get("loop_success", "correlation")
+    if slope is not None:
+        start, ends = course.value("loop_success", "intercept") or 0.0, [min(shares)[0], max(shares)[0]]
+        axes.plot(ends, [start + slope * x for x in ends], color=style.colour, linewidth=1.4)
+    said = f"r = {entry_text(r)}" if r else "r is not defined"
+    figures.title(axes, figures.heading(course), f"{said}; {len(shares)} dots")
+    figures.share_axis(axes, "trials with an action loop", "x", grid=False)
+    figures.share_axis(axes, "success rate")
+
+
+def _caption(found: Results) -> Note:
+    shown = played_subjects(found)
+    fit = ", with the second-order fit" if any(course.curve("loop_fit") for course in shown) else ""
+    stars = " Stars: the paper, reconstructed as 24 of 30 trials at 0 and 16 of 30 at 0.4." * bool(paper_rates(shown))
+    return Note(
+        f"Share of trials with an action loop by flip rate (the paper's Fig. 5b){fit}. Grey: random actions in trials "
+        "of the same lengths, between uniform ones and those without immediate repeats.",
+        f"Intervals are {interval_kind(found, success=False)}.{stars}",
+    )
 
 
 def _over_rates(found: Results) -> bool:
     return found.several_p and bool(played_subjects(found))
 
 
-def draw(found: Results, figure: str) -> Any:
-    """Fig. 5b, loop rate by flip rate beside chance, or Fig. 5a, loop rate against success, a panel for each agent."""
-    from lockprobe.report.figures.compose import sheet
-
-    return sheet(played_subjects(found), _by_dose if figure == "fig5b" else _against_success)
-
-
-def _by_dose(axes: Any, course: Course) -> None:
-    from lockprobe.report.figures import frame, palette, primitives
-
-    style, fit = palette.of_agent(course, palette.Style(colour="black")), course.curve("loop_fit")
-    primitives.by_dose(axes, course.played, "loop_rate", style, linestyle="none" if fit else style.dash)
-    if fit:
-        axes.plot(fit.x, primitives.numbers(fit.value), color=style.colour, linewidth=1.4)
-    frame.dose_axes(axes, course, "trials with an action loop")
-    chance = ([cell.value("loop_rate", of) or 0.0 for cell in course.played] for of in get_args(Null))
-    places, levels = [cell.dose or 0.0 for cell in course.played], [*chance]
-    if len(places) == 1:  # of some width, so that it can be seen
-        (low, high), levels = axes.get_xlim(), [[*level, *level] for level in levels]
-        places = [places[0] + side * (high - low) for side in (-0.04, 0.04)]
-    axes.fill_between(places, *levels, color="#999999", alpha=0.3, linewidth=0, zorder=1, label="random actions")
-    primitives.published(axes, primitives.published_by_p(course.cells, LOOPS_AT_0, LOOPS_AT_40))
-    frame.title(axes, frame.heading(course), f"{frame.counts(course.played)} per flip rate")
-
-
-def _against_success(axes: Any, course: Course) -> None:
-    from lockprobe.report.figures import frame, palette, primitives
-
-    style = palette.of_agent(course, palette.Style(colour="black"))
-    cells = course.cells[:1] if course.blind else course.cells
-    shares = [(loops.value or 0.0, success.value or 0.0) for cell in cells for success, loops in cell.points]
-    primitives.dots(axes, shares, style, size=16)
-    slope, r = course.value("loop_success", "slope"), course.get("loop_success", "correlation")
-    if slope is not None:
-        start, ends = course.value("loop_success", "intercept") or 0.0, [min(shares)[0], max(shares)[0]]
-        axes.plot(ends, [start + slope * x for x in ends], color=style.colour, linewidth=1.4)
-    said = f"r = {bracketed(r.value, r.low, r.high, '{:.2f}', 1)}" if r else "r is not defined"
-    frame.title(axes, frame.heading(course), f"{said}; {len(shares)} dots")
-    frame.share_axis(axes, "trials with an action loop", "x", grid=False)
-    frame.share_axis(axes, "success rate")
-
-
-def _caption(found: Results) -> Caption:
-    shown = played_subjects(found)
-    fit = ", with the second-order fit" if any(course.curve("loop_fit") for course in shown) else ""
-    stars = " Stars: the paper, reconstructed as 24 of 30 trials at 0 and 16 of 30 at 0.4." * bool(paper_rates(shown))
-    return Caption(
-        f"Share of trials with an action loop by flip rate (the paper's Fig. 5b){fit}. Grey: random actions in trials "
-        "of the same lengths, between uniform ones and those without immediate repeats.",
-        share_intervals_said((course.agent for course in shown), boxes=len(found.boxes)) + stars,
-    )
-
-
-_DRAW = f"{__name__}:draw"
-_FIG5B = Figure(
-    "fig5b", "Share of trials with an action loop by flip rate", _caption, _DRAW, _over_rates, arguments=("fig5b",)
-)
-_FIG5A = Figure(
-    "fig5a",
-    "Loop rate against success",
-    Caption(
-        "Share of trials with an action loop against success, one dot per repetition and flip rate (the paper's Fig. "
-        "5a), with the least-squares line and r.",
-        LENGTHS,
+_FIGURES = (
+    Figure(
+        "fig5b",
+        "Share of trials with an action loop by flip rate",
+        _caption,
+        partial(draw, against_success=False),
+        _over_rates,
     ),
-    _DRAW,
-    _over_rates,
-    arguments=("fig5a",),
+    Figure(
+        "fig5a",
+        "Loop rate against success",
+        Note(
+            "Share of trials with an action loop against success, one dot per repetition and flip rate (the paper's "
+            "Fig. 5a), with the least-squares line and r.",
+            LENGTHS,
+        ),
+        partial(draw, against_success=True),
+        _over_rates,
+    ),
 )
 
 
@@ -211,8 +213,8 @@ def _show(found: Results) -> Iterator[Part]:
         "Action loop: three or more attempts in a row that occur twice without overlap. A loop is no fault by itself: "
         "<code>round-robin</code> loops by design."
     )
-    figures = [one for one in (_FIG5B, _FIG5A) if one.applies(found)]
-    yield Part("Loops beyond chance?", answer, [Text(definition), *map(Text, more), *figures])
+    figures = _FIGURES if _over_rates(found) else ()
+    yield Part("Loops beyond chance?", answer, [definition, *more, *figures])
 
 
-SECTIONS = (Section(name="loops", title="Action loops", rows=_rows, show=_show, figures=(_FIG5B, _FIG5A)),)
+SECTIONS = (Section(name="loops", title="Action loops", rows=_rows, show=_show, figures=_FIGURES),)

@@ -12,12 +12,12 @@ from typing import Any, get_args
 
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import TextTable
+from lockprobe.report.format import Entry, count_of
 from lockprobe.report.prose import condition_words
 from lockprobe.report.rows import Cell, Estimate, Results, Row
-from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
+from lockprobe.report.section import Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.report.table_rows import by_conditions, share_of_row, under, varied
+from lockprobe.report.table_rows import by_conditions, under, varied
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.misinterpretation import Claim, claims
 from lockprobe.statistics.outcomes import ended
@@ -77,51 +77,50 @@ def _asked(found: Results) -> list[Cell]:
     return [cell for cell in found.cells if cell.agent in found.subjects and cell.get("misread")]
 
 
-def _table1(found: Results) -> TextTable:
+def _table1(found: Results) -> list[list[Entry]]:
     """The paper's Table 1 with an interval, and a column for the trials, which the paper counts in asterisks."""
     cells = _asked(found)
-    table = [["agent", _varied(cells), "claims", "misread", "rate per trial", "± SD", "misread in all", "in trials"]]
+    head = ["agent", _varied(cells), "claims", "misread", "rate per trial", "± SD", "misread in all", "in trials"]
+    rows: list[list[Entry]] = []
     for cell in cells:
         misread, affected = cell.get("misread"), cell.get("misinterpretations", "trials with any")
-        if misread and affected:
+        if misread:
             rates = [percent(cell.value("misinterpretations", of), 1) for of in ("rate", "SD of rates")]
-            row = [*_row(cell, cells), str(misread.n), share_of_row(misread), *rates, str(misread.count)]
-            table.append([*row, f"{affected.count} of {affected.n}"])
-    return table if len(table) > 1 else []
+            rows.append([*_names(cell, cells), str(misread.n), misread, *rates, str(misread.count), count_of(affected)])
+    return [[*head], *rows] if rows else []
 
 
 _TABLE = Table("table1", _table1)
 
 
-def draw(found: Results) -> object:
+def draw(found: Results) -> Any:
     """The shares of the three errors, a panel for each agent."""
     from matplotlib.ticker import MaxNLocator
 
-    from lockprobe.report.figures.compose import sheet
-    from lockprobe.report.figures.frame import axis, safe_name, title
-    from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Style
-    from lockprobe.report.figures.primitives import estimates
-    from lockprobe.report.figures.settings import FAINT
+    from lockprobe.report.figures import drawing as figures
 
-    looks = Style(colour=SUBJECTS[0]), Style(colour=FAINT, marker="s", lead=False), Style(colour=ACCENT, marker="D")
+    colours = figures.TARGET, figures.FAINT, figures.ACCENT
+    looks = [
+        figures.Style(colour=colour, marker=mark, lead=mark != "s") for colour, mark in zip(colours, "osD", strict=True)
+    ]
     asked = _asked(found)
-    panels = list(grouped(asked, lambda cell: _row(cell, asked)[0]).values())
+    panels = list(grouped(asked, lambda cell: _names(cell, asked)[0]).values())
     most = max((row.high or 0.0 for cell in asked for name in _ERRORS if (row := cell.get(name))), default=1.0)
 
     def panel(axes: Any, cells: list[Cell]) -> None:
         for place, (quantity, style) in enumerate(zip(_ERRORS, looks, strict=True)):
             rows = [(i + 0.24 * (place - 1), row) for i, cell in enumerate(cells) if (row := cell.get(quantity))]
             across, shares = [at for at, _ in rows], [row for _, row in rows]
-            estimates(axes, across, shares, style, across=True, label=_ERRORS[quantity][1])
+            figures.estimates(axes, across, shares, style, across=True, label=_ERRORS[quantity][1])
         name = "flip rate " * (_varied(asked) == "flip rate")
-        names = [fill(safe_name(name + _row(cell, asked)[1], 40), 20) for cell in cells]
+        names = [fill(figures.safe_name(name + _names(cell, asked)[1], 40), 20) for cell in cells]
         axes.set(xlim=(-0.02 * most, 1.02 * most), ylim=(len(cells) - 0.5, -0.5))
-        axis(axes, "y", range(len(cells)), names)
+        figures.axis(axes, "y", range(len(cells)), names)
         ticks = [share for share in MaxNLocator(5).tick_values(0, most) if 0 <= share <= 1.02 * most]
-        axis(axes, "x", ticks, [f"{100 * share:g} %" for share in ticks], "share of claims", grid=True)
-        title(axes, safe_name(_row(cells[0], asked)[0], 40))
+        figures.axis(axes, "x", ticks, [f"{100 * share:g} %" for share in ticks], "share of claims", grid=True)
+        figures.title(axes, figures.safe_name(_names(cells[0], asked)[0], 40))
 
-    return sheet(panels, panel, heights=[0.47 * max(map(len, panels), default=0)], width=4.2)
+    return figures.sheet(panels, panel, heights=[0.47 * max(map(len, panels), default=0)], width=4.2)
 
 
 def _varied(cells: list[Cell]) -> str:
@@ -130,7 +129,7 @@ def _varied(cells: list[Cell]) -> str:
     return "modality" if alone and not by_conditions(cells) else varied(cells)
 
 
-def _row(cell: Cell, among: list[Cell]) -> tuple[str, str]:
+def _names(cell: Cell, among: list[Cell]) -> tuple[str, str]:
     """What names a row."""
     if _varied(among) == "modality":
         return cell.agent, cell.label.removeprefix(f"{cell.agent} (").removesuffix(")")
@@ -140,34 +139,32 @@ def _row(cell: Cell, among: list[Cell]) -> tuple[str, str]:
 _FIGURE = Figure(
     "misreading",
     "Shares of claims that contradict the report, of false reports, and of claims that contradict the truth",
-    Caption(
+    Note(
         "How often claim and report, report and truth, and claim and truth differ.",
         "Bars are 95 % intervals clustered by trial. A false report that is misread leaves a true belief.",
     ),
-    draw="lockprobe.report.questions.misreading:draw",
+    draw,
     applies=lambda found: any(cell.value("misinterpretations") for cell in _asked(found)),
+)
+
+_NOTE = Note(
+    "The paper's Table 1: claims about the last action that contradict what the agent was told, or what the pictures "
+    "showed (misread). There is no claim about the last step of a trial.",
+    "Misread has a 95 % interval clustered by trial; the rate is the mean over trials, with the standard deviation "
+    "(n - 1).",
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
-    if cells := _asked(found):
-        note = Note(
-            "The paper's Table 1: claims about the last action that contradict what the agent was told, or what the "
-            "pictures showed (misread). There is no claim about the last step of a trial.",
-            "Misread has a 95 % interval clustered by trial; the rate is the mean over trials, with the standard "
-            "deviation (n - 1).",
-        )
-        yield Part("What is misread?", _answer(found, cells), [_TABLE, note, *[_FIGURE] * _FIGURE.applies(found)])
-
-
-def _answer(found: Results, cells: list[Cell]) -> str:
-    shares = sorted([(cell.value("misread") or 0.0, i) for i, cell in enumerate(cells)])
-    (low, least), (high, most) = shares[0], shares[-1]
-    if low == high:
-        return f"{percent(low)} of claims contradict the report." if low else "No claim contradicts the report."
-    words = condition_words(found)
-    first, last = (f"{cells[i].label}, {words[cells[i].condition]}" for i in (least, most))
-    return f"From {percent(low)} ({first}) to {percent(high)} ({last}) of claims contradict the report."
+    if not (cells := _asked(found)):
+        return
+    low, high = (choose(cells, key=lambda cell: cell.value("misread") or 0.0) for choose in (min, max))
+    words, shares = condition_words(found), [percent(cell.value("misread")) for cell in (low, high)]
+    first, last = (f"{cell.label}, {words[cell.condition]}" for cell in (low, high))
+    said = f"From {shares[0]} ({first}) to {shares[1]} ({last}) of claims contradict the report."
+    if shares[0] == shares[1]:
+        said = f"{shares[0] if high.value('misread') else 'None'} of claims contradict the report."
+    yield Part("What is misread?", said, [_TABLE, _NOTE, *[_FIGURE] * _FIGURE.applies(found)])
 
 
 SECTIONS = (

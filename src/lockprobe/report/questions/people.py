@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, count, percent, share
+from lockprobe.foundation.formatting import count, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.report.format import TextTable
+from lockprobe.report.format import Entry, entry_text
+from lockprobe.report.prose import condition_words
 from lockprobe.report.rows import Course, Estimate, Results, Row
-from lockprobe.report.section import Block, Caption, Figure, Listed, Note, Part, Section, Table
+from lockprobe.report.section import Block, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
-from lockprobe.report.table_rows import share_of_row
 from lockprobe.statistics.clustered import alike_weights
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.people import steps_of_people, success_of_people
@@ -134,71 +134,98 @@ def _flow_said(found: Results) -> Iterator[str]:
 
 def _opened_said(found: Results) -> Iterator[str]:
     """How many boxes people opened, over all conditions and of their first ones, and what they saw."""
-    everyone = int(found.one("people", agent=PEOPLE, modality="", condition="").value or 0)
+    everyone = found.one("people", agent=PEOPLE, modality="", condition="")
     every = found.one("success", agent=PEOPLE, modality="", condition="", of=_BY_PERSON)
     fewest, most = (found.one("boxes", of=f"{of} of a person").value for of in ("fewest", "most"))
-    each = f"{fewest:g} each"
-    if fewest != most:
-        alike = percent(found.one("success", of="every person alike").value)
-        each = f"{fewest:g} to {most:g} each; with every person counted alike it is {alike}"
-    opened, of_all = share(every.value, every.low, every.high), f"{every.count} of {every.n} boxes"
-    yield f"{count(everyone, *_WHO)} opened {of_all} ({opened}), {each}."
+    alike = f"; with every person counted alike it is {percent(found.one('success', of='every person alike').value)}"
+    each = f"{fewest:g} each" if fewest == most else f"{fewest:g} to {most:g} each{alike}"
+    opened = f"{count(int(everyone.value or 0), *_WHO)} opened {every.count} of {every.n} boxes"
+    yield f"{opened} ({entry_text(every)}), {each}."
     first = found.get("success", of="position=1")
     if first and most != 1:
-        opened = f"{first.count} of {first.n} ({share(first.value, first.low, first.high)})"
-        yield f"Of their first boxes they opened {opened}: people remember earlier boxes, agents do not."
+        of = f"{first.count} of {first.n} ({entry_text(first)})"
+        yield f"Of their first boxes they opened {of}: people remember earlier boxes, agents do not."
     shown = [row.of.partition("=") for row in found.where("trials", agent=PEOPLE, condition="")]
     values = {name: ", ".join(value for of, _, value in shown if of == name) for name in _SAW}
     if seen := [f"{words} {values[name]}" for name, words in _SAW.items() if words and values[name]]:
         yield f"Settings for people: {'; '.join(seen)}."
 
 
-def _condition(found: Results, name: str) -> str:
-    """What a condition is called: by its flip rate if nothing but flip rates tells conditions apart."""
-    rate = next((one.p for one in found.design.conditions if one.name == name), None)
-    return name if _varied(found) == "condition" or rate is None else f"{rate:g}"
-
-
-def _varied(found: Results) -> str:
-    several = len({one.modality for one in found.design.conditions}) > 1
-    return "condition" if found.beside_flips or several else "flip rate"
-
-
-def _table(found: Results) -> TextTable:
+def _table(found: Results) -> list[list[Entry]]:
     """People by condition, in each modality over all conditions, and by the position of the box."""
-    rows = found.where("success", agent=PEOPLE, of=_BY_PERSON)
+    words, rows = condition_words(found), found.where("success", agent=PEOPLE, of=_BY_PERSON)
     at, over = ([row for row in rows if row.modality and bool(row.condition) == one] for one in (True, False))
-
-    def shares(row: Estimate) -> list[str]:
-        return [str(row.n), str(row.count), share_of_row(row)]
-
-    table = [[_varied(found), "people", "trials", "solved", "success", "median steps", "mean steps"]]
+    table: list[list[Entry]] = [["condition", "people", "trials", "solved", "success", "median steps", "mean steps"]]
     for row in [*at, *(over if len(at) > len(over) else [])]:
         own = {"agent": PEOPLE, "modality": row.modality, "condition": row.condition}
         steps = found.one("steps_to_solve", **own, of=f"half, {_BY_PERSON}")
         median, *ends = (_BEYOND if one is None else f"{one:g}" for one in (steps.value, steps.low, steps.high))
         half = median if steps.low is None and steps.high is None else f"{median} [{', '.join(ends)}]"
-        every = f"all, {row.modality}" if len(over) > 1 else "all"
-        names = [_condition(found, row.condition) if row.condition else every, f"{found.one('people', **own).value:g}"]
-        table.append([*names, *shares(row), half, f"{found.one('mean_steps_all', **own, of=_BY_PERSON).value:.1f}"])
+        name = words[row.condition] if row.condition else f"all, {row.modality}" if len(over) > 1 else "all"
+        many, mean = found.one("people", **own), found.one("mean_steps_all", **own, of=_BY_PERSON)
+        table.append([name, f"{many.value:g}", str(row.n), str(row.count), row, half, mean])
     positions = [row for row in found.where("success", agent=PEOPLE) if row.of.startswith("position=")]
     for row in positions if len(positions) > 1 else ():
         name = f"box {row.of.removeprefix('position=')} of a person"
-        table.append([name, str(row.n), *shares(row), NONE, NONE])
+        table.append([name, str(row.n), str(row.n), str(row.count), row, None, None])
     return table if rows else []
 
 
 _TABLE = Table("people", _table, numeric_from=1)
 
+_MOST = 8
+"""Agents that are drawn, people first, then those that the study is about."""
+
+_HEAD, _ROW = 0.26, 0.15
+"""Heights of the name of a condition and of a row, in inches."""
+
+
+def draw(found: Results) -> Any:
+    """Success of people and of agents beside them, a group of rows for each condition; None without people."""
+    from lockprobe.report.figures import drawing as figures
+
+    words, groups = condition_words(found), dict[str, list[tuple[Estimate, Any]]]()
+    courses = [
+        Course(found=found, **player.named, axis="", name="condition", cells=tuple(cells))
+        for player in found.design.players
+        if (cells := [one for one in found.cells if (one.agent, one.modality) == (player.agent, player.modality)])
+    ]
+    looks = [
+        (one, figures.style_of(one)) for one in sorted(courses, key=lambda one: (one.agent != PEOPLE, not one.subject))
+    ]
+    looks = looks[:_MOST]
+    for cell, style in ((cell, style) for course, style in looks for cell in course.cells):
+        if row := cell.get("success", _BY_PERSON if cell.agent == PEOPLE else ""):
+            groups.setdefault(words[cell.condition], []).append((row, style))
+
+    def on(axes: Any, everyone: Estimate) -> None:
+        y, across = 0.0, axes.get_yaxis_transform()
+        for name, rows in groups.items():
+            axes.text(0.0, y + 0.17, figures.safe_name(name, 44), transform=across, va="baseline", color=figures.INK)
+            y += _HEAD
+            for row, style in rows:
+                figures.estimates(axes, [y], [row], style, across=True)
+                y += _ROW
+        axes.set_ylim(y, 0.0)
+        figures.share_axis(axes, "success", "x")
+        for course, style in looks:
+            axes.plot([], [], label=figures.agent_label(course), **style.line)
+        said = count(int(everyone.value or 0), *_WHO)
+        figures.title(axes, f"{said} beside agents; bars: 95 % intervals")
+
+    height = sum(_HEAD + _ROW * len(rows) for rows in groups.values())
+    return figures.sheet(found.where("people", agent=PEOPLE, of="", modality=""), on, heights=[height], width=5.0)
+
+
 _FIGURE = Figure(
     "people",
     "Success under each condition: people, models and strategies",
-    lambda found: Caption(
-        f"Success by {_varied(found)}: people, then agents on the same boxes. People play several boxes and may learn "
-        "from one to the next; agents keep nothing.",
+    Note(
+        "Success by condition: people, then agents on the same boxes. People play several boxes and may learn from one "
+        "to the next; agents keep nothing.",
         "Bars are 95 % intervals, clustered by person and block for people. Baselines are thin.",
     ),
-    draw="lockprobe.report.questions.people:draw",
+    draw,
     applies=lambda found: found.get("people", agent=PEOPLE, modality="") is not None,
     slide=True,
 )
@@ -227,60 +254,9 @@ def _show(found: Results) -> Iterator[Part]:
     owed = f"; {asked - played} are still available" if asked != played else ""
     any_ended = _FIGURE.applies(found)
     said = [*_flow_said(found), *(_opened_said(found) if any_ended else ())]
-    blocks: list[Block] = [Listed(said)] if said else []
+    blocks: list[Block] = [said] if said else []
     blocks += [_FIGURE, _TABLE, _NOTE] if any_ended else []
     yield Part("People", f"{played} of {asked} boxes for people were played{owed}.", blocks)
-
-
-_MOST = 8
-"""Agents that are drawn, people first, then those that the study is about."""
-
-_HEAD, _ROW = 0.26, 0.15
-"""Heights of the name of a condition and of a row, in inches."""
-
-
-def draw(found: Results) -> Any:
-    """Success of people and of agents beside them, a group of rows for each condition; None without people."""
-    from lockprobe.report.figures import sheet
-    from lockprobe.report.figures.frame import agent_label, safe_name, share_axis, title
-    from lockprobe.report.figures.palette import styles
-    from lockprobe.report.figures.primitives import estimates
-    from lockprobe.report.figures.settings import INK, SMALL
-
-    if not found.where("people", agent=PEOPLE, of=""):
-        return None
-    courses = [
-        Course(found=found, player=player, axis="", name="condition", cells=tuple(cells))
-        for player in found.design.players
-        if (cells := [one for one in found.cells if (one.agent, one.modality) == (player.agent, player.modality)])
-    ]
-    looks = sorted(styles(courses), key=lambda one: one[0].agent != PEOPLE)[:_MOST]
-    drawn = [
-        (cell.condition, row, style)
-        for course, style in looks
-        for cell in course.cells
-        if (row := cell.get("success", _BY_PERSON if cell.agent == PEOPLE else ""))
-    ]
-    by_condition = grouped(drawn, itemgetter(0))
-    groups = [(one.name, by_condition[one.name]) for one in found.design.conditions if one.name in by_condition]
-
-    def on(axes: Any, found: Results) -> None:
-        y, across, rate = 0.0, axes.get_yaxis_transform(), "flip rate " * (_varied(found) == "flip rate")
-        for name, rows in groups:
-            said = safe_name(f"{rate}{_condition(found, name)}", 44)
-            axes.text(0.0, y + 0.17, said, transform=across, va="baseline", fontsize=SMALL, color=INK)
-            y += _HEAD
-            for _, row, style in rows:
-                estimates(axes, [y], [row], style, across=True)
-                y += _ROW
-        axes.set_ylim(y, 0.0)
-        share_axis(axes, "success", "x")
-        for course, style in looks:
-            axes.plot([], [], label=agent_label(course), **style.line)
-        everyone = found.one("people", agent=PEOPLE, modality="")
-        title(axes, f"{count(int(everyone.value or 0), *_WHO)} beside agents; bars: 95 % intervals")
-
-    return sheet([found], on, heights=[_HEAD * len(groups) + _ROW * len(drawn)], width=5.0)
 
 
 SECTIONS = (Section(name="people", title="People", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),)

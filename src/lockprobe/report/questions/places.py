@@ -10,7 +10,7 @@ from lockprobe.boxes.solve import optimum
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.rows import Estimate, Results, Row
-from lockprobe.report.section import Part, Section, Text
+from lockprobe.report.section import Part, Section
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.studies.modality import shows_places
 
@@ -62,7 +62,7 @@ def _show(found: Results) -> Iterator[Part]:
         yield Part(
             "What do places give away?",
             f"Whoever takes the joints from right to left, whatever is reported, {said}",
-            [Text("Places are seen in this study. The agent right-to-left plays the rule, again and again.")],
+            ["Places are seen in this study. The agent right-to-left plays the rule, again and again."],
         )
 
 

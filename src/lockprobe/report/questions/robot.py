@@ -7,11 +7,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import TextTable
+from lockprobe.report.format import Entry, count_of
 from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, share_rows
-from lockprobe.report.table_rows import count_of, share_of_row
 from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion
 from lockprobe.statistics.rules import Judged
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
@@ -55,35 +54,36 @@ def _judges(found: Results) -> list[str]:
     return [judge for judge in _JUDGES if found.where(judge)]
 
 
-def _joints(found: Results) -> TextTable:
+def _joints(found: Results) -> list[list[Entry]]:
     """One row per joint, and one of all."""
     judges = _judges(found)
-    table = [["joint", *(head for judge in judges for head in (f"right {judge}", "of", "undecided"))]]
-    at = (row.of.partition("undecided, ")[2] for judge in judges for row in found.where(judge))
-    for joint in [*filter(None, dict.fromkeys(at)), ""]:
-        row = [joint or "all"]
+    head = ["joint", *(head for judge in judges for head in (f"right {judge}", "of", "undecided"))]
+    at = dict.fromkeys(row.of.partition("undecided, ")[2] for judge in judges for row in found.where(judge))
+    table: list[list[Entry]] = [[*head]]
+    for joint in [*filter(None, at), ""]:
+        row: list[Entry] = [joint or "all"]
         for judge in judges:
-            right, undecided = (
-                found.get(judge, of=what + f", {joint}" * bool(joint)) for what in ("right", "undecided")
-            )
-            row += [share_of_row(right), str(right.n if right else 0), str(undecided.count if undecided else 0)]
+            of = f", {joint}" * bool(joint)
+            right, undecided = (found.get(judge, of=what + of) for what in ("right", "undecided"))
+            row += [right, str(right.n if right else 0), str(undecided.count if undecided else 0)]
         table.append(row)
     return table if judges else []
 
 
 _JOINTS = Table("robot", _joints, numeric_from=1)
 
+_SENSED = Note(
+    "Attempts at each joint, over all conditions, as the arm or the camera judged them. Undecided: the arm had no grip "
+    "or no conclusion, or the camera could not read the joint.",
+    "Intervals (95 %) are clustered by trial; trials of equal number are one cluster.",
+)
+
 
 def _show_sensed(found: Results) -> Iterator[Part]:
     if judges := _judges(found):
         wrong = [(_JUDGES[judge][2], row) for judge in judges if (row := found.get(judge, of="wrong"))]
         said = f"Wrong: {', '.join(f'{what} at {count_of(row)} attempts' for what, row in wrong)}." if wrong else ""
-        note = Note(
-            "Attempts at each joint, over all conditions, as the arm or the camera judged them. Undecided: the arm had "
-            "no grip or no conclusion, or the camera could not read the joint.",
-            "Intervals (95 %) are clustered by trial; trials of equal number are one cluster.",
-        )
-        yield Part("Robot and truth", said, [_JOINTS, note])
+        yield Part("Robot and truth", said, [_JOINTS, _SENSED])
 
 
 def _rules(numbers: StudyNumbers) -> Iterator[Row]:
@@ -117,38 +117,38 @@ def _misses(cell: PlayedCell, judged: Sequence[Sequence[Judged]]) -> Iterator[Es
     yield from cell.share("success", replace(cell, trials=tuple(kept)).success, of="without a miss")
 
 
-def _conditions(found: Results) -> TextTable:
+def _broke(found: Results) -> list[Cell]:
+    return [cell for cell in found.cells if cell.get("against_rules", "attempts")]
+
+
+def _conditions(found: Results) -> list[list[Entry]]:
     """How often attempts broke the rules, and success of all trials and of those without a miss."""
-    head = ["agent", "condition", "at free joints", "missed", "at locked joints", "forced", "another joint moved"]
-    table = [[*head, "success", "without a miss", "of trials"]]
-    for cell in filter(_broke, found.cells):
+    head: list[Entry] = ["agent", "condition", "at free joints", "missed", "at locked joints", "forced"]
+    table = [[*head, "another joint moved", "success", "without a miss", "of trials"]]
+    for cell in _broke(found):
         kept = cell.get("success", "without a miss")
         missed, forced, another = (cell.get("against_rules", kind) for kind in _BREAKS)
-        row = [text for one in (missed, forced) for text in (str(one.n if one else 0), share_of_row(one))]
-        row += [share_of_row(one) for one in (another, cell.get("success"), kept)]
-        table.append([cell.agent, cell.condition, *row, str(kept.n if kept else 0)])
+        sizes = [str(one.n if one else 0) for one in (missed, forced, kept)]
+        row = [sizes[0], missed, sizes[1], forced, another, cell.get("success"), kept, sizes[2]]
+        table.append([cell.agent, cell.condition, *row])
     return table if len(table) > 1 else []
-
-
-def _broke(cell: Cell) -> bool:
-    return cell.get("against_rules", "attempts") is not None
 
 
 _CONDITIONS = Table("rules", _conditions)
 
+_MISSED = Note(
+    "Missed: a free joint did not move. Forced: a locked joint moved. Trials without a miss tend to be shorter than "
+    "others, so their success does not estimate that of a hand without misses.",
+    "Intervals (95 %) of attempts are clustered by trial. Everywhere else on this page success is that of all trials.",
+)
+
 
 def _show_rules(found: Results) -> Iterator[Part]:
-    if any(map(_broke, found.cells)):
+    if _broke(found):
         rows = found.where("against_rules", of="missed")
         missed, n = sum(row.count or 0 for row in rows), sum(row.n or 0 for row in rows)
-        note = Note(
-            "Missed: a free joint did not move. Forced: a locked joint moved. Trials without a miss tend to be shorter "
-            "than others, so their success does not estimate that of a hand without misses.",
-            "Intervals (95 %) of attempts are clustered by trial. Everywhere else on this page success is that of all "
-            "trials.",
-        )
         said = f"{missed} of {n} attempts at free joints missed."
-        yield Part("Attempts against the rules", said, [_CONDITIONS, note])
+        yield Part("Attempts against the rules", said, [_CONDITIONS, _MISSED])
 
 
 SECTIONS = (

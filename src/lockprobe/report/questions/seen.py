@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing
 from lockprobe.report.rows import Fact, Results
-from lockprobe.report.section import Part, Picture, Section, Template
+from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.studies.records.picture_store import read_picture
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
@@ -79,16 +79,10 @@ def _show(found: Results) -> Iterator[Part]:
     shown: list[dict[str, object]] = []
     for fact in found.facts:
         if fact.about.startswith(_ABOUT) and fact.name == "trial":
-            moments = takewhile(bool, (found.facts_about(f"{fact.about} {number}") for number in count(1)))
-            modality = fact.about.removeprefix(_ABOUT)
-            shown.append({"modality": modality, "key": fact.text, "pictures": list(map(_picture, moments))})
+            moments = [*takewhile(bool, (found.facts_about(f"{fact.about} {number}") for number in count(1)))]
+            shown.append({"modality": fact.about.removeprefix(_ABOUT), "key": fact.text, "moments": moments})
     if shown:
         yield Part("What agents saw", "Pictures from one trial of each modality.", [Template("seen", {"shown": shown})])
-
-
-def _picture(moment: dict[str, str]) -> Picture:
-    files, when = [moment[kind] for kind in _KINDS if kind in moment], moment["when"]
-    return Picture(files, alt=f"The box {when}", caption=f"{when.capitalize()}. Told: “{moment['told']}”")
 
 
 SECTIONS = (Section(name="seen", title="What agents saw", rows=_rows, show=_show),)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import chain, combinations
 from typing import Any
@@ -12,11 +13,12 @@ import numpy as np
 from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.foundation.formatting import MOST_NAMED, p_value
 from lockprobe.foundation.left_out import section
-from lockprobe.report.prose import Subject
+from lockprobe.report.format import entry_text
+from lockprobe.report.prose import at_lowest, who
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
-from lockprobe.report.section import Caption, Figure, Part, Section
+from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, measured_row, of_course
-from lockprobe.report.table_rows import at_lowest, played_subjects, steps_cell
+from lockprobe.report.table_rows import played_subjects
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.inference.log_rank import pace
@@ -26,11 +28,9 @@ from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
 _HIGHER = "higher"
 """Part of a difference: all higher doses together less the lowest."""
 
-_MOST = 8
-"""Agents that are drawn, those that the study is about first; flip rates that are all named."""
-
-_NAME = 28
-"""Characters of a name at the end of a line."""
+_MOST, _NAME = 8, 28
+"""Agents that are drawn, those that the study is about first, and flip rates that are all named; characters of a name
+at the end of a line."""
 
 _PALE = 0.7
 """How much white is mixed into the colour of the lowest flip rate."""
@@ -99,9 +99,9 @@ def _said(found: Results) -> str:
     means, shown = [], played_subjects(found)
     more = "at higher flip rates" if min(found.flip_rates, default=0.0) else "with false reports"
     for course in shown:
-        said = f"{course.played[0].value('mean_steps_all'):.1f} for {Subject.of(course.agent, course.shown).name}"
+        said = f"{course.played[0].value('mean_steps_all'):.1f} for {who(course.agent, course.shown)}"
         change = course.get("steps_difference", _HIGHER)
-        means.append(f"{said}, {steps_cell(change)} {more} ({p_value(change.p_value)})" if change else said)
+        means.append(f"{said}, {entry_text(change)} {more} ({p_value(change.p_value)})" if change else said)
     plan = found.get("optimum")
     least = f" (shortest plan: {plan.value:g})" if plan else ""
     said = "; ".join(means)
@@ -113,57 +113,51 @@ def _said(found: Results) -> str:
 
 def draw(found: Results) -> Any:
     """Success by step: a line an agent at its lowest flip rate, or of one agent alone a line a flip rate."""
-    from lockprobe.report.figures.compose import sheet
-    from lockprobe.report.figures.frame import BEYOND, counts, label_right, share_axis, title, whole_axis
-    from lockprobe.report.figures.primitives import band, published, staircase
-    from lockprobe.report.figures.settings import FAINT, INK
+    from lockprobe.report.figures import drawing as figures
 
     def on(axes: Any, shown: Sequence[tuple[Cell, str, Any]]) -> None:
-        curves = [cell.curve("success_by_step") for cell, _, _ in shown]
-        drawn = [(curve, *line) for curve, line in zip(curves, shown, strict=True) if curve is not None]
+        drawn = [(curve, *line) for line in shown if (curve := line[0].curve("success_by_step"))]
         budget = max(len(curve.x) - 1 for curve, *_ in drawn)
         labels = []
         for i, (curve, _, name, style) in enumerate(drawn):
-            staircase(axes, curve.value, style, first=1 + i % 4)
-            if style.lead:
-                band(axes, curve.low, curve.high, style)
+            figures.staircase(axes, curve, style, first=1 + i % 4)
             if name:
                 labels.append((curve.value[-1] or 0.0, name, style.colour))
         random = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
         if chance := [[share or 0.0 for share in curve.value[: budget + 1]] for curve in random if curve]:
             low, high = chance
-            axes.fill_between(range(budget + 1), low, high, step="post", color=FAINT, alpha=0.13, linewidth=0, zorder=0)
-            labels.append(((low[-1] + high[-1]) / 2, "random agents, exact", FAINT))
+            grey: dict[str, Any] = {"color": figures.FAINT, "alpha": 0.13, "linewidth": 0, "zorder": 0}
+            axes.fill_between(range(budget + 1), low, high, step="post", **grey)
+            labels.append(((low[-1] + high[-1]) / 2, "random agents, exact", figures.FAINT))
         if (plan := found.get("optimum")) is not None and plan.value is not None:
             label = f"shortest plan: {plan.value:g} steps"
-            axes.axvline(plan.value, color=INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1, label=label)
-        published(axes, [(step, 0.8) for step in _stars([cell for _, cell, _, _ in drawn], budget)])
-        share_axis(axes, "solved by this step")
-        axes.set_xlim(0, budget + BEYOND)
-        whole_axis(axes, budget, "number of interactions")
-        title(axes, f"{counts([curve for curve, *_ in drawn])}; shade: 95 % band")
-        label_right(axes, labels)
+            axes.axvline(plan.value, color=figures.INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1, label=label)
+        figures.published(axes, [(step, 0.8) for step in _stars([cell for _, cell, _, _ in drawn], budget)])
+        figures.share_axis(axes, "solved by this step")
+        axes.set_xlim(0, budget + figures.BEYOND)
+        figures.whole_axis(axes, budget, "number of interactions")
+        figures.title(axes, f"{figures.counts(curve.n for curve, *_ in drawn)}; shade: 95 % band")
+        figures.label_right(axes, labels)
 
-    return sheet([shown] if (shown := [*_lines(found)]) else [], on, heights=(2.42,), width=5.6)
+    return figures.sheet([shown] if (shown := [*_lines(found)]) else [], on, heights=(2.42,), width=5.6)
 
 
 def _lines(found: Results) -> Iterator[tuple[Cell, str, Any]]:
     """What is drawn: a cell, the name where its line ends, and its style."""
-    from lockprobe.report.figures.frame import label_in_lines
-    from lockprobe.report.figures.palette import Style, of_agent, styles
-    from lockprobe.report.figures.settings import INK
+    from lockprobe.report.figures.drawing import agent_label, lighter, style_of
 
-    courses = [course for course in found.courses() if course.played]
+    courses = sorted((course for course in found.courses() if course.played), key=lambda one: not one.subject)
     if not _by_rate(courses):
-        for course, style in styles(courses)[:_MOST]:
-            yield course.played[0], label_in_lines(course, _NAME), style
+        for course in courses[:_MOST]:
+            yield course.played[0], agent_label(course, _NAME), style_of(course)
         return
     (course,) = courses
-    last = len(course.played) - 1
+    style, last = style_of(course), len(course.played) - 1
     for i, cell in enumerate(course.played):
         ends = i in (0, last)
-        style = of_agent(course, Style(colour=INK, marker="", lead=ends), _PALE * (1 - i / last))
-        yield cell, f"$p$ = {cell.p:g}" if ends or last < _MOST else "", style
+        colour = lighter(style.colour, _PALE * (1 - i / last))
+        name = f"$p$ = {cell.p:g}" if ends or last < _MOST else ""
+        yield cell, name, replace(style, colour=colour, marker="", lead=ends)
 
 
 def _by_rate(courses: Sequence[Course]) -> bool:
@@ -177,34 +171,35 @@ def _stars(cells: Sequence[Cell], budget: int) -> list[int]:
     return [step for step in steps if step <= budget] if {cell.p for cell in cells} == {0.0} else []
 
 
-def _caption(found: Results) -> Caption:
+def _caption(found: Results) -> Note:
     courses = [course for course in found.courses() if course.played]
     lines = "each flip rate" if _by_rate(courses) else f"each agent and modality {at_lowest(found)}"
     broke = "; where trials broke, the middle of the bounds" * any(cell.value("broken") for cell in found.cells)
-    curves = [curve for course in courses if (curve := course.played[0].curve("success_by_step"))]
-    stars = _stars([course.played[0] for course in courses], max((len(one.x) - 1 for one in curves), default=0))
-    return Caption(
+    stars = (
+        "Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (positions in "
+        "words, its ground truth)."
+    )
+    return Note(
         f"The paper's Fig. 3: share of trials solved by each step, a line for {lines}. Grey: random agents with and "
         "without immediate repeats, exact.",
         f"Curves are one minus the Kaplan-Meier estimate{broke}. Bands are pointwise 95 % intervals, whatever became "
         "of broken trials.",
-        "Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (positions in "
-        "words, its ground truth)." * (bool(stars) and not _by_rate(courses)),
+        stars * (not _by_rate(courses) and {course.played[0].p for course in courses} == {0.0}),
     )
 
 
-_FIG3 = Figure(
+FIG3 = Figure(
     "fig3",
     "Success by step",
     _caption,
-    draw="lockprobe.report.questions.speed:draw",
+    draw,
     applies=lambda found: any(course.played for course in found.courses()),
     slide=True,
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("How soon?", _said(found), [_FIG3])
+    yield Part("How soon?", _said(found), [FIG3])
 
 
-SECTIONS = (Section(name="speed", title="Speed", rows=_rows, show=_show, figures=(_FIG3,)),)
+SECTIONS = (Section(name="speed", title="Speed", rows=_rows, show=_show, figures=(FIG3,)),)

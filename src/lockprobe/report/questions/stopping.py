@@ -7,23 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.foundation.formatting import NONE, listed, points
-from lockprobe.report.format import TextTable
-from lockprobe.report.prose import Subject
-from lockprobe.report.questions.conditions import cells_of
+from lockprobe.foundation.formatting import listed, points
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.report.format import Entry, without_empty
+from lockprobe.report.prose import who
 from lockprobe.report.rows import Curve, Estimate, Results, Row
-from lockprobe.report.section import Caption, Figure, Note, Part, Section, Table
+from lockprobe.report.section import Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
-from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.contrast import against_control
 from lockprobe.statistics.inference.difference import each_difference
 from lockprobe.statistics.sequential.contrasts import AtEveryLook
 from lockprobe.studies.decisions import Answer
 from lockprobe.studies.study import Study
 
-PEOPLE_SAID = "What people did is shown as it holds for one look, at a number of people that was fixed before."
-
 _HOLDS = "Success and differences in success are shown as they hold at every look"
+
+_ONE_LOOK = "as it holds for one look, at a number of people that was fixed before"
 
 _NAMED = 3
 """Conditions or agents that a sentence names."""
@@ -54,7 +53,7 @@ def _of_differences(numbers: StudyNumbers) -> Iterator[Row]:
         for place, found in () if one.blind else differences:
             if found.course:
                 yield from _course({"agent": one.agent, "modality": one.modality, "of": groups[place][0]}, found.course)
-    for effect in () if numbers.study.of_flips else against_control(cells_of(numbers), numbers.design):
+    for effect in () if numbers.study.of_flips else against_control(numbers.by_name, numbers.design):
         if course := effect.difference.course:
             yield from _course({"agent": effect.agent, "modality": effect.modality, "of": effect.condition}, course)
 
@@ -69,11 +68,13 @@ def _course(of: dict[str, Any], course: AtEveryLook) -> Iterator[Row]:
 
 def every_look_said(study: Study, kind: str, answers: _Answers, played: int) -> str:
     """For how many looks the page holds, and why (``kind``); empty for a study of fixed size that is finished."""
-    if kind == "until":
-        return f"{progress_said(study, answers, played)}. {_HOLDS}."
-    if kind == "extended":
-        return f"Trials were added to this study after it had begun. {_HOLDS}."
-    return f"{_HOLDS}, so that reading them now and playing on is valid." if kind else ""
+    people = f" What people did is shown {_ONE_LOOK}." * (PEOPLE in study.agents)
+    why = {
+        "until": lambda: f"{progress_said(study, answers, played)}. {_HOLDS}.",
+        "extended": lambda: f"Trials were added to this study after it had begun. {_HOLDS}.",
+        "unfinished": lambda: f"{_HOLDS}, so that reading them now and playing on is valid.",
+    }
+    return why[kind]() + people if kind else ""
 
 
 def progress_said(study: Study, answers: _Answers, played: int) -> str:
@@ -90,7 +91,7 @@ def progress_said(study: Study, answers: _Answers, played: int) -> str:
 def small_said(answers: _Answers, points: float) -> str:
     """Which differences are shown to be smaller than the margin, (0, 1), either way; empty if none is."""
     found = {agent: [one.question.name for one in own if one.verdict == "small"] for agent, own in answers.items()}
-    said = [f"{listed(names, named=_NAMED)} on {Subject.of(agent).name}" for agent, names in found.items() if names]
+    said = [f"{listed(names, named=_NAMED)} on {who(agent)}" for agent, names in found.items() if names]
     more = len(said) - _NAMED
     rest = f"; and on {more} more agent{'s' * (more > 1)}" if more > 0 else ""
     margin = f"Shown to be smaller than {100 * points:g} points, either way"
@@ -107,55 +108,13 @@ def decided_said(verdict: str | None, points: float) -> str:
     return said.get(verdict or "", f"known to ±{100 * points:g} points" if verdict else "open")
 
 
-def _table(found: Results) -> TextTable:
-    rows, stops = found.where("difference_by_block"), "until" in found.study
-    table = [["agent", "difference", "blocks", "estimate, points", *["decided", "at block"] * stops]]
-    for row in rows:
+def _table(found: Results) -> Sequence[Sequence[Entry]]:
+    table: list[list[Entry]] = [["agent", "difference", "blocks", "estimate, points", "decided", "at block"]]
+    for row in found.where("difference_by_block"):
         decided = found.get("decided_at_block", agent=row.agent, of=row.of)
-        said = [decided.note, f"{decided.value:.0f}"] if decided else ["open", NONE]
-        table.append([row.agent, row.of, str(row.n), points_cell(row), *(said if stops else [])])
-    return table if rows else []
-
-
-def _caption(found: Results) -> Caption:
-    until = found.study.get("until")
-    dotted = f" Dotted: ±{100 * until['points']:g} points." if until else ""
-    if found.where("decided_at_block"):
-        dotted += " The vertical line marks the block with which it was decided."
-    return Caption(
-        "Success under each condition minus success under the control after every block, with the interval that holds "
-        f"at every look.{dotted}",
-        "Intervals are confidence sequences of the mean by betting; several differences of an agent are corrected by "
-        "closed testing.",
-    )
-
-
-_TABLE = Table("stopping", _table, numeric_from=2)
-
-_FIGURE = Figure(
-    "stopping",
-    "Estimate and interval after every block, a panel for each difference",
-    _caption,
-    draw="lockprobe.report.questions.stopping:draw",
-    applies=lambda found: bool(found.where("difference_by_block")),
-)
-
-
-def _show(found: Results) -> Iterator[Part]:
-    rows = found.where("difference_by_block")
-    if not rows:
-        return
-    parts, stops = any(row.of == "total" for row in rows), "until" in found.study
-    answer = f"{len(found.where('decided_at_block'))} of {len(rows)} differences are decided."
-    note = Note(
-        "A statement that is made once stays: intervals lie within those before, and P values are the smallest so far.",
-        "Blocks count in the order in which they were planned, up to the first that is still open. In at most 5 % of "
-        f"studies {'a statement on a total effect' if parts else 'one of these statements'} is false at any look."
-        f"{' Contrasts of arms have levels of their own, as the section on them says.' * parts}"
-        f"{' The rule assumes that an effect does not drift while the study runs.' * stops}",
-    )
-    growing = "Every difference and its interval, as the trials came in."
-    yield Part("Differences block by block", answer if stops else growing, [_FIGURE, _TABLE, note])
+        said = [decided.note, f"{decided.value:.0f}"] if decided else ["open", None]
+        table.append([row.agent, row.of, str(row.n), row, *said])
+    return without_empty(table, [] if "until" in found.study else ["decided", "at block"])
 
 
 _MOST = 6
@@ -167,47 +126,64 @@ _REACH = 60
 
 def draw(found: Results) -> Any:
     """A panel for each difference."""
-    from lockprobe.report.figures import sheet
-    from lockprobe.report.figures.frame import axis, safe_name, title, whole_axis
-    from lockprobe.report.figures.palette import SUBJECTS
-    from lockprobe.report.figures.settings import FAINT, INK, SMALL
+    from lockprobe.report.figures import drawing as figures
 
     until = found.study.get("until")
 
     def on(axes: Any, curve: Curve) -> None:
         value, low, high = (100 * np.array(of, dtype=float) for of in (curve.value, curve.low, curve.high))
-        axes.axhline(0, color=FAINT, linewidth=0.8)
+        axes.axhline(0, color=figures.FAINT, linewidth=0.8)
         for end in (-until["points"], until["points"]) if until else ():
-            axes.axhline(100 * end, color=FAINT, linewidth=0.8, linestyle=":")
-        axes.fill_between(curve.x, low, high, color=SUBJECTS[0], alpha=0.18, linewidth=0, step="post")
-        axes.plot(curve.x, value, color=SUBJECTS[0], linewidth=1.4)
+            axes.axhline(100 * end, color=figures.FAINT, linewidth=0.8, linestyle=":")
+        axes.fill_between(curve.x, low, high, color=figures.TARGET, alpha=0.18, linewidth=0, step="post")
+        axes.plot(curve.x, value, color=figures.TARGET, linewidth=1.4)
         reach = min(100.0, max(_REACH, 1.25 * float(np.abs(value[len(value) // 4 :]).max())))
         axes.set(ylim=(-reach, reach), xlim=(0, curve.x[-1] * 1.02 + 1))
-        whole_axis(axes, curve.x[-1], "blocks")
+        figures.whole_axis(axes, curve.x[-1], "blocks")
         step = 25 if reach < 75 else 50
         ticks = range(-step * int(reach / step), int(reach) + 1, step)
-        axis(axes, "y", ticks, [points(tick / 100) for tick in ticks], "difference, points")
-        decided = found.get("decided_at_block", agent=curve.agent, of=curve.of)
+        figures.axis(axes, "y", ticks, [points(tick / 100) for tick in ticks], "difference, points")
+        decided, said = found.get("decided_at_block", agent=curve.agent, of=curve.of), ""
         if decided is not None and decided.value is not None:
-            left, below = decided.value > curve.x[-1] / 2, float(value[-1]) > 0
-            axes.axvline(decided.value, color=INK, linewidth=1.0, linestyle=(0, (4, 3)))
-            axes.annotate(
-                f"{decided.note},\nblock {decided.value:.0f}",
-                (decided.value, -reach if below else reach),
-                (-4 if left else 4, 5 if below else -5),
-                textcoords="offset points",
-                ha="right" if left else "left",
-                va="bottom" if below else "top",
-                fontsize=SMALL,
-                color=INK,
-            )
-        title(axes, safe_name(curve.agent, 38), safe_name(curve.of, 38))
+            axes.axvline(decided.value, color=figures.INK, linewidth=1.0, linestyle=(0, (4, 3)))
+            said = f"{decided.note}, block {decided.value:.0f}"
+        figures.title(axes, figures.safe_name(curve.agent, 38), figures.safe_name(curve.of, 38), said)
 
     curves = [one for one in found.curves if one.quantity == "difference_by_block" and len(one.x) > 1]
     curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))
-    shown = curves[:_MOST]
-    wide, high = (5.6, 2.3) if len(shown) == 1 else (3.2, 1.45)
-    return sheet(shown, on, heights=[high], width=wide)
+    wide, high = (5.6, 2.3) if len(curves) == 1 else (3.2, 1.45)
+    return figures.sheet(curves[:_MOST], on, heights=[high], width=wide)
+
+
+FIGURE = Figure(
+    "stopping",
+    "Estimate and interval after every block, a panel for each difference",
+    Note(
+        "Success under each condition minus success under the control after every block, with the interval that holds "
+        "at every look. The vertical line marks the block with which it was decided, dotted is the margin.",
+        "Intervals are confidence sequences of the mean by betting; several differences of an agent are corrected by "
+        "closed testing.",
+    ),
+    draw,
+    applies=lambda found: bool(found.where("difference_by_block")),
+)
+
+_TABLE = Table("stopping", _table, numeric_from=2)
+
+_NOTE = Note(
+    "A statement that is made once stays: intervals lie within those before, and P values are the smallest so far.",
+    "Blocks count in the order in which they were planned, up to the first that is still open. In at most 5 % of "
+    "studies one of these statements is false at any look; contrasts of arms have levels of their own. A rule that "
+    "stops a study assumes that an effect does not drift while it runs.",
+)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    if rows := found.where("difference_by_block"):
+        said = f"{len(found.where('decided_at_block'))} of {len(rows)} differences are decided."
+        growing = "Every difference and its interval, as the trials came in."
+        answer = said if "until" in found.study else growing
+        yield Part("Differences block by block", answer, [FIGURE, _TABLE, _NOTE])
 
 
 SECTIONS = (
@@ -217,6 +193,6 @@ SECTIONS = (
         rows=_rows,
         show=_show,
         tables=(_TABLE,),
-        figures=(_FIGURE,),
+        figures=(FIGURE,),
     ),
 )

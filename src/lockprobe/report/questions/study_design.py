@@ -3,81 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 from lockprobe.agents.reply import TIDIED
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.interventions.flip import READINGS
-from lockprobe.report.prose import Subject
+from lockprobe.report.prose import who
 from lockprobe.report.rows import Estimate, Fact, Results, Row
-from lockprobe.report.section import Caption, Figure, Part, Section, Template
+from lockprobe.report.section import Figure, Note, Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.trial import record
 from lockprobe.trial.asked_again import asked_again
-from lockprobe.trial.record import STATES, Trial
+from lockprobe.trial.record import STATES
 
-_READINGS = {
-    ("position", "fresh"): "a false position is corrected in the next report",
-    ("position", "kept"): "a false position stays until its joint is attempted again",
-    ("outcome", "fresh"): "the outcome is inverted; a false position is corrected when another joint is attempted",
-    ("outcome", "kept"): "the outcome is inverted; a false position stays until its joint is attempted again",
-}
-"""What a false report is."""
-
-_ABOUT = "design"
-
-_RECONSTRUCTED = "a reconstruction of the paper's strategy, whose algorithm is not public"
-
-_PANEL = "The panel at the start and, below, the interlock, which no agent sees."
-
-
-def _caption(found: Results) -> Caption:
-    more = f" {found.boxes[0].get('name', '')}, the first of {len(found.boxes)} boxes." if len(found.boxes) > 1 else ""
-    return Caption(_PANEL + more)
-
-
-BOX = Figure("box", _PANEL, _caption, draw="lockprobe.report.figures.boxes:box_of_study")
-
-
-def _rows(numbers: StudyNumbers) -> Iterator[Estimate | Fact]:
-    """What is on record and in no other number, what was played twice, and what agents are."""
-    opened = numbers.opened
-    for of, count, unit in (
-        ("ended as error", sum(trial.ending == "error" for trial in opened.trials), "trials"),
-        ("replaced after an error", opened.replaced, "records"),
-        ("replayed on request", sum(trial.replays > 0 for trial in opened.trials), "trials"),
-    ):
-        yield Estimate(quantity="left_out", of=of, value=count, unit=unit)
-    if called := [numbers.study.label_of(agent) for agent in numbers.study.agents if "human-inspired" in agent]:
-        yield Fact(about=_ABOUT, name=", ".join(called), text=_RECONSTRUCTED)
-
-
-def _show(found: Results) -> Iterator[Part]:
-    boxes = [found.get("boxes", agent=PEOPLE, condition="", of=of) for of in ("finished", "planned")]
-    people = " of ".join(f"{row.value:.0f}" for row in boxes if row)
-    run = sum(agent != PEOPLE for agent in found.study.get("agents", ()))
-    agents = f"{run} agent{'s' * (run != 1)}" if run or not people else ""
-    played_by = " and ".join(filter(None, (agents, "people" if people else "")))
-    modalities = list(dict.fromkeys(one.modality for one in found.design.conditions))
-    flips = found.design.flip_kind
-    values = {
-        "run": run,
-        "people": people,
-        "subjects": [Subject.of(agent).name for agent in found.subjects],
-        "others": [agent for agent in found.study.get("agents", ()) if agent not in found.subjects],
-        "modalities": modalities if len(modalities) != 1 or modalities[0] not in (STATES, "symbolic") else [],
-        "conditions": {one.name: " + ".join(one.specs) for one in found.design.conditions}
-        if found.beside_flips
-        else {},
-        "rates": list(dict.fromkeys(one.p for one in found.design.conditions if one.p is not None)),
-        "kind": "".join(f" ({_READINGS[of]})" for of, kind in READINGS.items() if kind == flips and of in _READINGS),
-        "reconstructed": found.facts_about(_ABOUT),
-        "left_out": {row.of: f"{row.value:.0f}" for row in found.where("left_out")},
-    }
-    answer = f"{found.progress.finished} trials of {played_by}."
-    yield Part("Design", answer, [Template("design", values), BOX])
-
+_PANEL = "The panel at the start and, below, what each joint needs, which no agent sees."
 
 _PLANT = "plant "
 """What facts about a plant are about: this and its spec."""
@@ -86,66 +25,91 @@ _MANY = 8
 """Values of a fact beyond which they are counted."""
 
 
+def _caption(found: Results) -> Note:
+    more = f" {found.boxes[0].get('name', '')}, the first of {len(found.boxes)} boxes." if len(found.boxes) > 1 else ""
+    return Note(_PANEL + more)
+
+
+def draw(found: Results) -> object:
+    """The box, the first of several."""
+    from lockprobe.report.figures.boxes import box_of_study
+
+    return box_of_study(found)
+
+
+BOX = Figure("box", _PANEL, _caption, draw)
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    """What is on record and in no other number, and what was played twice."""
+    opened = numbers.opened
+    for of, count, unit in (
+        ("ended as error", sum(trial.ending == "error" for trial in opened.trials), "trials"),
+        ("replaced after an error", opened.replaced, "records"),
+        ("replayed on request", sum(trial.replays > 0 for trial in opened.trials), "trials"),
+    ):
+        yield Estimate(quantity="left_out", of=of, value=count, unit=unit)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    boxes = [found.get("boxes", agent=PEOPLE, condition="", of=of) for of in ("finished", "planned")]
+    people = " of ".join(f"{row.value:.0f}" for row in boxes if row)
+    agents = [str(agent) for agent in found.study.get("agents", ())]
+    run = sum(agent != PEOPLE for agent in agents)
+    played_by = [f"{run} agent{'s' * (run != 1)}"] * bool(run or not people) + ["people"] * bool(people)
+    modalities = list(dict.fromkeys(one.modality for one in found.design.conditions))
+    values = {
+        "run": run,
+        "people": people,
+        "subjects": list(map(who, found.subjects)),
+        "others": [agent for agent in agents if agent not in found.subjects],
+        "modalities": modalities if len(modalities) != 1 or modalities[0] not in (STATES, "symbolic") else [],
+        "conditions": {one.name: " + ".join(one.specs) for one in found.design.conditions if found.beside_flips},
+        "rates": list(dict.fromkeys(one.p for one in found.design.conditions if one.p is not None)),
+        "left_out": {row.of: f"{row.value:.0f}" for row in found.where("left_out")},
+    }
+    answer = f"{found.progress.finished} trials of {' and '.join(played_by)}."
+    yield Part("Design", answer, [Template("design", values), BOX])
+
+
 def _agent_rows(numbers: StudyNumbers) -> Iterator[Row]:
-    trials = numbers.opened.trials
-    yield from _facts(told for trial in trials for told in _told(trial))
-    # without what a plant does not have, as a renderer where nobody looks
-    plants = ({name: value for name, value in one.plant.items() if value is not None} for one in trials if one.plant)
-    yield from _facts((_PLANT + str(plant.get("plant")), plant) for plant in plants)
-    yield from _tidied(trials)
+    """What agents said they were, which models answered, and what the plant is: every value, or how many there are."""
+    trials, found = numbers.opened.trials, dict[tuple[str, str], dict[str, None]]()
+    decisions, tidied = Counter[str](), Counter[tuple[str, str]]()
+    for trial in trials:
+        served = {step.decision.served: None for step in trial.steps if step.decision.served}
+        told: list[tuple[str, Mapping[str, record.Fact | None]]] = [(trial.group, trial.facts)]
+        told += [(trial.group, {"answered by": one}) for one in served]
+        told += [(f"{_PLANT}{trial.plant.get('plant')}", trial.plant)] if trial.plant else []
+        for about, name, value in ((about, *fact) for about, facts in told for fact in facts.items()):
+            if value is not None or not about.startswith(_PLANT):  # such as a renderer where nobody looks
+                found.setdefault((about, name), {})[str(value)] = None
+        decisions[trial.group] += len(trial.steps)
+        for made in (step.decision.tidied for step in trial.steps if step.decision.tidied):
+            tidied.update([(trial.group, ""), *((trial.group, str(what)) for what in made)])
+    for (about, name), values in found.items():
+        text = "; ".join(values) if len(values) <= _MANY else f"{len(values)} different values"
+        yield Fact(about=about, name=name, text=text)
+    for (agent, what), many in sorted(tidied.items(), key=lambda one: (one[0][0], -one[1])):
+        of = f"tidied, {dict(TIDIED).get(what, what)}" if what else "tidied"  # type: ignore[call-overload]
+        n = decisions[agent]
+        yield Estimate(quantity="replies", agent=agent, of=of, value=many / n, count=many, n=n)
     for agent, (again, n) in asked_again(trials).items():
         yield Estimate(quantity="replies", of="asked again", agent=agent, value=again / n, count=again, n=n)
 
 
-def _told(trial: Trial) -> Iterator[tuple[str, Mapping[str, record.Fact]]]:
-    """What the agent said it was, and which models answered in its place, as their provider names them."""
-    yield trial.group, trial.facts
-    for served in dict.fromkeys(step.decision.served for step in trial.steps):
-        if served:
-            yield trial.group, {"answered by": served}
-
-
-def _facts(told: Iterable[tuple[str, Mapping[str, record.Fact]]]) -> Iterator[Fact]:
-    """Properties; where trials differ, all values, or how many there are."""
-    found: dict[str, dict[str, dict[str, None]]] = {}
-    for about, facts in told:
-        for name, value in facts.items():
-            found.setdefault(about, {}).setdefault(name, {})[str(value)] = None
-    for about, names in found.items():
-        for name, values in names.items():
-            text = "; ".join(values) if len(values) <= _MANY else f"{len(values)} different values"
-            yield Fact(about=about, name=name, text=text)
-
-
-def _tidied(trials: Iterable[Trial]) -> Iterator[Estimate]:
-    """The share of replies that were tidied, by agent, and how often each thing was done; none without any."""
-    decisions, tidied = Counter[str](), dict[str, list[tuple[str, ...]]]()
-    for trial in trials:
-        decisions[trial.group] += len(trial.steps)
-        tidied.setdefault(trial.group, []).extend(step.decision.tidied for step in trial.steps if step.decision.tidied)
-    for agent, made in tidied.items():
-        if made:
-            what = Counter(TIDIED.get(what, what) for one in made for what in one)  # type: ignore[call-overload]
-            for of, count in (("tidied", len(made)), *((f"tidied, {said}", many) for said, many in what.most_common())):
-                n = decisions[agent]
-                yield Estimate(quantity="replies", agent=agent, of=of, value=count / n, count=count, n=n)
-
-
 def _show_agents(found: Results) -> Iterator[Part]:
-    agents = {agent: facts for agent in found.study.get("agents", ()) if (facts := found.facts_about(agent))}
-    plants = dict.fromkeys(fact.about for fact in found.facts if fact.about.startswith(_PLANT))
-    tidied = (row for row in found.where("replies") if row.of.startswith("tidied"))  # of all first, then of each thing
+    tidied = (row for row in found.where("replies") if row.of.startswith("tidied"))
     values = {
-        "agents": agents,
+        "agents": {agent: facts for agent in found.study.get("agents", ()) if (facts := found.facts_about(agent))},
         "again": found.where("replies", of="asked again"),
-        "tidied": list(grouped(tidied, lambda row: row.agent).values()),
-        "plants": [found.facts_about(plant) for plant in plants],
+        "tidied": [
+            sorted(own, key=lambda row: row.of != "tidied") for own in grouped(tidied, lambda row: row.agent).values()
+        ],
+        "plants": [*map(found.facts_about, dict.fromkeys(f.about for f in found.facts if f.about.startswith(_PLANT)))],
     }
-    yield Part(
-        "Agents and box",
-        "What agents and plant say of themselves, and what frees each joint.",
-        [Template("agents", dict[str, object](values))],
-    )
+    said = "What agents and plant say of themselves, and what frees each joint."
+    yield Part("Agents and box", said, [Template("agents", values)])
 
 
 SECTIONS = (

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from functools import partial
 from itertools import chain
 from typing import Any
 
@@ -10,13 +11,13 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, count, p_cell
 from lockprobe.report.answer import headline
-from lockprobe.report.format import TextTable
-from lockprobe.report.prose import cause, false_reports, paper_rates, share_intervals_said
+from lockprobe.report.format import Entry
+from lockprobe.report.prose import cause, false_reports, interval_kind, paper_rates
 from lockprobe.report.questions.loops import loops_over_doses
 from lockprobe.report.rows import Course as Shown
 from lockprobe.report.rows import DoseAxis, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL, dose_lines
-from lockprobe.report.section import Block, Caption, Cells, Figure, Note, Part, Section
+from lockprobe.report.section import Block, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import (
     BOUNDS,
     PERMUTED,
@@ -27,7 +28,6 @@ from lockprobe.report.study_numbers import (
     share_rows,
     two_lines_rows,
 )
-from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.statistics.conditions.axis import AGENT, FLIPS
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.inference.over_doses import rise_and_fall, success_by_dose
@@ -36,12 +36,13 @@ from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.trial.record import PLAIN_WORDS
 
+_NOTHING = "Nothing could be compared."
+
 
 def _of_doses(numbers: StudyNumbers) -> Iterator[Row]:
-    for axis in numbers.axes:
-        for course in axis.courses:
-            yield from _of_course(course)
-            yield from loops_over_doses(course)
+    for course in numbers.dose_courses:
+        yield from _of_course(course)
+        yield from loops_over_doses(course)
 
 
 def _of_course(course: Course) -> Iterator[Row]:
@@ -55,42 +56,37 @@ def _of_course(course: Course) -> Iterator[Row]:
     yield from two_lines_rows("success", lines, course)
 
 
-def _against_lowest(course: Course, dose: float) -> dict[str, Any]:
-    """The columns of a row that compares a dose with the lowest; options of agents have no condition each."""
-    of = of_course(course)
-    if course.axis.kind == AGENT:
-        return of | {"of": f"{dose:.15g}", "doses": {f"{AGENT}.{course.axis.dose}": dose}}
-    (trial, *_), (lowest, *_) = course.by_dose[dose], course.by_dose[min(course.by_dose)]
-    of |= {"condition": trial.condition, "control": lowest.condition, "modality": trial.modality}
-    return of | {"doses": dict(trial.doses)}
-
-
 def _differences(course: Course) -> Iterator[Row]:
     """Success at every dose minus that at the lowest, both shares, and the bounds if trials broke."""
     rng = course.stream("permutation")
     tested = success_by_dose(course.ended, course.broke, rng, course.budget, agents=course.family)
+    lowest = course.by_dose[min(course.by_dose)][0]
     for one in tested:
-        columns = _against_lowest(course, one.dose)
-
-        def part(more: str, columns: dict[str, Any] = columns) -> dict[str, Any]:
-            return columns | {"of": ", ".join(filter(None, (columns.get("of", ""), more)))}
-
+        columns = of_course(course)
+        if course.axis.kind == AGENT:  # options of agents have no condition each
+            columns |= {"of": f"{one.dose:.15g}", "doses": {f"{AGENT}.{course.axis.dose}": one.dose}}
+        else:
+            trial = course.by_dose[one.dose][0]
+            columns |= {"condition": trial.condition, "control": lowest.condition, "modality": trial.modality}
+            columns |= {"doses": dict(trial.doses)}
         yield measured_row(
             "success_difference", one, **columns, n=one.second.n, unit="points",
             family=f"success by {course.axis.name}", corrected_for=len(tested) * course.family,
             test=E_PROCESS if one.course else PERMUTED,
         )  # fmt: skip
+        parts = {more: columns | {"of": ", ".join(filter(None, (columns.get("of", ""), more)))} for more in _PARTS}
         for more, share in (("", one.second), (CONTROL, one.first)):
-            yield from share_rows("success_in_pairs", share, **part(more))
+            yield from share_rows("success_in_pairs", share, **parts[more])
         if pairs := one.pairs:
             for more, those in (("only here", pairs.only_second), (f"{CONTROL} only", pairs.only_first)):
                 counted = {"value": those, "count": those, "n": pairs.n, "unit": "trials"}
-                yield Estimate(quantity="success_in_pairs", **part(more) | counted)
+                yield Estimate(quantity="success_in_pairs", **parts[more] | counted)
         for more, bound in zip(BOUNDS, one.bounds or (), strict=False):
-            yield Estimate(quantity="success_difference", **part(more), value=bound, unit="points")
+            yield Estimate(quantity="success_difference", **parts[more], value=bound, unit="points")
 
 
-_NOTHING = "Nothing could be compared."
+_PARTS = ("", CONTROL, "only here", f"{CONTROL} only", *BOUNDS)
+"""Parts of a comparison of a dose with the lowest."""
 
 
 def _show(found: Results) -> Iterator[Part]:
@@ -103,42 +99,36 @@ def _show(found: Results) -> Iterator[Part]:
 
 def _show_doses(found: Results) -> Iterator[Part]:
     readings = [one for one, _ in found.readings] * (len(found.readings) > 1)  # readings.py has these
-    axes = [(place, axis) for place, axis in enumerate(found.design.axes) if axis not in readings]
-    axes = [(place, axis) for place, axis in axes if axis.key != FLIPS.name]
-    for i, (place, axis) in enumerate(axes, 1):
-        shown = [course for course in found.courses(axis) if course.played]
-        called = capital(false_reports(axis.options)) if axis.of_flips and axis.options else _called(axis)
+    axes = [one for one in found.design.axes if one not in readings and one.key != FLIPS.name]
+    for i, axis in enumerate(axes, 1):
+        options, rest = f" ({axis.options})" if axis.options else "", f", with {axis.rest}" if axis.rest else ""
+        of = f" of {', '.join(one.agent for one in axis.players)}" * (axis.intervention == AGENT)
+        called = f"{axis.name.capitalize()}{of}{options}{rest}"
+        called = capital(false_reports(axis.options)) if axis.of_flips and axis.options else called
+        pictured = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         lines = dose_lines(found, axis)
         alone = axis.intervention == AGENT and len(lines) == 1  # the heading names agents and option
-        causes = "higher values" if alone else cause(axis.axis)
-        what = headline(lines, causes, named=not alone) or _NOTHING
-        pictured = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
+        what = headline(lines, "higher values" if alone else cause(axis.axis), named=not alone) or _NOTHING
         said = f"Share of trials solved by {axis.name}, with the exact success of random agents."
-        slide = i == 1 and not found.several_p
-        drawn: dict[str, Any] = {"draw": f"{__name__}:draw", "arguments": (place,), "slide": slide}
+        caption = Note(said, f"Intervals are {interval_kind(found)}.")
+        slide, draw_axis = i == 1 and not found.several_p, partial(draw, axis=axis)
         blocks: list[Block] = [
-            Figure(f"series-{i}-success", f"Success by {axis.name}", Caption(said, _intervals(found, shown)), **drawn),
-            *[Cells(_of_agents(found, axis))] * (axis.intervention == AGENT),
+            Figure(f"series-{i}-success", f"Success by {axis.name}", caption, draw_axis, slide=slide),
+            *[Table("", partial(_of_agents, axis=axis))] * (axis.intervention == AGENT),
             _note(found),
         ]
         yield Part(f"{called}{pictured}", what, blocks, "doses" if i == 1 else f"doses-{i}")
 
 
-def _called(axis: DoseAxis) -> str:
-    options, rest = f" ({axis.options})" if axis.options else "", f", with {axis.rest}" if axis.rest else ""
-    of = f" of {', '.join(one.agent for one in axis.players)}" * (axis.intervention == AGENT)
-    return f"{axis.name.capitalize()}{of}{options}{rest}"
-
-
-def _of_agents(found: Results, axis: DoseAxis) -> TextTable:
+def _of_agents(found: Results, axis: DoseAxis) -> list[list[Entry]]:
     """Success at every value of an option of agents, and its change from the lowest; no condition has these."""
-    table = [["agent", axis.name, "trials", "solved", "change from the lowest", "P"]]
+    table: list[list[Entry]] = [["agent", axis.name, "trials", "solved", "change from the lowest", "P"]]
     for course in found.courses(axis):
         changes = {cell.dose: row for cell, row in course.changes()}
         for cell in course.played:
-            row, share = changes.get(cell.dose), share_of_row(cell.get("success"))
-            tested = [points_cell(row), p_cell(row.p_value) if row else ""]
-            table.append([course.label, f"{cell.dose:g}", str(cell.trials), share, *tested])
+            row = changes.get(cell.dose)
+            p = p_cell(row.p_value) if row else ""
+            table.append([course.label, f"{cell.dose:g}", str(cell.trials), cell.get("success"), row, p])
     return table
 
 
@@ -161,59 +151,52 @@ def _note(found: Results) -> Note:
     )
 
 
-def _intervals(found: Results, shown: Sequence[Shown]) -> str:
-    return share_intervals_said(
-        (course.agent for course in shown), every_look=bool(found.progress.every_look), boxes=len(found.boxes)
-    )
-
-
-def _fig4_caption(found: Results) -> Caption:
+def _caption(found: Results) -> Note:
     shown = [course for course in found.courses() if course.subject]
     stars = {0.0: "23.3 % at a flip rate of 0", PEAK: "20 of 30 at 0.4, 2.85 times the success at 0"}
     drawn = " and ".join(stars[rate] for rate in paper_rates(shown))
     line = " The line is the second-order fit by least squares with its 95 % band."
     fit = line * any(course.curve("success_fit") for course in shown)
-    return Caption(
+    return Note(
         f"The paper's Fig. 4: success by flip rate.{f' Hollow stars: values in its text, {drawn}.' * bool(drawn)}",
-        f"Dots are repetitions, markers their means with {_intervals(found, shown)[14:-1]}.{fit}",
+        f"Dots are repetitions, markers their means with {interval_kind(found)}.{fit}",
         "Grey: exact success of random agents with and without immediate repeats.",
     )
 
 
-def draw(found: Results, place: int | None = None) -> Any:
-    """Success by dose, a panel for each agent that the study is about; by flip rate without the place of an axis."""
-    from lockprobe.report.figures.compose import sheet
-    from lockprobe.report.figures.frame import axis_note
+def draw(found: Results, axis: DoseAxis | None = None) -> Any:
+    """Success by dose, a panel for each agent that the study is about; by flip rate without an axis."""
+    from lockprobe.report.figures.drawing import sheet
 
-    axis = None if place is None else found.design.axes[place]
     played = [course for course in found.courses(axis) if course.played and (axis or course.subject)]
-    shown = played if axis is None else [one for one in played if len(one.played) > 1 and not one.blind] or played
-    return sheet(shown, _panel, note=axis_note(axis) if axis else "")
+    shown = played if axis else [one for one in played if len(one.played) > 1 and not one.blind] or played
+    note = capital(false_reports(axis.options)) if axis and axis.of_flips and axis.options else ""
+    return sheet(shown, _panel, note=note)
 
 
 def _panel(axes: Any, course: Shown) -> None:
-    from lockprobe.report.figures import frame, primitives
-    from lockprobe.report.figures.palette import Style, of_agent
-    from lockprobe.report.figures.settings import INK
+    from lockprobe.report.figures import drawing as figures
 
-    style = of_agent(course, Style(colour=INK))
-    primitives.dots(axes, [(at.dose or 0.0, success.value) for at in course.cells for success, _ in at.points], style)
-    primitives.by_dose(axes, course.played, "success", style)
+    style = figures.style_of(course)
+    figures.dots(axes, [(at.dose or 0.0, success.value) for at in course.cells for success, _ in at.points], style)
+    figures.by_dose(axes, course.played, "success", style)
     if fit := course.curve("success_fit"):
-        primitives.curve_with_band(axes, fit, style)
-    frame.dose_axes(axes, course, "success rate")
+        figures.curve_with_band(axes, fit, style)
+    figures.share_axis(axes, "success rate")
+    figures.dose_axis(axes, course.cells, course.name)
     chance = [course.found.get("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
-    frame.chance_band(axes, [row.value for row in chance if row and row.value is not None])
+    figures.chance_band(axes, [row.value for row in chance if row and row.value is not None])
     if course.axis == FLIPS.name:
-        primitives.published(axes, primitives.published_by_p(course.cells, SOLVED_AT_0, SOLVED_AT_40))
-    frame.title(axes, frame.heading(course), f"{frame.counts(course.played)} per {course.name}")
+        figures.published(axes, figures.published_by_p(course.cells, SOLVED_AT_0, SOLVED_AT_40))
+    trials = figures.counts(cell.trials for cell in course.played)
+    figures.title(axes, figures.heading(course), f"{trials} per {course.name}")
 
 
 _FIG4 = Figure(
     "fig4",
     "Success rate by flip rate, as in the paper",
-    _fig4_caption,
-    f"{__name__}:draw",
+    _caption,
+    draw,
     applies=lambda found: found.several_p and any(course.played for course in found.courses()),
     slide=True,
 )

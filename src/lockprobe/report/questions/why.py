@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, change, listed, p_value
+from lockprobe.foundation.formatting import change, listed, p_cell, p_value
 from lockprobe.report.every_look import note_at
-from lockprobe.report.format import TextTable
-from lockprobe.report.prose import Subject
-from lockprobe.report.questions.conditions import cells_of
-from lockprobe.report.questions.contrasts import Compared, contrasts_table
+from lockprobe.report.format import Entry, conclusion_of, without_empty
+from lockprobe.report.prose import who
+from lockprobe.report.questions.contrasts import CONTRAST
 from lockprobe.report.rows import Estimate, Results, Row
-from lockprobe.report.section import Detail, Listed, Note, Part, Section, Table
+from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
+from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.proportions import ALPHA, Difference
 from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.statistics.why.contrasts import whys
@@ -30,6 +30,7 @@ from lockprobe.statistics.why.mechanism import (
     Verdict,
     decision_of,
 )
+from lockprobe.trial.record import PLAIN_WORDS
 
 _EFFECT, _CONTRAST, _SUCCESS, _AGENTS = "false_report_effect", "arm_contrast", "success_in_arm", "agents"
 
@@ -69,7 +70,7 @@ _VERDICTS: Mapping[Verdict, str] = {
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    cells = cells_of(numbers)
+    cells = numbers.by_name
     for one in whys(cells, numbers.design):
         own: dict[str, Any] = {"agent": one.agent, "modality": one.modality}
         of = own | {"family": _AGENTS, "corrected_for": one.agents, "doses": {"flip.p": one.p}, "unit": "points"}
@@ -96,7 +97,10 @@ def why_said(agent: str, modality: str, decision: Decision, needed: float | None
     With the blocks that a study needs to detect a change of the margin, it is also said how sure that is.
     """
     total, margin, sized = decision.total, f"{100 * MARGIN:.0f} points", needed is not None
-    of, size = f"the success of {Subject.seeing(agent, modality).name}", change(total.value, total.low, total.high)
+    of, size = (
+        f"the success of {who(agent, '' if modality in PLAIN_WORDS else spoken(modality))}",
+        change(total.value, total.low, total.high),
+    )
     if decision.verdict == "no change":
         sure = f" ({size}; {p_value(decision.equivalence)})" * sized
         return f"False reports change {of} by less than {margin}{sure}."
@@ -150,44 +154,22 @@ def _decided(found: Results, total: Estimate) -> Decision:
     return decision_of(first, dict(zip(names, others, strict=True)), 1.0 if margin.p_value is None else margin.p_value)
 
 
-def _agent_said(found: Results, total: Estimate) -> str:
-    needed = found.one(_EFFECT, agent=total.agent, modality=total.modality, of="blocks needed").value or 0.0
-    return why_said(total.agent, total.modality, _decided(found, total), needed)
+def _table(found: Results) -> Sequence[Sequence[Entry]]:
+    table: list[list[Entry]] = [[*CONTRAST]]
+    for total in _asked(found):
+        own = {"agent": total.agent, "modality": total.modality}
+        solved = {row.of: 100 * (row.value or 0.0) for row in found.where(_SUCCESS, **own)}
+        for row in _compared(found, total):
+            pairs = TOTAL if row.quantity == _EFFECT else CONTRASTS[row.of]
+            arms = ", ".join(f"{less} \N{RIGHTWARDS ARROW} {more}" for more, less in pairs)
+            more, less = pairs[0]
+            shares = f"{solved[less]:.0f} \N{RIGHTWARDS ARROW} {solved[more]:.0f} %" if len(pairs) == 1 else None
+            tested: list[Entry] = [row, p_cell(row.p_value), conclusion_of(row, at=ALPHA if row is total else PART)]
+            table.append([row.agent, _NAMES[row.of], arms, shares, *tested, str(row.clusters)])
+    return without_empty(table, ["agent"])
 
 
-def _detected(row: Estimate) -> bool:
-    """Whether the comparison counts: the total effect at 5 %, those between arms at the level of the rule."""
-    clear = row.low is not None and row.high is not None and (row.low > 0 or row.high < 0)
-    return clear and row.p_value is not None and row.p_value < (ALPHA if row.quantity == _EFFECT else PART)
-
-
-def _shares(row: Estimate, arms: Mapping[str, Estimate]) -> str:
-    """Success in the two arms that are compared; none for several pairs."""
-    pairs = TOTAL if row.quantity == _EFFECT else CONTRASTS[row.of]
-    more, less = (100 * (arms[arm].value or 0.0) for arm in pairs[0])
-    return f"{less:.0f} \N{RIGHTWARDS ARROW} {more:.0f} %" if len(pairs) == 1 else NONE
-
-
-def _arms(found: Results, total: Estimate) -> dict[str, Estimate]:
-    return {row.of: row for row in found.where(_SUCCESS, agent=total.agent, modality=total.modality)}
-
-
-def _rows_shown(found: Results) -> list[Estimate]:
-    """The effect of false reports on each agent, and the contrasts of arms where it is detected."""
-    return [row for total in _asked(found) for row in _compared(found, total)]
-
-
-def _table(found: Results) -> TextTable:
-    arms = {total.agent: _arms(found, total) for total in _asked(found)}
-    compared = []
-    for row in _rows_shown(found):
-        pairs = TOTAL if row.quantity == _EFFECT else CONTRASTS[row.of]
-        said = ", ".join(f"{less} \N{RIGHTWARDS ARROW} {more}" for more, less in pairs)
-        compared.append(Compared(row, _NAMES[row.of], said, _shares(row, arms[row.agent]), _detected(row)))
-    return contrasts_table(compared)
-
-
-TABLE = Table("why", _table, numeric_from=3, drawn=_rows_shown)
+TABLE = Table("why", _table, numeric_from=3, drawn="change, points")
 """What false reports change, and which reports of two statements change as much."""
 
 _NOTE = Note(
@@ -207,30 +189,33 @@ _NOTE = Note(
     ).format(PART),
 )
 
-_LIMITS = (
-    "What is shown is how reports of two statements act. That a plain false report acts as they do is assumed.",
-    "A true correction against a plain true report shows what a correction does by its form.",
-    "The cause describes the arms; it does not show what the agent does within.",
-    "A false report that contradicts an earlier one is a statement and a surprise at once: no arm tells these apart.",
+_LIMITS = Note(
+    "What is shown is how reports of two statements act; that a plain false report acts as they do is assumed. The "
+    "cause describes the arms, not what the agent does within.",
     "In simulated worlds in which plain reports act as those of two statements, at most 5 % of causes were wrong.",
-    "An agent that any odd form changes, and a plain false report by what it says, is said to react to form.",
-    "After actions differ, arms intervene in different situations: whole trials are compared, not steps.",
-    "Arms of an agent that cannot be seeded share only the steps of the interventions, so its differences vary more.",
+    "An agent that any odd form changes, and a plain false report by what it says, is said to react to form. A false "
+    "report that contradicts an earlier one is a statement and a surprise at once: no arm tells these apart. After "
+    "actions differ, arms intervene in different situations: whole trials are compared, not steps. Arms of an agent "
+    "that cannot be seeded share only the steps of the interventions, so its differences vary more.",
 )
+"""What these comparisons do not show."""
 
 
 def _show(found: Results) -> Iterator[Part]:
     if asked := _asked(found):
         decided = [_decided(found, total) for total in asked]
         named = sum(bool(one.claims) for one in decided)
-        answer = (
-            _VERDICTS[decided[0].verdict]
-            if len(asked) == 1
-            else f"A cause is named for {named} of {len(asked)} agents."
-        )
-        limits = Detail("What these comparisons do not show", [Listed(_LIMITS)])
-        said = Listed([_agent_said(found, total) for total in asked])
-        yield Part("Why do false reports change success?", answer, [said, TABLE, note_at(found, _NOTE), limits])
+        answer = f"A cause is named for {named} of {len(asked)} agents."
+        needed = [
+            found.one(_EFFECT, agent=total.agent, modality=total.modality, of="blocks needed").value or 0.0
+            for total in asked
+        ]
+        said = [
+            why_said(total.agent, total.modality, one, blocks)
+            for total, one, blocks in zip(asked, decided, needed, strict=True)
+        ]
+        answer = _VERDICTS[decided[0].verdict] if len(asked) == 1 else answer
+        yield Part("Why do false reports change success?", answer, [said, TABLE, note_at(found, _NOTE), _LIMITS])
 
 
 SECTIONS = (Section(name="why", title="Why false reports change success", rows=_rows, show=_show, tables=(TABLE,)),)

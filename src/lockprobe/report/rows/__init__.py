@@ -1,16 +1,17 @@
 """What a study found, as rows: the content of ``results.json``, which tables, figures and pages read.
 
-A number is an :class:`Estimate`, a line of a figure a :class:`Curve`. What is no number is a :class:`Finding` (a
-sentence) or a :class:`Fact` (a property, as text). A quantity that could not be measured has no row; a fact says why.
+A number is an :class:`Estimate`, a line of a figure a :class:`Curve`. What is no number is a
+:class:`Fact`: a property, or a sentence. A quantity that could not be measured has no row.
 """
 
 from lockprobe.report.rows.course import Cell, Course
 from lockprobe.report.rows.design import Condition, Contrast, Design, DoseAxis, EveryLook, LeftOut, Player, Progress
-from lockprobe.report.rows.results import MEASURES, NoSuchRow, Results
-from lockprobe.report.rows.row import UNITS, Curve, Estimate, Fact, Finding, Row, clearness
+from lockprobe.report.rows.results import MEASURES, RECONSTRUCTED, NoSuchRow, Results
+from lockprobe.report.rows.row import UNITS, Curve, Estimate, Fact, Row, clearness
 
 __all__ = [
     "MEASURES",
+    "RECONSTRUCTED",
     "UNITS",
     "Cell",
     "Condition",
@@ -22,7 +23,6 @@ __all__ = [
     "Estimate",
     "EveryLook",
     "Fact",
-    "Finding",
     "LeftOut",
     "NoSuchRow",
     "Player",

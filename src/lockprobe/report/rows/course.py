@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lockprobe.report.rows.design import Player
 from lockprobe.report.rows.row import Curve, Estimate, clearness
 
 if TYPE_CHECKING:
@@ -38,7 +37,7 @@ class _View:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell(_View):
-    """One agent under one condition: a view of the rows of results.
+    """One agent under one condition.
 
     Attributes:
         p: Flip rate; None if other things than flips can act.
@@ -74,50 +73,26 @@ class Cell(_View):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Course(_View):
-    """One agent over the doses of an axis: a view of the rows of results.
+    """One agent over the doses of an axis.
 
     Attributes:
+        agent, modality, label, shown, subject, blind: As those of its player in the design.
         axis: The key of the axis, which its rows have in their column ``axis``.
         name: What sentences call the dose.
         cells: Its cells by dose, ascending.
         of_agents: Whether its doses are an option of agents.
     """
 
-    player: Player
+    agent: str
+    modality: str
+    label: str
+    shown: str
+    subject: bool
+    blind: bool
     axis: str
     name: str
     cells: tuple[Cell, ...]
     of_agents: bool = False
-
-    @property
-    def agent(self) -> str:
-        """Its name, or its spec if it has none."""
-        return self.player.agent
-
-    @property
-    def modality(self) -> str:
-        """How the box was shown."""
-        return self.player.modality
-
-    @property
-    def label(self) -> str:
-        """What tables call it."""
-        return self.player.label
-
-    @property
-    def shown(self) -> str:
-        """What tells it apart in words."""
-        return self.player.shown
-
-    @property
-    def subject(self) -> bool:
-        """Whether the study is about it."""
-        return self.player.subject
-
-    @property
-    def blind(self) -> bool:
-        """Whether it plays alike at every dose."""
-        return self.player.blind
 
     @property
     def played(self) -> tuple[Cell, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -43,6 +43,11 @@ class Player(Part):
     def label(self) -> str:
         """What tables call it."""
         return f"{self.agent} ({self.shown})" if self.shown else self.agent
+
+    @property
+    def named(self) -> dict[str, Any]:
+        """What a course of it says of it."""
+        return {name: getattr(self, name) for name in ("agent", "modality", "label", "shown", "subject", "blind")}
 
 
 class DoseAxis(Part):

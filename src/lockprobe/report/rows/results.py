@@ -16,12 +16,15 @@ from lockprobe.foundation.errors import LockprobeError, Missing
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.rows.course import Cell, Course
 from lockprobe.report.rows.design import Condition, Design, DoseAxis, LeftOut, Player, Progress
-from lockprobe.report.rows.row import IDENTITY, Curve, Estimate, Fact, Finding, Part, Row
+from lockprobe.report.rows.row import IDENTITY, Curve, Estimate, Fact, Part, Row
 
 MEASURES = "measures"
 """What facts about measures of packages are about; of the measure ``x`` the quantity is ``measures.x``."""
 
-_KINDS: Mapping[str, type] = {"rows": Estimate, "curves": Curve, "findings": Finding, "facts": Fact}
+RECONSTRUCTED = "the paper's strategy"
+"""What facts about agents that stand for it are about."""
+
+_KINDS: Mapping[str, type] = {"rows": Estimate, "curves": Curve, "facts": Fact}
 """The fields that hold rows."""
 
 _COLUMNS = frozenset(Estimate.model_fields)
@@ -45,8 +48,7 @@ class Results(Part):
     design: Design = Field(description="What differs between its trials.")
     rows: tuple[Estimate, ...] = Field(default=(), description="Every number, one a row.")
     curves: tuple[Curve, ...] = Field(default=(), description="Every line of a figure.")
-    findings: tuple[Finding, ...] = Field(default=(), description="Every sentence.")
-    facts: tuple[Fact, ...] = Field(default=(), description="Properties, as text.")
+    facts: tuple[Fact, ...] = Field(default=(), description="Properties and sentences, as text.")
     sections_left_out: tuple[LeftOut, ...] = Field(default=(), description="Sections that could not be made.")
 
     def plain(self) -> dict[str, Any]:
@@ -156,17 +158,18 @@ class Results(Part):
         rows = [row.model_dump(exclude={"doses"}) | row.doses for row in self.rows]
         return pandas.DataFrame(rows, columns=list(dict.fromkeys(name for row in rows for name in row)) or None)
 
-    def said(self, section: str, kind: str) -> list[str]:
-        """The sentences of a section of one kind."""
-        return [one.text for one in self.findings if (one.section, one.kind) == (section, kind)]
-
     def fact(self, about: str, name: str) -> str:
-        """A property; empty if it is not known."""
+        """A property, or a sentence of a section; empty if there is none."""
         return next((one.text for one in self.facts if (one.about, one.name) == (about, name)), "")
 
     def facts_about(self, about: str) -> dict[str, str]:
         """All properties of something."""
         return {one.name: one.text for one in self.facts if one.about == about}
+
+    @property
+    def reconstructed(self) -> dict[str, str]:
+        """The agents that stand for the paper's strategy, and why they do."""
+        return self.facts_about(RECONSTRUCTED)
 
     @cached_property
     def _players(self) -> Mapping[tuple[str, str], Player]:
@@ -240,7 +243,7 @@ class Results(Part):
         of = player.agent, player.modality
         own = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]
         cells = tuple(sorted(own, key=lambda one: one.p or 0.0))
-        return Course(found=self, player=player, axis="flip rate", name="flip rate", cells=cells)
+        return Course(found=self, **player.named, axis="flip rate", name="flip rate", cells=cells)
 
     def _over(self, axis: DoseAxis, player: Player) -> Course:
         places = {
@@ -254,7 +257,7 @@ class Results(Part):
             if place in known and dose in (player.doses or (dose,))  # what changed nothing is left out
         )
         of_agents = bool(axis.condition)
-        return Course(found=self, player=player, axis=axis.key, name=axis.name, cells=cells, of_agents=of_agents)
+        return Course(found=self, **player.named, axis=axis.key, name=axis.name, cells=cells, of_agents=of_agents)
 
     @cached_property
     def readings(self) -> tuple[tuple[DoseAxis, str], ...]:

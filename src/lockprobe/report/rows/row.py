@@ -1,4 +1,4 @@
-"""The kinds of rows of results: numbers, curves, sentences and properties."""
+"""The kinds of rows of results: numbers, curves and properties."""
 
 from __future__ import annotations
 
@@ -127,22 +127,14 @@ class Curve(_Measured):
     high: tuple[Number, ...] = Field(default=(), description="Upper end.")
 
 
-class Finding(Part):
-    """A sentence that does not follow from rows: what was asked, what a trial is, what changed nothing."""
-
-    section: str = Field(description="The section of the report that it belongs to.")
-    kind: str = Field(default="", description="What it says: question, trial, unfinished, …")
-    text: str = Field(description="The sentence.")
-
-
 class Fact(Part):
-    """A property of an agent, the plant or the study, or the reason why a number is missing."""
+    """A property of an agent, the plant or the study, or a sentence that does not follow from rows."""
 
-    about: str = Field(description="What it is a property of.")
+    about: str = Field(description="What it is a property of, or the section of a sentence.")
     name: str = Field(description="Its name.")
     text: str = Field(description="Its value.")
     source: str = Field(default="", description="The package that gives it; empty for Lockprobe.")
 
 
-Row = Estimate | Curve | Finding | Fact
+Row = Estimate | Curve | Fact
 """What a section of a report gives."""

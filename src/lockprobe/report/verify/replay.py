@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent
-from lockprobe.trial.record import Decision, Fact, Percept, Situation, Step, Task, Trial
+from lockprobe.trial.record import Decision, Fact, Percept, Situation, Task, Trial
 from lockprobe.trial.trial_json import trial_to_json
 
 AgentKind = Literal["strategy", "hosted", "local", "outside", "own"]
@@ -72,13 +72,9 @@ def is_foreign(kind: Literal["plant", "intervention"], spec: str) -> bool:
 async def played_again(
     plan: Plan, trial: Trial, replies: Sequence[Call] = (), parent: Sequence[Call] = ()
 ) -> ReplayedTrial:
-    """Play a recorded trial again.
+    """Play a recorded trial again by its plan.
 
-    Args:
-        plan: Its plan.
-        trial: Its record.
-        replies: The replies that it has in the log of calls, if a hosted model played it.
-        parent: Those of the trial of which it is a fork.
+    ``replies`` are those in the log of calls, if a hosted model played it, ``parent`` those of the trial that it forks.
     """
     found = ReplayedTrial(key=trial.key, kind=kind_of(trial.agent))
     try:
@@ -151,20 +147,23 @@ async def _difference(plan: Plan, trial: Trial, agent: Agent) -> str:
         return ""
     for before, now in zip(trial.steps, again.steps, strict=False):
         if before != now:
-            old, new = before.decision, now.decision
-            parts = [one.name for one in fields(Decision) if getattr(old, one.name) != getattr(new, one.name)]
-            changed = (one.name for one in fields(Step) if getattr(before, one.name) != getattr(now, one.name))
-            said = (f"decision ({', '.join(parts)})" if name == "decision" else name for name in changed)
+            parts = _changed(before.decision, now.decision)
+            said = (f"decision ({', '.join(parts)})" if name == "decision" else name for name in _changed(before, now))
             return f"step {before.step}, {', '.join(said)}"
     if recorded and trial.error is not None and again.error is None:
         return f"the steps end as {again.ending}, not as an error"
     if len(again.steps) < len(trial.steps):
         return f"step {len(again.steps) + 1}: {'' if again.error is None else again.error.message}"
-    compared = ["joints", "labels", "listing", "opening", "opening_pictures", "opening_sensed"]
-    if trial.error is None or not (trial.owed_again or recorded):
-        compared += [one.name for one in fields(Trial)]
-    other = next((name for name in compared if getattr(trial, name) != getattr(again, name)), "")
+    names = _changed(trial, again)
+    if trial.error is not None and (trial.owed_again or recorded):  # how it broke is not played again
+        names = [name for name in names if name.startswith("opening") or name in ("joints", "labels", "listing")]
+    other = next(iter(names), "")
     return f"it ends as {again.ending}, not as {trial.ending}" if other == "ending" else other
+
+
+def _changed(before: Any, now: Any) -> list[str]:
+    """The fields in which two records differ."""
+    return [one.name for one in fields(before) if getattr(before, one.name) != getattr(now, one.name)]
 
 
 def _other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call]) -> str:

@@ -16,20 +16,16 @@ from lockprobe.trial.record import Trial
 
 
 class LoggedCalls:
-    """The calls of a directory, in the order in which they were asked.
+    """The calls of a directory, in the order in which they were asked; BadFile if one is damaged.
 
-    ``logged`` has them as they are stored, ``calls`` those that have an outcome, ``waiting`` the others. ``kept`` has
-    the replies of each trial, those after the last mark that it is owed anew.
-
-    Raises:
-        BadFile: If a call is damaged.
+    ``logged`` has them as they are stored, ``calls`` those that have an outcome. ``kept`` has the replies of each
+    trial, those after the last mark that it is owed anew.
     """
 
     def __init__(self, directory: Path) -> None:
         self.directory = directory
         self.logged = logged_calls(directory)
         self.calls = [one.answer for one in self.logged if one.answer is not None]
-        self.waiting = [one.asked for one in self.logged if one.answer is None and one.asked is not None]
         self.kept: Mapping[str, Sequence[Call]] = kept_replies(self.calls)
 
 
@@ -38,12 +34,7 @@ def replies_held(
 ) -> Iterator[Check]:
     """Whether decisions of hosted models are the replies in a log, and all of them; no check without model or call.
 
-    Args:
-        name: The name of the check.
-        log: The log.
-        trials: The trials on record, by key.
-        again: What follows of them.
-        owed: Trials that are planned and not finished, by key.
+    ``trials`` are on record, ``again`` is what follows of them, ``owed`` are planned and not finished.
     """
     hosted = [one for one in again if one.kind == "hosted"]
     if not (hosted or log.logged):
@@ -54,8 +45,8 @@ def replies_held(
         if one.choices
     ]
     failed += dict.fromkeys(_misplaced(log, {**owed, **trials}))
-    waiting = dict.fromkeys(call.key for call in log.waiting if call.key not in owed)
-    failed += (f"{key}: a call that was sent has no outcome" for key in waiting)
+    waiting = dict.fromkeys(one.asked.key for one in log.logged if one.answer is None and one.asked is not None)
+    failed += (f"{key}: a call that was sent has no outcome" for key in waiting if key not in owed)
     failed += (*_not_as_asked(log), *_marks(log, trials))
     before = sum(call.reply is not None for call in log.calls) - sum(map(len, log.kept.values()))
     unplayed = "of these trials are not played, and held by their words and joints alone"
@@ -89,16 +80,12 @@ def _not_as_asked(log: LoggedCalls) -> Iterator[str]:
         begun.add(asked.key)
         if call is None:
             continue
-        if _place(asked) != _place(call):
+        if (asked.key, asked.step, asked.turn, asked.request) != (call.key, call.step, call.turn, call.request):
             yield f"{call.key}: the call of step {call.step} is not the one that was sent"
         if lost := call.lacks(asked):
             yield f"{call.key}: step {call.step} had {lost}"
         if (call.unpriced or call.most is not None) and call.most != asked.most:
             yield f"{call.key}: step {call.step} could cost {asked.most}, not {call.most}"
-
-
-def _place(call: Call) -> tuple[str, int, int, str]:
-    return call.key, call.step, call.turn, call.request
 
 
 def _marks(log: LoggedCalls, trials: Mapping[str, Trial]) -> Iterator[str]:

@@ -44,7 +44,6 @@ from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.protocols import InterventionTraits
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA
 from lockprobe.trial.trial_name import ForkName
@@ -217,11 +216,6 @@ def _another_model(trial: Trial) -> str:
     return ""
 
 
-def _replies(of: _PlayedAgain) -> Iterator[Check]:
-    """Decisions of hosted models are the replies in the log of calls, and all of them."""
-    yield from replies_held("replies", of.log, of.trials, of.again, of.owed)
-
-
 def _attempts(of: _PlayedAgain) -> Iterator[Check]:
     """Steps of people and clients are the attempts in their diaries and in the log of attempts, and all of them."""
     opened, logged = of.opened, AttemptLog.read(of.opened.directory)
@@ -313,6 +307,7 @@ def _pictures(of: _PlayedAgain) -> Iterator[Check]:
 
 
 _CHECKS = (
-    _records, _settings, _complete, _hashes, _luck, _choices, _agents, _replies, _attempts, _forks, _pictures,
+    _records, _settings, _complete, _hashes, _luck, _choices, _agents,
+    lambda of: replies_held("replies", of.log, of.trials, of.again, of.owed), _attempts, _forks, _pictures,
 )  # fmt: skip
 """What is checked before the report, in order; each says what is wrong, and what it found if nothing is."""
