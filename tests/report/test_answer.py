@@ -1,21 +1,18 @@
 """The answer: what the tests say and no more, for one agent and for thirty; a row for each, and names at lines' ends."""
 
 import re
-from itertools import product
-from types import SimpleNamespace
 
 import pytest
 from builders import SOLUTION, make_trial, small_study
 from hypothesis import given
 from hypothesis import strategies as st
 from reported import found_in
-from scipy.stats import binom
 
-from lockprobe.report.answer import answer, chance_said, needed_said
+from lockprobe.report.answer import answer, needed_said
 from lockprobe.report.answer_list import AnswerList, said_lines
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.labels import placed
-from lockprobe.report.rows.primary import Line, primary_lines
+from lockprobe.report.rows.primary import primary_lines
 
 UNSOLVED = (0,) * 20
 
@@ -80,28 +77,6 @@ def test_trials_needed_shrink_the_interval_to_ten_points(tmp_path):
     (needed,) = map(int, re.findall(r"about (\d+) trials", needed_said([line])))
     assert 16 * (half / 0.1) ** 2 <= needed <= 1.1 * 16 * (half / 0.1) ** 2
     assert needed_said(primary_lines(study_in(tmp_path / "clear", a=UP))) == ""
-
-
-@pytest.mark.parametrize("agents", [1, 2, 10])
-def test_agents_at_chance_are_seldom_said_to_be_below_or_above_it(agents):
-    """Whatever the number of trials: one trial in ten that fails at a chance of 90 % shows nothing."""
-    for trials, chance in product([1, 2, 3, 4, 6, 12, 17, 40], [0.02, 0.1, 0.3, 0.69, 0.9, 0.99]):
-        by_chance, below, above = binom(trials, chance), 0.0, 0.0
-        for count in range(trials + 1):
-            row = SimpleNamespace(n=trials, count=count, low=None, high=None)
-            found = SimpleNamespace(
-                get=lambda quantity, row=row, level=chance, **of: (
-                    SimpleNamespace(value=level) if of.get("of") == "no-repeat" else row
-                ),
-                where=lambda quantity, **of: [],
-                progress=SimpleNamespace(every_look=""),
-            )
-            named = {"modality": "symbolic", "conditions": ("truth",), "first": row, "control": "told the truth"}
-            said = chance_said(found, [Line(agent=f"llm:{i}", label=f"llm:{i}", **named) for i in range(agents)])
-            below += by_chance.pmf(count) * ("solved fewer" in said)
-            above += by_chance.pmf(count) * (not said)
-        assert 1 - (1 - below) ** agents <= 0.05
-        assert 1 - (1 - above) ** agents <= 0.05
 
 
 @given(

@@ -77,21 +77,6 @@ def test_success_is_counted_from_the_records_of_the_conditions_that_two_studies_
     ]
 
 
-def test_two_prompts_of_one_study_are_compared_like_two_agents(tmp_path):
-    file = tmp_path / "curt.txt"
-    file.write_text("{joints} {target} {reply}")
-    conditions = (read_condition("truth"), read_condition(f"prompt?file={file}"))
-    prompted = write_study(tmp_path / "prompted", replace(A, agents=("random",), conditions=conditions))
-    usual = write_study(tmp_path / "usual", replace(A, agents=("random",), conditions=conditions[:1]))
-    found = compare_studies([prompted, usual])
-    assert sides(found) == [("truth", "prompted")] * 2 + [("truth", "usual")]
-    assert [one.side.prompt for one in found.samples] == ["", str(file), ""]
-    assert sorted(one.kind for one in found.differences) == ["between", "between", "within"]
-    assert f"random with {file} in prompted" in {
-        cell for row in texts(difference_table(found.differences)) for cell in row
-    }
-
-
 def test_every_condition_that_two_studies_share_is_compared_and_what_one_has_is_named(tmp_path):
     """Studies without a flip, with other names for the same conditions and in another order."""
     flipless = replace(A, agents=("cognitive:careful",), repetitions=1, trials=3)
@@ -185,19 +170,3 @@ def test_the_page_begins_with_the_sentence_holds_every_number_and_loads_nothing(
     assert "default-src 'none'; img-src data:; style-src 'unsafe-inline'\"" in page
     assert "<script" not in page
     assert not re.findall(r'(?:src|href)="([^"]*)"', page)
-
-
-def test_agents_of_one_name_that_differ_are_told_apart_and_what_they_are_called_is_text(tmp_path):
-    study = small_study(agents=("llm:a",), p=(0.0,), repetitions=1, trials=2)
-    played = play_study(replace(study, agents=("random",)))
-    labs = []
-    for seed, name in enumerate(("<img src=x onerror=alert(1)>", "b")):
-        facts = {"<b>model</b>": f"<script>alert({seed})</script>", "seed": 3}
-        trials = [replace(t, agent="llm:a", key=t.key.replace("random", "llm:a"), facts=facts) for t in played]
-        labs.append(write_study(tmp_path / name, study, trials))
-    found = compare_studies(labs)
-    first, second = ("<script>alert(0)</script>", "<script>alert(1)</script>")
-    assert found.unlike == (f"llm:a: <b>model</b> is {first} in <img src=x onerror=alert(1)>, {second} in b",)
-    assert "<img src=x" in found.said
-    page = write_comparison(found, tmp_path / "compare.html").read_text("utf-8")
-    assert not re.search("<script|<img src=x|<b>", page)

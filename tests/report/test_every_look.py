@@ -1,6 +1,5 @@
 """What a page shows of a study that is unfinished, was extended, or stops when it is decided."""
 
-import re
 from dataclasses import replace
 
 import pytest
@@ -73,16 +72,6 @@ def test_what_holds_at_every_look_is_wider_and_no_other_test_has_a_p_value(pages
     assert "one look" in not_judged(always)
 
 
-def test_intervals_that_hold_at_every_look_are_not_called_wilson_intervals(pages):
-    """An interval of success is wider then than Wilson's, which only loop rates have."""
-    once, always = ({*re.findall(r"[^.>]*Wilson[^.<]*", Page(found=pages[kind]).text())} for kind in ("", "until"))
-    assert any("success" in one for one in once)
-    assert {one.strip() for one in always} == {
-        "Fisher's tests and Wilson intervals do not account for that; the other tests do",
-    }
-    assert "95 % confidence sequences, which hold at every look." in Page(found=pages["until"]).text()
-
-
 def test_an_extension_and_a_plan_to_stop_are_told_and_when_each_difference_was_decided(pages):
     told, found = said(pages["extended"], "every_look"), pages["until"]
     assert told.startswith("Trials were added to this study after it had begun. Success and")
@@ -103,13 +92,3 @@ def test_trials_behind_an_open_block_are_in_no_number(tmp_path):
     assert found.one("success_difference", of="").n == 30
     assert found.progress.not_counted == 9
     assert found.progress.finished == 79
-
-
-def test_a_small_difference_is_said_to_be_small(tmp_path):
-    alike = [trial_of(p, n, solved=n % 3 > 0) for n in range(1, 81) for p in (0.0, 0.4)]
-    alike[7] = trial_of(0.4, 4, solved=False)  # an agent that plays alike is compared with nothing
-    found = found_in(tmp_path, planned(300, until=Until(rule="decided")), alike)
-    assert said(found, "small") == (
-        "Shown to be smaller than 10 points, either way: effects of flip?p=0.4 on human-inspired."
-    )
-    assert found.answer == "No effect of false reports on the success of human-inspired was detected."

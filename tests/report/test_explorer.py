@@ -10,7 +10,6 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
-from lockprobe.report import explorer
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.write import write_report
 
@@ -45,18 +44,6 @@ def test_a_report_that_takes_back_the_first_is_marked_and_a_repeated_one_is_not(
     back = data_of(trial)["trials"][0].get("back", "0" * len(trial.steps))
     assert [one == "1" for one in back] == [said and "Correction" in step.told for step in trial.steps]
     assert ("1" in back) == said
-
-
-def test_a_large_study_shows_whole_blocks_and_says_of_how_many_trials(monkeypatch):
-    agents, numbers = ("random", "human-inspired"), range(1, 6)
-    trials = [make_trial([0] * 20, agent=agent, trial=i, budget=20) for agent in agents for i in numbers]
-    assert "of" not in data_of(*trials)
-    monkeypatch.setattr(explorer, "_STEPS", 99)
-    data = data_of(*trials)
-    assert [(one["a"], one["n"]) for one in data["trials"]] == [(0, 1), (0, 2), (1, 1), (1, 2)]
-    assert data["of"] == len(trials)
-    monkeypatch.setattr(explorer, "_STEPS", 1)
-    assert len(data_of(*trials)["trials"]) == len(agents)  # never less than a block
 
 
 def test_broken_trials_are_left_out_people_are_numbered_and_no_text_of_an_agent_ends_the_script():

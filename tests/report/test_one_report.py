@@ -6,9 +6,7 @@ import pytest
 from builders import write_study
 from reported import found_in
 
-from lockprobe.report.format import entry_text
-from lockprobe.report.page import Page, tables_of
-from lockprobe.report.prose import condition_words
+from lockprobe.report.page import Page
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 
@@ -76,19 +74,6 @@ def test_no_family_changes_a_p_value_of_another(whole, families, family, many):
     assert [row.corrected_for for row in own] == [many] * 2 * many  # of two agents, which are judged apart
 
 
-def test_every_dose_stands_in_the_table_with_the_p_value_of_its_axis(whole):
-    """A contrast is one row: that of the axis is the one of the table."""
-    compared, (flips, tremble) = whole.against_control(), whole.design.axes
-    courses = [course for axis in (flips, tremble) for course in whole.courses(axis)]
-    of_axes = [row for course in courses for _, row in course.changes()]
-    assert len(of_axes) == 2 * (len(flips.doses) - 1 + 2) == len(compared) - 2 * 3
-    assert [row for row in of_axes if row not in compared] == []
-    head, *rows = tables_of(whole)["conditions"]
-    changes = {tuple(row[:2]): row[head.index("change, points")] for row in rows}
-    words = condition_words(whole)
-    assert changes.items() >= {(row.agent, words[row.condition]): entry_text(row) for row in compared}.items()
-
-
 def test_a_dose_that_never_acted_is_no_other_condition_and_no_question_is_asked_twice(tmp_path):
     doses = ["tremble?p=0.0001", "tremble?p=0.2", "tremble?p=0.4"]
     found = results(played(tmp_path / "idle", p=[0], condition=doses))
@@ -102,15 +87,6 @@ def test_a_dose_that_never_acted_is_no_other_condition_and_no_question_is_asked_
 
 
 # Counts are those of the records.
-
-
-def test_agents_under_study_are_one_family_and_baselines_another(tmp_path):
-    agents = ("cognitive:careful", "cognitive:insistent", "human-inspired")
-    asked = study("flips", agent=list(agents), condition=["flip?p=0.5", "tremble?p=0.3"], trials=4, repetitions=1)
-    found = found_in(tmp_path, replace(asked, agents=agents))
-    for axis in ("flip rate", ""):
-        many = {row.agent: row.corrected_for for row in found.where("success_difference", axis=axis, of="", versus="")}
-        assert many == dict(zip(agents, (2, 2, 1), strict=True))
 
 
 # What never acted.

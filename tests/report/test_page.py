@@ -83,20 +83,6 @@ def test_no_name_hides_or_reorders_what_stands_beside_it_and_order_of_records_ch
     assert found.cells[0].agent == name
 
 
-def test_a_partial_study_says_so_and_names_what_broke(tmp_path):
-    study = small_study(["random"])
-    broken = make_trial([0], agent="random", p=0.3, repetition=2, trial=4, broken="model")
-    found = found_in(tmp_path, study, [*play_study(study)[:5], broken])
-    assert (found.progress.planned, found.progress.finished, found.progress.partial) == (24, 5, True)
-    text = Page(found=found).text()
-    assert "Partial: 5 of 24 trials." in text
-    assert "it broke" in text
-    alone = found_in(tmp_path / "alone", study, [make_trial([], agent="random", p=0.3, broken="model")])
-    (cell,) = alone.cells
-    assert (cell.trials, cell.get("success"), cell.value("broken", "model")) == (0, None, 1)
-    assert "it broke" in Page(found=alone).text()
-
-
 @pytest.fixture(scope="module")
 def reported(tmp_path_factory):
     directory = write_study(tmp_path_factory.mktemp("files") / "study", small_study(["random"], (0.0, 0.3), 1, 3))
@@ -152,27 +138,6 @@ HOSTILE = "a\nb\x00\x1b\t\u202e\u2066\u2069c"
 )
 def test_no_cell_of_a_table_is_a_formula_or_holds_what_is_not_seen(cell, written):
     assert [*csv.reader(io.StringIO(as_csv([["agent", "p"], [cell, "0"]])))][1] == [written, "0"]
-
-
-def test_trials_that_broke_are_open_for_their_agents_alone(tmp_path):
-    """Two of three agents break: one once, one in every trial until it is given up. The page is not partial for all."""
-    crashes, gone = "python:own:Crashes", "python:own:Gone"
-    planned = small_study(["random", crashes, gone], (0.0, 0.3), 1, 10)
-    played = play_study(small_study(["random"], (0.0, 0.3), 1, 10))
-    crashed = [make_trial(SOLUTION, agent=crashes, p=p, trial=i) for p in (0.0, 0.3) for i in range(1, 11)]
-    crashed[3] = make_trial([0], agent=crashes, p=0.0, trial=4, broken="model")
-    given_up = [make_trial([], agent=gone, p=0.0, trial=i, broken="model") for i in range(1, 11)]
-    found = found_in(tmp_path / "all", planned, [*played, *crashed, *given_up])
-    assert found.progress.broken == {crashes: 1, gone: 20}
-    assert (found.progress.partial, found.progress.every_look, found.progress.finished) == (False, "", 39)
-    text = " ".join(re.sub("<[^>]*>", "", Page(found=found).text()).split())
-    assert "Partial" not in text
-    assert f"Broken: 1 trial of {crashes}, 20 trials of {gone}. They did not end; the same command plays these" in text
-    found = found_in(tmp_path / "open", planned, [*played[:-1], *crashed, *given_up])
-    assert found.progress.partial
-    assert found.progress.broken == {crashes: 1, gone: 20}
-    found = found_in(tmp_path / "few", planned, [*played, *crashed, *given_up[:9]])
-    assert (found.progress.partial, found.progress.broken) == (True, {crashes: 1})
 
 
 def test_a_page_with_open_trials_says_when_it_was_made_and_no_other_page_does(tmp_path, monkeypatch):

@@ -78,16 +78,6 @@ def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, tmp_
         assert "</html>" in text
 
 
-def test_a_whole_report_leaves_nothing_out_and_no_answer_stands_where_its_numbers_are_missing(monkeypatch, directory):
-    """Without numbers the trials seem to be none; the first screen must not say so."""
-    text, found, told, _ = report_of(monkeypatch, directory)
-    assert (told, found.sections_left_out) == ([], ())
-    assert "Left out, because" not in text
-    text, found, _, _ = report_of(monkeypatch, directory, ["All conditions"])
-    assert found.answer.startswith("The answer could not be computed")
-    assert "No trial has ended yet" not in text
-
-
 def test_the_line_of_the_report_names_what_is_missing(monkeypatch, directory, capsys):
     real = report_files.explorer_data
     monkeypatch.setattr(

@@ -338,15 +338,6 @@ def test_an_edited_fork_is_found(played, tmp_path, name):
     assert "forks" in failing(directory)
 
 
-def test_an_edited_next_choice_is_found(played, tmp_path):
-    directory = played("forked", tmp_path / "out")
-    path = directory / FORKS / "next_choices.json"
-    choices = json.loads(path.read_text("utf-8"))
-    key = next(iter(choices))
-    path.write_text(json.dumps(choices | {key: [1.0, 0.0, 0.0, 0.0]}), "utf-8")
-    assert failing(directory)["forks"] == (f"{key}: another next choice than its strategy has",)
-
-
 def test_a_plant_of_the_directory_runs_nothing(played, tmp_path, monkeypatch):
     directory = played("forked", tmp_path / "out")
     shutil.rmtree(directory / FORKS)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from lockprobe.foundation.formatting import capital, listed, percent, range_of
+from lockprobe.foundation.formatting import capital, listed, percent
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.prose import cause, who
 from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import Line, primary_lines
-from lockprobe.statistics.proportions import ALPHA, proportion
 
 ONE_LOOK = "The answer holds for one look: it stands here when all planned trials are played."
 """What is said where the answer rests on tests that do not hold at every look."""
@@ -95,42 +94,6 @@ def solved_said(found: Results, lines: Sequence[Line]) -> str:
     if len(best) == len(shares):
         return f"The {len(shares)} agents solved the same share: {of}.{rest}"
     return f"Of {len(shares)} agents {listed([line.label for line in best], named=3)} solved the most: {of}.{rest}"
-
-
-def chance_said(found: Results, lines: Sequence[Line]) -> str:
-    """Which agents solve fewer boxes than random agents without immediate repeats, and which may solve as many.
-
-    Empty if all solve more. With several agents intervals hold for all of them at once, since the sentence also says of
-    those that it does not name that they exceed chance. They are exact: of few trials, or near 0 and 1, Wilson's say
-    *fewer* too often. At every look nothing is said, nor where random agents would play a box that breaks its rules.
-    """
-    level = found.get("success_by_step", agent="", of="no-repeat")
-    own = [line for line in lines if not line.baseline and line.first and line.first.n]
-    broken = any(row.count for row in found.where("against_rules", of=""))
-    if level is None or level.value is None or not own or found.progress.every_look or broken:
-        return ""
-    ends = {line.label: _exact(found, line, len(own)) for line in own}
-    below = [name for name, (_, high) in ends.items() if high < level.value]
-    rest = [name for name, (low, high) in ends.items() if low <= level.value <= high]
-    random, where = f"random agents without immediate repeats ({percent(level.value)})", capital(own[0].control)
-    undetected = f"was detected for {listed(rest, 'or', 3)}" if rest else ""
-    if below:
-        fewer = listed([f"{name} (exact 95 % interval {range_of(*ends[name])})" for name in below], named=3)
-        return f"{where}, {fewer} solved fewer boxes than {random}{f'; no difference {undetected}' if rest else ''}."
-    return f"{where}, no difference from {random} {undetected}." if rest else ""
-
-
-def _exact(found: Results, line: Line, agents: int) -> tuple[float, float]:
-    """The exact interval of a share for one of several agents, whatever became of broken trials; people's as it is."""
-    of = line.of_first
-    row = found.get("success", **of) or line.first
-    assert row is not None
-    if line.agent == PEOPLE or row.count is None or not row.n:
-        return row.low or 0.0, 1.0 if row.high is None else row.high
-    begun = next((one.n for one in found.where("success", **of | {"of": "at most"}) if one.n), row.n)
-    most = row.count + begun - row.n
-    low, high = (proportion(count, begun, 1 - ALPHA / agents, "exact") for count in (row.count, most))
-    return low.low, high.high
 
 
 def needed_said(lines: Sequence[Line]) -> str:

@@ -11,7 +11,6 @@ from builders import SOLUTION, make_trial, small_study
 from drawn import bars, course, dots, lines, pictures, published, shades, touching, written
 from hypothesis import given, settings
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from net import unpacked
 from reported import found_in
 
@@ -19,7 +18,7 @@ from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.report.figures import render
 from lockprobe.report.figures.boxes import box_figure
-from lockprobe.report.figures.drawing import COLOURS, agent_label, settable, sheet, style_of, whole_axis
+from lockprobe.report.figures.drawing import COLOURS, agent_label, settable, sheet, style_of
 from lockprobe.report.questions import crossings, loops, success
 from lockprobe.report.questions.speed import draw as fig3
 from lockprobe.report.results import results
@@ -118,19 +117,6 @@ def test_equal_figures_are_equal_bytes(typical):
 def test_names_are_safe_to_set(name, label):
     assert agent_label(course(name)) == label
     assert b"<script>" not in render(sheet([label], lambda axes, shown: axes.set_title(shown)), "svg")
-
-
-def test_numbers_of_steps_are_apart_whatever_the_budget():
-    """On the narrowest axes that a figure has: two panels in a row, with names at the right edge."""
-    for budget in (1, 2, 5, 9, 10, 13, 20, 30, 60, 100):
-        figure = Figure(figsize=(2.4, 2.0))
-        axes = figure.add_axes((0.3, 0.2, 0.65, 0.7))
-        axes.set_axis_off()
-        axes.set_xlim(0, budget + 0.5)
-        whole_axis(axes, budget, "")
-        figure.draw_without_rendering()
-        assert len(axes.texts) > 1
-        assert touching(figure) == [], budget
 
 
 # The numbers are those of the results.

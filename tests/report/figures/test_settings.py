@@ -6,27 +6,11 @@ import subprocess
 import sys
 from hashlib import sha256
 
-import matplotlib as mpl
 import pytest
-from drawn import pictures
 
 from lockprobe.boxes.families import box
 from lockprobe.report.figures import as_pdf, render
 from lockprobe.report.figures.boxes import box_figure
-from lockprobe.report.figures.settings import own_settings
-
-HOSTILE = {
-    "font.size": 23.0,
-    "font.family": ["monospace"],
-    "text.usetex": True,
-    "axes.facecolor": "black",
-    "figure.constrained_layout.use": True,
-    "savefig.bbox": "tight",
-    "svg.fonttype": "none",
-    "lines.linewidth": 9.0,
-    "path.simplify": False,
-}
-"""Settings as some journals' styles have them; TeX is not installed."""
 
 DRAW = """
 import hashlib, json, os, sys
@@ -90,14 +74,6 @@ def drawn_here():
     return [sha256(one).hexdigest() for one in drawn]
 
 
-@pytest.mark.slow
-def test_the_user_s_settings_change_no_byte_of_any_figure(studies):
-    plain = {name: render(figure, "svg") for name, figure in pictures(studies["people"]).items()}
-    with mpl.rc_context(HOSTILE):
-        assert {name: render(figure, "svg") for name, figure in pictures(studies["people"]).items()} == plain
-        assert {name: mpl.rcParams[name] for name in HOSTILE} == HOSTILE
-
-
 @pytest.mark.parametrize("hostile", BACKENDS)
 def test_no_settings_of_a_user_change_or_prevent_a_figure_and_they_are_kept_for_the_user(
     drawn_elsewhere, drawn_here, hostile
@@ -106,14 +82,3 @@ def test_no_settings_of_a_user_change_or_prevent_a_figure_and_they_are_kept_for_
     assert drawn == drawn_here
     assert (size, asked_for, opens_pipes) == (23.0 if hostile == "a file" else 10.0, BACKENDS[hostile], False)
     assert backend == BACKENDS[hostile] or hostile in ("UTF-16", "a file")
-
-
-def test_settings_return_after_an_error():
-    def fail():
-        assert mpl.rcParams["font.size"] == 9.0
-        raise ZeroDivisionError
-
-    with mpl.rc_context({"font.size": 23.0}):
-        with pytest.raises(ZeroDivisionError):
-            own_settings()(fail)()
-        assert mpl.rcParams["font.size"] == 23.0

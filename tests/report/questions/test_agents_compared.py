@@ -144,18 +144,3 @@ def test_rows_under_conditions_are_counted_in_the_records(beside_flips):
         assert (baseline.family, baseline.corrected_for) == ("agents and baselines, conditions", 4)
         assert not found.where("success_interaction", agent=AGENTS[0], versus="human-inspired", condition=label)
     assert not found.where("success_difference", **pair, condition="nudge")  # strategies read no remarks
-
-
-def test_the_doses_of_an_axis_are_a_family_that_a_condition_beside_them_does_not_change(tmp_path):
-    def of(name, *more):
-        asked = {"agent": [*AGENTS[:2]], "p": [0], "trials": 12, "repetitions": 1, "seed": 1}
-        doses = ["tremble?p=0.1", "tremble?p=0.3", *more]
-        return results(write_study(tmp_path / name, study("flips", **asked, condition=doses)))
-
-    alone, beside = of("alone"), of("beside", "drop?p=0.5")
-    tested = [[row for row in one.rows if row.family == "agents, tremble p"] for one in (alone, beside)]
-    assert len(tested[0]) == 6
-    assert tested[0] == tested[1]
-    assert [row.condition for row in beside.where("success_difference") if row.family == "agents, conditions"] == [
-        "drop?p=0.5"
-    ]

@@ -4,7 +4,6 @@ import pytest
 from page_parts import part
 from reported import found_in
 
-from lockprobe import run_trial
 from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.studies.options.studyfile import study
@@ -46,11 +45,3 @@ def test_the_page_says_of_what_its_intervals_are(six, tmp_path):
     assert "one more box" not in part(Page(found=three).text(), "boxes")
     by_hand = played(tmp_path / "five", "chain-4,fork,reset,converge,bichain-4", strategy_trials=6)
     assert "if these are taken as a sample" in boxes_said(by_hand)
-
-
-def test_random_play_is_that_of_all_boxes(six, tmp_path):
-    alone = [played(tmp_path / name, name, strategy_trials=6) for name in ("random-4-2", "random-4-7")]
-    both = played(tmp_path / "both", "random-4-2,random-4-7", strategy_trials=6)
-    chance = [one.one("success_by_step", agent="", of="uniform").value for one in (*alone, both)]
-    assert chance[2] == pytest.approx((chance[0] + chance[1]) / 2)
-    assert run_trial(agent="random").box == "chain-4"

@@ -92,17 +92,6 @@ def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_coun
     assert part.answer == f"{sum(detected)} of {len(detected)} differences from the control detected."
 
 
-def test_grids_of_one_name_are_told_apart(tmp_path):
-    """A grid of lies that stay, and one of lies that are told once."""
-    sticky = "flip?p=0.4&others=kept"
-    conditions = ["tremble?p=0.3", *(f"{flip} + tremble?p=0.3" for flip in ("flip?p=0.4", sticky)), sticky]
-    asked = {"agent": ["random"], "p": [0, 0.4], "condition": conditions, "trials": 2, "repetitions": 1}
-    found = found_in(tmp_path, study("flips", **asked))
-    assert [row.axis for row in found.where("success_interaction")] == [AXIS, f"{AXIS} (2)"]
-    assert [row[1] for row in tables_of(found)["crossings"][1:]] == [AXIS] * 2
-    assert [one.name for one in figures_of(parts_of(found)) if "grid" in one.name] == ["grid-1", "grid-2"]
-
-
 def test_from_what_changed_nothing_nothing_is_concluded(tmp_path):
     acts, more = "history?last=50", {"agent": ["human-inspired"], "p": [0], "trials": 6, "repetitions": 1}
     found = found_in(tmp_path / "alone", study("flips", condition=acts, **more))
@@ -136,20 +125,3 @@ def test_every_factor_has_an_effect_on_both_measures_and_the_page_says_which_mat
     assert (part.heading, part.answer) == ("Which features matter?", "2 of 4 effects detected.")
     assert part.blocks[0][0].startswith(f"{READER}: misreading changes with flip.p=0.4 (+")
     assert [line[2] for line in tables_of(factorial)["factorial"]][:4] == ["factor", *factors]
-
-
-STICKY = "flip?p=0.6&others=kept"
-
-
-def test_a_level_is_compared_with_the_first_one_beside_the_control(tmp_path):
-    """Options that are no numbers: conditions that differ in one alone."""
-    asked = {"agent": [READER], "p": [0, 0.6], "condition": [STICKY, "nudge"], "trials": 8, "repetitions": 2}
-    found = found_in(tmp_path, study("flips", **asked))
-    (row,) = found.where("success_difference", axis="flip others")
-    of = row.condition, row.control, row.family, row.corrected_for
-    assert of == (STICKY, "flip?p=0.6", "levels of flip others", 1)
-    pair = {"agent": row.agent, "condition": STICKY, "control": "flip?p=0.6"}
-    second, first = (found.one("success_in_pairs", **pair, of=of).value for of in ("", "the control"))
-    assert row.value == pytest.approx(second - first)
-    assert row not in found.against_control()
-    assert STICKY in {one.condition for one in found.against_control()}

@@ -71,13 +71,6 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
     assert "changes and P are corrected for 5 comparisons" in top
 
 
-def test_a_study_that_has_only_begun_has_no_numbers(tmp_path):
-    found = found_in(tmp_path, small_study(), [])
-    assert found.answer == "No trial has ended yet."
-    assert primary_lines(found) == []
-    assert "Partial: 0 of 48 trials." in screen(Page(found=found).text())
-
-
 @pytest.mark.parametrize("p", [(0.0, 0.4), (0.4,)])
 @pytest.mark.parametrize("other", ["llm:b", "random", "human-inspired"])
 def test_an_agent_that_always_breaks_is_named_and_the_others_are_judged(tmp_path, other, p):
@@ -123,18 +116,3 @@ def test_an_unfinished_study_says_how_many_trials_its_agents_have(tmp_path):
     found = found_in(tmp_path, planned, trials)
     assert found.fact("overview", "unfinished") == "Still to come: llm:a has 8 of 20 and llm:b has none of 20 trials."
     assert "Partial: 8 of 40 trials." in screen(Page(found=found).text())
-
-
-@pytest.mark.parametrize(
-    ("acting", "said"),
-    [
-        (["tremble?p=0.2"], "With probability p a random other joint is attempted instead of the chosen one"),
-        (["tremble?p=0.2", "drop?p=0.5"], "Conditions change what it is told or what it does."),
-        (["flip?p=0.4", "flip?p=0.4&others=kept"], "Some reports are false: the flip rate says how often."),
-    ],
-)
-def test_the_lead_says_what_acts_in_the_conditions(tmp_path, acting, said):
-    found = found_in(tmp_path, study("flips", agent=["random"], trials=1, repetitions=1, condition=acting))
-    lead = found.fact("overview", "trial")
-    assert said in lead
-    assert ("flip rate" in lead) == ("flip" in acting[0])

@@ -63,14 +63,14 @@ def changed(of="lie, 8, later reports true", **columns):
 
 def test_the_clearest_effect_is_said_and_what_is_not_detected_is_not_said_to_be_nothing():
     detected = (
-        "At the report of step 8, one inverted report raises the success of random (truth): 40 % after a true report, +10 "
+        "Lie at step 8 raises the success of random (truth): 40 % after a true report, +10 "
         "points, 95 % interval +2 to +18; P = 0.01, 150 trials, 300 forks, later reports true."
     )
     assert fork_said(changed()) == detected
     unsure = [{"p_value": 0.2}, {"low": -0.01}, {"p_value": None}]
     for one in unsure:
         alone = fork_said(changed("force=A, onset, later reports as in the condition", **one))
-        assert alone.startswith("No effect of a next attempt at joint A at the report that completes its first loop on")
+        assert alone.startswith("No effect of force=A at onset on")
         several = changed("lie, 4, later reports true", **one) + changed("lie, 9, later reports true", **one)
         assert fork_said(several) == "No effect of one report on success was detected in 2 comparisons."
         assert fork_said([*several, *changed()]) == f"1 of 3 effects of one report were detected. {detected}"

@@ -52,9 +52,3 @@ def test_the_interval_has_to_lie_outside_both_levels_of_chance(tmp_path, loops, 
     trials = [make_trial(one, agent="llm:x", trial=i, budget=12) for i, one in enumerate(played, 1)]
     found = found_in(tmp_path, replace(small_study(("llm:x",), (0.0,), 1, 12), max_steps=12), trials)
     assert f" % ({said} 31 to 48 % by chance)" in Page(found=found).text()
-
-
-def test_a_study_without_an_ended_trial_has_no_loops(tmp_path):
-    found = found_in(tmp_path, small_study(("llm:x",), (0.0,), 1, 1), [make_trial([0], agent="llm:x", broken="model")])
-    assert not any(found.where(quantity) for quantity in ("loop_rate", "coverage"))
-    assert 'id="loops"' not in Page(found=found).text()

@@ -130,6 +130,9 @@ def test_people_stand_beside_agents_under_every_condition(tmp_path):
     counted = {row.condition: (row.count, row.n) for row in found.where("success", of="by person") if row.condition}
     assert counted == {one: (sum(trial.solved for trial in trials), 5) for one, trials in own.items()}
     assert found.one("success", condition="tremble?p=0.3", of="by person").doses == {"tremble.p": 0.3}
-    assert [row["condition"] for row in table(found, "people")][:6] == [*map(condition_words(found).get, conditions), "all"]
+    assert [row["condition"] for row in table(found, "people")][:6] == [
+        *map(condition_words(found).get, conditions),
+        "all",
+    ]
     theirs = [row["condition"] for row in table(found, "conditions") if row["agent"] == "participant"]
     assert theirs == [condition_words(found)[one] for one in conditions]

@@ -47,7 +47,7 @@ def test_the_shares_of_false_outcomes_and_positions_are_counted_in_the_records(f
 
 
 def test_readings_are_compared_in_pairs_at_the_same_rate(found):
-    shown = [row for row in table(found, "readings") if row["agent"] == AGENT]
+    shown = [row for row in table(found, "effects") if row["agent"] == AGENT and row["control"].startswith("flip")]
     assert [(row["condition"], row["control"]) for row in shown] == [
         (f"flip rate {rate}, false reports that stay", f"flip rate {rate}") for rate in ("0.4", "0.6")
     ]
@@ -87,5 +87,5 @@ def test_one_reading_says_what_was_not_tested(tmp_path):
     assert said == (
         f"Not tested for {AGENT}: whether false reports that stay do the same (--readings fresh,kept: 4 trials more)."
     )
-    assert tables_of(found)["readings"] == []
+    assert tables_of(found)["effects"] == []
     assert draw(found) is None

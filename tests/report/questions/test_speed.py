@@ -1,7 +1,7 @@
 """Speed: its rows say what the trials say, and its figure, table and sentence what the rows say."""
 
 import pytest
-from builders import SOLUTION, make_trial, play_study, small_study
+from builders import play_study, small_study
 from drawn import beside, shades, staircases
 from reported import found_in
 
@@ -40,13 +40,6 @@ def test_steps_are_those_of_the_trials(found, played):
     assert found.courses()[1].get("steps_difference", "higher") is None  # it plays alike whatever it is told
 
 
-def test_agents_are_compared_in_pairs_at_their_common_lowest_flip_rate(tmp_path):
-    rates = {"llm:a/a": (0.0, 0.4), "llm:a/b": (0.0,), "llm:a/c": (0.4,)}
-    made = [make_trial(SOLUTION, agent=agent, p=p) for agent, own in rates.items() for p in own]
-    found = found_in(tmp_path, small_study([*rates], (0.0, 0.4), 1, 1), made)
-    assert [(row.agent, row.versus) for row in found.where("hazard_ratio", of="")] == [("llm:a/b", "llm:a/a")]
-
-
 def test_the_figure_has_a_line_an_agent_with_a_band_about_those_that_the_study_is_about(found):
     (axes,) = draw(found).axes
     curves = [course.cells[0].curve("success_by_step") for course in found.courses()]
@@ -57,14 +50,3 @@ def test_the_figure_has_a_line_an_agent_with_a_band_about_those_that_the_study_i
     assert not corners >= set(enumerate(curves[1].high))
     for of in ("uniform", "no-repeat"):
         assert corners >= set(enumerate(found.curve("success_by_step", of=of).value))
-
-
-def test_of_one_agent_alone_there_is_a_line_a_flip_rate(tmp_path):
-    planned = small_study(["human-inspired"], (0.0, 0.3, 0.6), 1, 10)
-    found = found_in(tmp_path, planned, play_study(planned))
-    (axes,) = draw(found).axes
-    (course,) = found.courses()
-    curves = [cell.curve("success_by_step") for cell in course.cells]
-    assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [curve.value for curve in curves]
-    names = beside(axes)
-    assert names == {"$p$ = 0", "$p$ = 0.3", "$p$ = 0.6", "random agents, exact"}

@@ -39,15 +39,6 @@ def test_every_agent_has_its_arms_as_recorded(told):
         assert row.value == pytest.approx(sum(pairs) / len(pairs))
 
 
-def test_of_several_boxes_an_arm_has_the_share_of_its_condition(tmp_path):
-    found = results(write_study(tmp_path / "boxes", study("why", agent=AGENTS[:1], boxes=10, strategy_trials=2)))
-    rows = found.where("success_in_arm")
-    assert [row.of for row in rows] == list(ARMS)
-    for row in rows:
-        share = found.one("success", agent=row.agent, condition=row.condition, of="")
-        assert (row.value, row.low, row.high) == (share.value, share.low, share.high)
-
-
 def test_where_no_effect_is_detected_no_part_is_computed_or_shown(told):
     _, found = told
     assert {row.of for row in found.where("arm_contrast", agent=AGENTS[0])} == set(CONTRASTS)
@@ -71,7 +62,7 @@ def test_where_no_effect_is_detected_no_part_is_computed_or_shown(told):
 
 def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(told):
     _, found = told
-    assert tables_of(found)["factors"] == []
+    assert not found.where("success_difference", axis="first")
     assert not any("correction" in row.family for row in found.where("success_difference"))
 
 
@@ -127,19 +118,3 @@ def test_every_verdict_has_what_happened_and_how_sure_and_then_the_cause(verdict
     assert expected in found
     assert found.count(". ") == 1
     assert not any(word in found for word in ("believe", "because", "disturb"))
-
-
-def test_what_is_not_detected_is_said_to_be_small_or_not_excluded():
-    assert said("no change", total=0.01) == (
-        "False reports change the success of llm:a by less than 10 points (+1 points, 95 % interval \N{MINUS SIGN}4 to +6; "
-        "P = 0.04)."
-    )
-    assert said("inconclusive", total=0.01) == (
-        "No effect of false reports on the success of llm:a was detected (+1 points, 95 % interval \N{MINUS SIGN}4 to +6; "
-        "P = 0.6), and a change of 10 points or more is not excluded. About 230 blocks would detect that with a power of "
-        "80 %; 150 were played."
-    )
-    assert said("inconclusive", total=0.01, needed=None) == (
-        "No effect of false reports on the success of llm:a was detected, and a change of 10 points or more is not excluded."
-    )
-    assert said("says", "last", total=-0.2).startswith("False reports lower the success of llm:a by 20 points")

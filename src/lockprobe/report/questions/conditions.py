@@ -20,7 +20,7 @@ from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Note, Part, Section, Table
 from lockprobe.report.study_numbers import BOUNDS, PERMUTED, StudyNumbers, measured_row, share_rows
 from lockprobe.report.table_rows import chance_said, distinct, varied
-from lockprobe.statistics.contrast import Effect, against_control
+from lockprobe.statistics.contrast import LEVELS, Effect, against_control
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.measures import find_measure, measured
 from lockprobe.statistics.outcomes import points
@@ -66,27 +66,31 @@ def _effects(numbers: StudyNumbers) -> Iterator[Row]:
         yield from compared_rows(against_control(numbers.by_name, numbers.design), numbers)
 
 
-def compared_table(found: Results, rows: Sequence[Estimate]) -> list[list[Entry]]:
-    """Conditions that are compared with others, one row each; no table without any."""
-    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
-    table: list[list[Entry]] = [[*head]] * bool(rows)
-    words = condition_words(found)
-    for row in rows:
-        pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control", "axis")}
-        counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
-        table.append([row.agent, words[row.condition], words[row.control], *counts, *tested(row)])
-    return table
-
-
 def detected_said(rows: Sequence[Estimate], what: str) -> str:
     """How many of how many were detected; empty if none was tested."""
     judged = [row for row in rows if row.p_value is not None]
     return f"{sum(row.detected for row in judged)} of {len(judged)} {what} detected." if judged else ""
 
 
-def _against_control(found: Results) -> list[Estimate]:
-    """What is compared, in a study with conditions beside flip rates; flip rates alone have a question of their own."""
-    return found.against_control() if found.beside_flips else []
+def _compared(found: Results) -> list[Estimate]:
+    """Conditions against their control, and levels of one option, such as readings of a false report, with each other.
+
+    None of a study of flip rates alone, which have a question of their own.
+    """
+    levels = [row for row in found.where("success_difference", of="", versus="") if row.family.startswith(LEVELS)]
+    return [*found.against_control(), *levels] if found.beside_flips else []
+
+
+def _effects_table(found: Results) -> list[list[Entry]]:
+    """Conditions that are compared with others, one row each; no table without any."""
+    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
+    rows, words = _compared(found), condition_words(found)
+    table: list[list[Entry]] = [[*head]] * bool(rows)
+    for row in rows:
+        pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control", "axis")}
+        counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
+        table.append([row.agent, words[row.condition], words[row.control], *counts, *tested(row)])
+    return table
 
 
 def _table(found: Results) -> Sequence[Sequence[Entry]]:
@@ -148,17 +152,17 @@ _CONDITIONS, _MEASURES = Table("conditions", _table), Table("measures", _measure
 
 EFFECTS = Table(
     "effects",
-    lambda found: compared_table(found, _against_control(found)),
+    _effects_table,
     numeric_from=3,
     drawn="difference, points",
 )
-"""Every condition against its control."""
+"""Every condition against its control, and levels of one option against the first."""
 
 
 def _answer(found: Results) -> str:
     """How many differences were detected, or between which shares all conditions of all agents lie."""
     shares = [row.value for row in found.where("success", of="") if row.value is not None and row.condition]
-    if (said := detected_said(_against_control(found), "differences from the control")) or not shares:
+    if (said := detected_said(_compared(found), "differences")) or not shares:
         return said
     low, high = min(shares), max(shares)
     return f"{percent(low) if low == high else range_of(low, high)} of trials solved."
@@ -193,12 +197,15 @@ def _show(found: Results) -> Iterator[Part]:
         "which the condition changed something.",
     )
     blocks: list[Block] = [_CONDITIONS, told, *[note_at(found, _PAIRED)] * bool(found.against_control())]
+    blocks += [EFFECTS] if len(_compared(found)) > len(found.against_control()) else []
     blocks += [_MEASURES, _MEANS] if found.measures else []
     yield Part("All conditions", _answer(found), blocks)
 
 
 SECTIONS = (
-    Section(name="conditions", title="All conditions", rows=_rows, show=_show, tables=(_CONDITIONS, _MEASURES)),
+    Section(
+        name="conditions", title="All conditions", rows=_rows, show=_show, tables=(_CONDITIONS, EFFECTS, _MEASURES)
+    ),
     Section(name="effects", title="Every condition against the control", rows=_effects),
     Section(name="measures", title="Measures", rows=measure_rows),
 )

@@ -9,43 +9,17 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import capital, listed
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, entry_text, tested
-from lockprobe.report.questions.conditions import compared_rows, compared_table, detected_said
+from lockprobe.report.questions.conditions import compared_rows, detected_said
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
-from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
-from lockprobe.statistics.contrast import LEVELS, against_first
+from lockprobe.statistics.contrast import against_first
 from lockprobe.statistics.factorial import factorial_effects
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if not numbers.study.of_flips:
         yield from compared_rows(against_first(numbers.by_name, numbers.design.factors, numbers.design), numbers)
-
-
-def _compared(found: Results) -> list[Estimate]:
-    rows = [row for row in found.where("success_difference", of="") if row.family.startswith(LEVELS)]
-    return [row for row in rows if row.axis not in (*READING_FACTORS, NO_FEEDBACK)]  # readings.py has these
-
-
-_FACTORS = Table("factors", lambda found: compared_table(found, _compared(found)), 3, drawn="difference, points")
-
-_NOTE = Note(
-    Markup(
-        "Success under conditions that differ in one option alone, in the trials finished under both. "
-        "<em>Not detected</em> does not show that there is no difference."
-    ),
-    Markup(
-        "Compared and tested as conditions against their control are; corrected for all comparisons of the option and "
-        "for the agents (baselines apart)."
-    ),
-)
-
-
-def _show(found: Results) -> Iterator[Part]:
-    if rows := _compared(found):
-        names = ", ".join(dict.fromkeys(row.axis for row in rows))
-        yield Part(f"Options compared: {names}", detected_said(rows, "differences"), [_FACTORS, _NOTE])
 
 
 def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
@@ -121,5 +95,5 @@ SECTIONS = (
         show=_show_factorial,
         tables=(FACTORIAL,),
     ),
-    Section(name="factors", title="Options compared", rows=_rows, show=_show, tables=(_FACTORS,)),
+    Section(name="factors", title="Options compared", rows=_rows),
 )

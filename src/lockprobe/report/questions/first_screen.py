@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 from lockprobe.agents.catalogue import description
-from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.formatting import capital, listed
-from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.spec import Spec, spec_name
-from lockprobe.interventions.catalogue import shipped_as
-from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.report.answer import ONE_LOOK, answer, broken_said, chance_said, needed_said
+from lockprobe.foundation.spec import spec_name
+from lockprobe.report.answer import ONE_LOOK, answer, broken_said, needed_said
 from lockprobe.report.answer_list import AnswerList, known_of_broken
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
-from lockprobe.report.panel import panel_figure
 from lockprobe.report.prose import at_dose, cause
 from lockprobe.report.questions import speed, stopping, why
 from lockprobe.report.questions.boxes import boxes_said, differ_said
@@ -31,24 +27,19 @@ from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.factorial import factorials_of
-from lockprobe.statistics.idle import idle_interventions, never_acted, unheeded
+from lockprobe.statistics.idle import idle_interventions, never_acted
 from lockprobe.statistics.why.arms import arms_of
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
-from lockprobe.trial.condition import PLACES, place_of
-from lockprobe.trial.plant_change import PLANT
 
 _WHO, _WHO_MOST = "who was studied", 8
 """What the facts of agents are about, and how many are introduced at the top; of more there is only the list."""
 
-_FEW = 3
-"""The most agents of which it is said under what they chose alike."""
-
 _MODEL = ("served", "model", "temperature", "host")
 """Facts of a model that introduce it."""
 
-_CHANGED = {"told": "is told", "asked": "is asked", "remembered": "remembers", "done": "does"}
-"""Where an intervention acts -> what it changes of an agent."""
+_JOINTS = 6
+"""Joints of a box that is drawn on the first screen; the drawing of a larger one stands in its part of the page."""
 
 _NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
@@ -112,30 +103,24 @@ def _question(study: Study) -> str:
 def _trial(study: Study) -> str:
     """What happens in a trial, and what is varied."""
     told, steps = "After each step it is told what happened.", study.max_steps
-    flips = any(one.p for one in study.flip_axis)
-    if flips:
+    if any(one.p for one in study.flip_axis):
         told += " Some reports are false, and some corrected." if _asks_why(study) else _FALSE
     elif study.of_flips and len(study.modalities) > 1:
         told = "After each step it is shown, or told, how the joints stand."
-    if not (flips or study.of_flips):
-        acting = [spec for of in study.conditions if of not in study.flip_axis for spec in of.specs]
-        kinds = {shipped_as(Spec.parse(spec, "condition")) for spec in acting if spec_name(spec) != PLANT}
-        places = {place for kind in kinds for place in ([*PLACES] if kind is None else [place_of(kind)])}
-        ways = [f"what it {verb}" for place, verb in _CHANGED.items() if place in places]
-        ways += ["the plant on which it acts"] * any(one.plant.options for one in study.conditions)
-        changed = f"Conditions change {listed(ways, 'or') if ways else 'nothing'}."
-        alone = None if len(kinds) != 1 or len(ways) != 1 else kinds.pop()  # of a single one it says what that does
-        told += f" {changed if alone in (None, OutcomeFlip) else first_line(alone)}"
+    elif not study.of_flips:
+        acting = dict.fromkeys(spec_name(spec) for one in study.conditions for spec in one.specs)
+        told += f" What acts under the conditions: {listed([*acting], named=4)}." if acting else ""
     return f"An agent has {steps} step{'s' * (steps != 1)} to open a box whose joints lock each other. {told}"
 
 
 def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
-    """Interventions that changed nothing, which is no null result, and conditions under which an agent chose alike."""
+    """Interventions that changed nothing, which is no null result."""
     design = numbers.design
     acting = {arm.label: arm.without() for arm in design.arms}
     whole: dict[str, dict[str, int]] = {}
-    own = [cell for cell in numbers.cells if cell.agent in numbers.subjects and cell.condition not in design.controls]
-    for cell in own:
+    for cell in numbers.cells:
+        if cell.agent not in numbers.subjects or cell.condition in design.controls:
+            continue
         steps = int(cell.ended.length.sum())
         if never_acted(cell.trials):
             whole.setdefault(cell.condition, {})[cell.agent] = steps
@@ -148,17 +133,6 @@ def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
         rate = rates.get(condition)
         said = f"{capital(rate)} no report was false" if rate else f"{condition} changed nothing"
         yield f"{said}{who} (0 of {sum(agents.values())} steps), so nothing is concluded from it."
-    known = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
-    alone = len(numbers.subjects) <= _FEW and not numbers.study.of_flips
-    alike = [
-        (cell, changed)
-        for cell in (own if alone else ())
-        if (changed := unheeded(cell.trials, known.get((cell.agent, design.control(cell.condition)), ())))
-    ]
-    for (agent, steps), members in grouped(alike, lambda one: (one[0].agent, one[1])).items():
-        under = listed([cell.condition for cell, _ in members])
-        each, them = (" each", "them") if len(members) > 1 else ("", "it")
-        yield f"Under {under}, which changed {steps} steps{each}, {agent} chose the same joints as without {them}."
 
 
 def _unfinished(numbers: StudyNumbers) -> str:
@@ -210,6 +184,15 @@ def answer_of(found: Results) -> str:
     return " ".join(filter(None, sentences))
 
 
+def _chain(box: Mapping[str, Any]) -> list[tuple[int, int]]:
+    """Each joint that frees another, and that one, by place; none unless each waits for one beside it at most."""
+    places = {joint["name"]: i for i, joint in enumerate(box.get("joints", ()))}
+    needs = [(places[joint], clauses) for joint, clauses in box.get("interlock", {}).items()]
+    chain = [(places[other], waits) for waits, clauses in needs for clause in clauses for other in clause]
+    single = all(len(clauses) == 1 and len(clauses[0]) == 1 for _, clauses in needs)
+    return chain if single and all(abs(frees - waits) == 1 for frees, waits in chain) else []
+
+
 def _changes(found: Results, table: Table) -> tuple[Table, str] | None:
     """A table of changes as the first screen has room for it, and what it leaves out; None without a row."""
     head, *rows = table.cells(found) or [[]]
@@ -230,20 +213,20 @@ def _show(found: Results) -> Iterator[Part]:
     drawn = [] if found.where("false_report_effect") or found.design.contrasts else drawable(found)
     tested = [line.change for line in listing.lines if line.change]
     who = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
-    panel, panel_says = panel_figure(found.boxes[0]) if len(found.boxes) == 1 else ("", "")
+    box = found.boxes[0] if len(found.boxes) == 1 and 0 < len(found.boxes[0].get("joints", ())) <= _JOINTS else {}
     figures = [one for one in _FIGURES if one.applies(found)]
     said |= {"boxes": f"{differ_said(found)} {boxes_said(found)}".strip()} if len(found.boxes) > 1 else {}
     values = {
         "said": said,
         "notes": [said[kind] for kind in _NOTES if kind in said and said[kind] not in found.answer],
-        "rest": list(filter(None, (chance_said(found, listing.lines), found.fact("readings", "untested")))),
+        "rest": list(filter(None, [found.fact("readings", "untested")])),
         "needed": "" if found.progress.every_look or len(found.boxes) > 1 else needed_said(listing.lines),
         "listing": listing,
         "broke": known_of_broken(found),
         "compared": max((row.corrected_for for row in tested), default=1),
         "who": list(who.items()) if len(who) <= _WHO_MOST else [],
-        "panel": panel,
-        "panel_says": panel_says,
+        "panel": Template("panel", {"box": box, "chain": _chain(box)}) if box else None,
+        "chain": bool(_chain(box)),
         "curve": curve_figure(found, wide=True) if drawn else "",
         "narrow": curve_figure(found, wide=False) if drawn else "",
         "axis": drawn[0].name if drawn else "",

@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import change, p_cell, p_value, percent, points
+from lockprobe.foundation.formatting import capital, change, p_cell, p_value, percent, points
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, alone, without_empty
 from lockprobe.report.prose import rules_broken_said
@@ -18,24 +18,6 @@ from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
 from lockprobe.studies.study import Study
 
 _CHANGE, _AFTER_TRUTH, _SUCCESS = "fork_change", "after_true_report", "success"
-
-_PLACES = {
-    "onset": "the report that completes its first loop",
-    "first-lie": "its first false report",
-    "before-onset": "a random report from step 3 to its first loop",
-}
-
-_TOLD = {
-    "lie": "one inverted report",
-    "truth-truth": "one true report that is repeated as a correction",
-    "lie-truth": "one inverted report that the truth corrects at once",
-    "truth-lie": "one true report that a lie corrects at once",
-    "lie-lie": "one inverted report that is repeated as a correction",
-    "remark": "one irrelevant sentence",
-    "withheld": "one missing report",
-    "tremble": "a next attempt at another joint than the chosen one",
-    "random": "a next attempt at a random joint",
-}
 
 _TRUE = "later reports true"
 
@@ -103,12 +85,10 @@ def fork_said(rows: Sequence[Estimate]) -> str:
         return f"No effect of one report on success was detected in {len(found)} comparisons."
     row = min(clear or found, key=clearness)
     arm, where, later = _place(row)
-    kind, _, joint = arm.partition("=")
-    what = f"a next attempt at joint {joint}" if kind == "force" else _TOLD.get(arm, arm)
-    place, on = _PLACES.get(where, f"the report of step {where}"), f"the success of {row.agent} ({row.condition})"
-    said = f"No effect of {what} at {place} on {on} was detected"
+    on, at = f"the success of {row.agent} ({row.condition})", f"step {where}" if where.isdecimal() else where
+    said = f"No effect of {arm} at {at} on {on} was detected"
     if row.detected:
-        said = f"At {place}, {what} {'raises' if (row.value or 0.0) > 0 else 'lowers'} {on}"
+        said = f"{capital(arm)} at {at} {'raises' if (row.value or 0.0) > 0 else 'lowers'} {on}"
     size = f"{change(row.value or 0.0, row.low, row.high)}; {p_value(row.p_value)}"
     told = percent(after[row.agent, row.condition, row.of].value)
     said = f"{said}: {told} after a true report, {size}, {row.clusters} trials, {row.n} forks, {later}."

@@ -14,10 +14,10 @@ from lockprobe.interventions.conditions import tells_positions
 from lockprobe.report.answer import headline
 from lockprobe.report.format import entry_text
 from lockprobe.report.prose import cause, condition_words, false_reports, interval_kind, inverted, who
-from lockprobe.report.questions.conditions import compared_rows, compared_table, detected_said
+from lockprobe.report.questions.conditions import compared_rows, detected_said
 from lockprobe.report.rows import Course, Estimate, Fact, Results, Row
 from lockprobe.report.rows.primary import dose_lines
-from lockprobe.report.section import Block, Figure, Note, Part, Section, Table
+from lockprobe.report.section import Block, Figure, Note, Part, Section
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.contrast import against_first
@@ -87,14 +87,6 @@ def _answer(found: Results) -> str:
     return f"{what} {said} {words[largest.control]} ({entry_text(largest)} points)."
 
 
-_TABLE = Table(
-    "readings",
-    lambda found: compared_table(found, _compared(found)),
-    numeric_from=3,
-    drawn="difference, points",
-)
-
-
 def draw(found: Results) -> Any:
     """Success by flip rate, a panel for each agent that heeds reports and was played under several readings."""
     from lockprobe.report.figures.drawing import DASHES, MARKERS, lighter, sheet, style_of
@@ -156,11 +148,9 @@ def _show(found: Results) -> Iterator[Part]:
     effects = [headline(dose_lines(found, one), cause(one.axis)) for one in others]
     said = [_BOTH_FIT * bool(compared), *effects, found.fact(_NAME, "untested"), *_against_none_said(found)]
     blocks: list[Block] = [*filter(None, said), *[_FIGURE] * several]
-    blocks += [detected_said(compared, "differences between readings"), _TABLE] if compared else []
+    blocks += [detected_said(compared, "differences between readings")] if compared else []
     noted = compared or found.where("success_difference", of="", axis=NO_FEEDBACK)
     yield Part("What is a false report here?", _answer(found), [*blocks, *[_NOTE] * bool(noted)], _NAME)
 
 
-SECTIONS = (
-    Section(name=_NAME, title="What a false report is", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),
-)
+SECTIONS = (Section(name=_NAME, title="What a false report is", rows=_rows, show=_show, figures=(_FIGURE,)),)

@@ -9,15 +9,14 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import capital, count, p_cell
+from lockprobe.foundation.formatting import capital, count
 from lockprobe.report.answer import headline
-from lockprobe.report.format import Entry
 from lockprobe.report.prose import cause, false_reports, interval_kind, paper_rates
 from lockprobe.report.questions.loops import loops_over_doses
 from lockprobe.report.rows import Course as Shown
 from lockprobe.report.rows import DoseAxis, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL, dose_lines
-from lockprobe.report.section import Block, Figure, Note, Part, Section, Table
+from lockprobe.report.section import Block, Figure, Note, Part, Section
 from lockprobe.report.study_numbers import (
     BOUNDS,
     PERMUTED,
@@ -114,22 +113,9 @@ def _show_doses(found: Results) -> Iterator[Part]:
         slide, draw_axis = i == 1 and not found.several_p, partial(draw, axis=axis)
         blocks: list[Block] = [
             Figure(f"series-{i}-success", f"Success by {axis.name}", caption, draw_axis, slide=slide),
-            *[Table("", partial(_of_agents, axis=axis))] * (axis.intervention == AGENT),
             _note(found),
         ]
         yield Part(f"{called}{pictured}", what, blocks, "doses" if i == 1 else f"doses-{i}")
-
-
-def _of_agents(found: Results, axis: DoseAxis) -> list[list[Entry]]:
-    """Success at every value of an option of agents, and its change from the lowest; no condition has these."""
-    table: list[list[Entry]] = [["agent", axis.name, "trials", "solved", "change from the lowest", "P"]]
-    for course in found.courses(axis):
-        changes = {cell.dose: row for cell, row in course.changes()}
-        for cell in course.played:
-            row = changes.get(cell.dose)
-            p = p_cell(row.p_value) if row else ""
-            table.append([course.label, f"{cell.dose:g}", str(cell.trials), cell.get("success"), row, p])
-    return table
 
 
 def _note(found: Results) -> Note:
