@@ -8,7 +8,6 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.told import Delay
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import (

@@ -44,6 +44,7 @@ from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
+from lockprobe.trial.protocols import InterventionTraits
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA
 from lockprobe.trial.trial_name import ForkName
