@@ -2,12 +2,8 @@
 
 import re
 import shlex
-import subprocess
-import sys
 from collections import Counter
-from contextlib import redirect_stdout
 from dataclasses import replace
-from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -17,11 +13,9 @@ from typed import in_process
 from typer.testing import CliRunner
 
 import lockprobe
-from lockprobe.boxes.families import box
-from lockprobe.boxes.solve import random_no_repeat_success
 from lockprobe.cli import build
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.formatting import p_cell, percent
+from lockprobe.foundation.formatting import p_cell
 from lockprobe.report.format import entry_text
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.studies.options.studyfile import study
@@ -70,7 +64,7 @@ def test_the_answer_that_the_readme_quotes(tmp_path):
 
 def test_the_groups_of_a_lesson_find_what_it_says(tmp_path):
     said = r"play the same study with (\d+), (\d+) and (\d+) trials per repetition: .* --p 0,0\.6 --seed (\d+) --trials (\d+) --out group-1"
-    ((*sizes, seed, typed),) = [map(int, found) for found in re.findall(said, text_of("tutorial-teaching.md"))]
+    ((*sizes, seed, typed),) = [map(int, found) for found in re.findall(said, text_of("teaching.md"))]
     answers = []
     for size in sizes[:2]:  # the third has more trials of the same
         planned = study("flips", agent=("human-inspired", "random"), p=(0, 0.6), trials=size, seed=seed)
@@ -125,30 +119,6 @@ def blocks(page, kind):
     return re.findall(rf"^```{kind}\n(.*?)^```$", (DOCS / page).read_text("utf-8"), re.DOTALL | re.MULTILINE)
 
 
-AFTERWARDS = """
-import sys
-import pytest
-from lockprobe.cli import main
-
-print(int(pytest.main(["-q", "-p", "no:cacheprovider", "test_my_lab.py"])))
-sys.argv = ["lockprobe", "run", "flips", "--agent", "random", "--sweep", SWEEP, "--trials", "1", "--no-report"]
-main()
-"""
-
-
-def test_the_intervention_of_the_tutorial_is_played(tmp_path):
-    module, one_trial, contract, planned = blocks("tutorial-intervention.md", "py")
-    (tmp_path / "my_lab.py").write_text(module, "utf-8")
-    (tmp_path / "test_my_lab.py").write_text(contract, "utf-8")
-    (sweep,) = re.findall(r"--sweep '(.*?)'", text_of("tutorial-intervention.md"))
-    session = one_trial + planned + AFTERWARDS.replace("SWEEP", repr(sweep))
-    done = subprocess.run([sys.executable, "-c", session], cwd=tmp_path, capture_output=True, text=True, check=True)
-    (shown,) = blocks("tutorial-intervention.md", "text")
-    assert re.match(r"\[((True|False), ){15}None, None, None, None, None\]\n" + re.escape(shown), done.stdout)
-    assert "\n0\n" in done.stdout  # the contract is kept
-    assert re.search(r"conditions: .*python:my_lab:Tired\?last=15;", done.stdout)
-
-
 def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
     rows = dict(re.findall(r"^\| `(.*?)` \| (\d+) \|", (DOCS / "why.md").read_text("utf-8"), re.MULTILINE))
     planned = study(
@@ -179,11 +149,11 @@ def test_one_lie_at_the_end_of_a_loop(tmp_path):
     assert f"One random step instead adds {step} points ({step_between})" in text_of("why.md")
 
 
-def test_the_plant_of_the_tutorial_keeps_the_contract_and_is_played(tmp_path, monkeypatch):
-    module, contract = blocks("../robot/docs/tutorial-robot.md", "py")
+def test_the_device_of_the_page_keeps_the_contract_and_is_played(tmp_path, monkeypatch):
+    *_, module, contract = blocks("../robot/docs/robot.md", "py")
     (tmp_path / "bench.py").write_text(module, "utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    exec(compile(contract, "tutorial-robot.md", "exec"), {})
+    exec(compile(contract, "robot.md", "exec"), {})
     trial = lockprobe.run_trial(agent="human-inspired", plant="python:bench:Bench", p=0.4, seed=1)
     assert trial.actions == lockprobe.run_trial(agent="human-inspired", p=0.4, seed=1).actions
     assert {step.sensed["force_n"] for step in trial.steps} == {2.0, 20.0}
@@ -191,9 +161,9 @@ def test_the_plant_of_the_tutorial_keeps_the_contract_and_is_played(tmp_path, mo
 
 def test_a_server_of_ones_own_plays_the_pilot_with_and_without_facts(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (facts,) = blocks("tutorial-model.md", "toml")
+    (facts,) = blocks("models.md", "toml")
     (tmp_path / "facts.toml").write_text(facts, "utf-8")
-    (own,) = [block for block in blocks("tutorial-model.md", "sh") if "BASE_URL" in block]
+    (own,) = [block for block in blocks("models.md", "sh") if "BASE_URL" in block]
     typed = re.fullmatch(r"export LAB_BASE_URL=\S+/v1 LAB_API_KEY=(\w+)\nuv run lockprobe (.*)\n", own)
     words = [*shlex.split(typed[2]), "--no-report"]
     with here() as server:
@@ -205,66 +175,3 @@ def test_a_server_of_ones_own_plays_the_pilot_with_and_without_facts(tmp_path, m
         monkeypatch.setenv("LOCKPROBE_MODEL_FACTS", "facts.toml")
         assert in_process(*(word.replace("own-pilot", "again") for word in words), "--budget", "1").exit_code == 0
     assert [len(lockprobe.load(tmp_path / name)) for name in ("own-pilot", "again")] == [4, 4]
-
-
-NUMBERS = (ROOT / "docs" / "numbers.md").read_text("utf-8")
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", NUMBERS, re.MULTILINE | re.DOTALL)
-
-
-def typed(line):
-    _, name, *words = line.replace("'", "").split()
-    done = CliRunner().invoke(build([name]), [name, *words])
-    assert done.exit_code == 0, done.output
-    return done.stdout
-
-
-@pytest.fixture(scope="module")
-def printed(tmp_path_factory):
-    """What each block of the page prints, in order, and what its text blocks show."""
-    patch = pytest.MonkeyPatch()
-    where = tmp_path_factory.mktemp("numbers")
-    patch.chdir(where)
-    session, out, shown = {}, [], []
-    for kind, block in BLOCKS:
-        if kind == "text":
-            shown.append(block)
-        elif kind == "sh":
-            out.append(typed(block.strip()))
-        else:
-            with redirect_stdout(StringIO()) as said:
-                exec(compile(block, "numbers.md", "exec"), session)
-            out.append(said.getvalue())
-    yield where, out, shown
-    patch.undo()
-
-
-def test_every_block_prints_what_the_page_shows(printed):
-    _, (_, replayed, _, *prints), (trial, *values, _, _) = printed
-    assert [line.rstrip() for line in replayed.splitlines()] == trial.splitlines()
-    assert prints == values
-
-
-def test_the_table_and_the_answer_are_those_of_the_page(printed):
-    where, (ran, *_), shown = printed
-    head, row = (line.removesuffix("…") for line in shown[-2].splitlines())
-    first, *lines = (where / "one/tables/conditions.csv").read_text("utf-8").splitlines()
-    assert first.startswith(head)
-    assert any(line.startswith(row) for line in lines)
-    (answer,) = re.findall(r"both rows: \"(.*?)\"", " ".join(NUMBERS.split()))
-    assert answer in " ".join(
-        (where / "one/report.html").read_text("utf-8").replace("<code>", "").replace("</code>", "").split()
-    )
-    assert answer in " ".join(ran.split())
-    (cell,) = re.findall(r"shows the row as `(.*?)`", " ".join(NUMBERS.split()))
-    assert f">{cell}<" in (where / "one/report.html").read_text("utf-8")
-
-
-def test_verify_says_what_the_page_says(printed):
-    where, _, shown = printed
-    found = typed(f"lockprobe verify {where / 'one'}").splitlines()
-    assert all(line in found for line in shown[-1].splitlines())
-
-
-def test_the_chance_level_is_that_of_the_box():
-    (said,) = re.findall(r"never repeats a joint at once solves (\d+ %)", " ".join(NUMBERS.split()))
-    assert said == percent(random_no_repeat_success(box("chain-4")))
