@@ -40,7 +40,7 @@ COLUMNS = [
     "joint",
     "label",
     "moved",
-    "told",
+    "told_moved",
     "claimed",
     "misread",
     "state",
@@ -81,7 +81,7 @@ def test_steps_by_hand():
     assert column(found, "joint") == ["revolute-right", "slider-2", "slider-1", "revolute-left"]
     assert column(found, "label") == ["D", "C", "B", "A"]
     assert column(found, "moved") == [1, 1, 1, 1]
-    assert column(found, "told") == [1, 0, 1, 1]
+    assert column(found, "told_moved") == [1, 0, 1, 1]
     assert column(found, "claimed") == [1, 1, 0, ""]
     assert column(found, "misread") == [0, 1, 1, ""]
     assert column(found, "state") == ["0000", "0001", "0011", "0111"]

@@ -95,7 +95,7 @@ STEPS: Sequence[Column] = (
     text("label", "The attempted joint, by the letter that the agent knew it by.",
          lambda row: row.trial.labels[row.trial.joints.index(row.step.joint)]),
     mark("moved", "whether the joint really moved.", lambda row: row.step.moved),
-    mark("told", "whether the report after the step said that it moved; with pictures, whether the picture shows that. "
+    mark("told_moved", "whether the report after the step said that it moved; with pictures, whether the picture shows that. "
          "Empty if nothing was reported.", lambda row: row.step.told_moved),
     mark("claimed", "whether the agent then said that it moved, when it chose the next joint. Empty for the last step, "
          "and if it was not asked.", lambda row: row.claimed),
