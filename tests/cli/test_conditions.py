@@ -18,7 +18,7 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path)
     assert "6 of 6 trials are done already" in lockprobe(*ASKED, *ACTING, "--out", out)[1]
     assert lockprobe("status", out)[0] == 0
     header = lockprobe("export", out)[1].splitlines()[0].split(",")
-    assert header[18] == "condition"
+    assert header[4] == "condition"
     assert lockprobe("replay", out, "lab/random/tremble?p=0.2/rep=1/trial=1")[1].startswith("lab/random/tremble")
     assert "report.html" in lockprobe("report", out)[1]
     found = json.loads((out / "results.json").read_text())
