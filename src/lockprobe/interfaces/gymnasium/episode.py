@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Configuration
-from lockprobe.boxes.state_space import space_of
 from lockprobe.foundation.errors import ChannelFault, PlantFault
 from lockprobe.interfaces.gymnasium.settings import BLOCKED, FARTHEST, EnvironmentSettings, EpisodeKey, Vector
 from lockprobe.interventions.flip import told_by
@@ -50,7 +49,7 @@ class PlainEpisode:
         self._flips = settings.flips or ()
         self._luck = [plan.luck.stream(f"{flip.stream}-{place}") for place, flip in enumerate(self._flips)]
         box = settings.study.box
-        self._space, self._listing = space_of(box), listing(settings, plan)
+        self._space, self._listing = settings.state_space, listing(settings, plan)
         self._target = self._listing.index(self._space.target)
         self._configuration = self._space.start
         self._positions = sum(1 << place for place, joint in enumerate(self._listing) if box.initial[joint])

@@ -29,6 +29,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from lockprobe.boxes.state_space import Space, space_of
 from lockprobe.foundation.errors import BadValue, Conflict, UnknownName
 from lockprobe.foundation.spec import spec_name
 from lockprobe.foundation.validation import check_whole
@@ -136,6 +137,11 @@ class EnvironmentSettings:
     def picture_size(self) -> tuple[int, int] | None:
         """Width and height of the plant's pictures, pixels; None without a simulated camera."""
         return resolve_plant(self.plant).picture_size
+
+    @cached_property
+    def state_space(self) -> Space:
+        """The configurations of the box."""
+        return space_of(self.study.box)
 
     @cached_property
     def first_look(self) -> Percept:

@@ -13,7 +13,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from lockprobe.boxes.state_space import space_of
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interfaces.gymnasium.episode import listing
@@ -50,7 +49,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
             expected = 'flips alone on a symbolic plant, without pictures; vectorization_mode="sync" plays all else'
             raise BadValue("make_vec", given, expected)
         self._flips, box = self.settings.flips, self.settings.study.box
-        self._space, joints = space_of(box), len(box.joints)
+        self._space, joints = self.settings.state_space, len(box.joints)
         self.single_action_space, self.single_observation_space = spaces.Discrete(joints), self.settings.space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
