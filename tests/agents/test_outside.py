@@ -9,16 +9,8 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.outside import OutsideAgent, check_client, client_spec, participant_spec
 from lockprobe.agents.prompt import example
 from lockprobe.foundation.errors import BadValue, ChannelFault
-from lockprobe.foundation.spec import group_of
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Decision
-
-
-@pytest.mark.parametrize("name", ["a", "claude-code", "gpt_5.1", "A" * 64])
-def test_a_client_is_an_agent_that_no_run_plays_and_that_stands_alone(name):
-    spec = client_spec(name)
-    found = resolve(spec)
-    assert (found.spec, found.engine, found.senses, group_of(spec)) == (spec, "client", "pictures", spec)
 
 
 @pytest.mark.parametrize("name", ["", "-a", "a b", "a/b", "a?b=1", "é", "A" * 65, "a\n", "a:b"])

@@ -139,12 +139,6 @@ def test_the_record_says_how_it_saw_and_who_decided():
     assert (facts["nearest"], facts["lapse"]) == (True, 0.1)
 
 
-@pytest.mark.parametrize(("setting", "value"), [("acuity", 3), ("doubt", -0.1), ("doubt", 1.0)])
-def test_sight_out_of_range_is_refused(setting, value):
-    with pytest.raises(BadValue, match=f"^{setting}: got"):
-        Eyesight(**{setting: value})
-
-
 def test_pictures_of_which_it_is_not_told_where_handles_are_are_refused():
     percept = Percept(text="", pictures=(coloured((0, 1, 0, 1, 1)),))
     with pytest.raises(BadValue, match="^observation of viewer: got '', expected pictures with the places of handles"):

@@ -120,12 +120,6 @@ def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):
     assert "\n" not in str(wrong.value)
 
 
-def test_a_file_that_is_not_there_is_one_line(tmp_path, monkeypatch):
-    monkeypatch.setenv(OWN_FACTS, str(tmp_path / "none.toml"))
-    with pytest.raises(BadFile, match=r"none.toml: cannot be read \(No such file or directory\)"):
-        facts_of("openai/gpt-4o")
-
-
 @pytest.mark.parametrize(
     ("fact", "changed"),
     [
