@@ -28,7 +28,6 @@ def lockprobe(monkeypatch, capsys):
 def provider(monkeypatch):
     """A provider, and a function that has it answer otherwise. Reports are left out, which take seconds."""
     monkeypatch.setattr("lockprobe.report.write.write_report", lambda directory, **_: directory / "report.html")
-    monkeypatch.setattr("lockprobe.cli.live_report.LiveReport.renew", lambda live: None)
     answers = [truthful]
 
     def newest(request):

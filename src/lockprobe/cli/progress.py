@@ -8,7 +8,6 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
-from pathlib import Path
 from typing import TextIO
 
 from rich.console import Console
@@ -18,7 +17,6 @@ from rich.text import Text
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.agents.llm.answer import MENDING
 from lockprobe.cli.format_cost import estimate_facts, estimate_lines, money, spent_facts, spent_in_words
-from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.server_marks import ServerMarks
 from lockprobe.cli.study_lines import begin_lines, done_of, in_boundaries, minutes
 from lockprobe.foundation.errors import BudgetReached, UserMistake
@@ -55,7 +53,6 @@ class Progress(Observer):
     Args:
         json: Whether programs read it. What agents print then goes to standard error, so that every line is JSON.
         budget: The budget of the study.
-        report: The directory whose report is renewed while slow agents play; None for none.
         attended: Whether the plant asks questions at this terminal: the person who answers must not see reports.
         forks: Of forks, a function of their journal and of how many are owed, to what is said; None of a study.
 
@@ -71,7 +68,6 @@ class Progress(Observer):
         *,
         json: bool = False,
         budget: Budget | None = None,
-        report: Path | None = None,
         attended: bool = False,
         forks: Callable[[Journal, int], Sequence[str]] | None = None,
     ) -> None:
@@ -79,7 +75,6 @@ class Progress(Observer):
         self.broken: Counter[str] = Counter()
         self.abandoned: dict[str, tuple[str, int]] = {}
         self._json, self._budget, self._attended, self._forks = json, budget, attended, forks
-        self._report = LiveReport(report) if report else None
         self._marks, self._shown = ServerMarks(), ""
         self._events: TextIO | None = None
         self._study: Study | None = None
@@ -95,7 +90,7 @@ class Progress(Observer):
 
     @contextmanager
     def played(self) -> Iterator[None]:
-        """A context in which trials are played; at its end no report is being written, and no line is renewed."""
+        """A context in which trials are played; at its end no line is renewed."""
         self._events = sys.stdout
         try:
             if self._json:
@@ -106,12 +101,6 @@ class Progress(Observer):
                     yield
             else:
                 yield
-            if self._report:
-                self._report.end()
-        except UserMistake:
-            if self._report:
-                self._report.stop()
-            raise
         finally:
             self._live = self._events = None
 
@@ -178,8 +167,6 @@ class Progress(Observer):
         self._guess = f"about {minutes(owed)} min" if source.engine == "process" else "…"
         guess = f", {self._guess}" if source.engine == "process" and self._live is None else ""
         self.tell("agent", f"{self._agent}: {count(owed, 'trial')} to play{guess}", agent=self._agent, owed=owed)
-        if self._report and slow:
-            self._report.begin()
 
     def step(self, key: str, step: Step) -> None:
         """Count a step; tell it if its agent is slow."""
@@ -216,8 +203,6 @@ class Progress(Observer):
         )
         assert self._study is not None
         self._say_state(now=self._played == self._owed and self._study.until is None)
-        if self._report and (page := self._report.renew()):
-            self.tell("first-report", f"First report: {page} (renewed while the run goes on)", path=str(page))
 
     def _count(self, trial: Trial | OnRecord) -> None:
         self._valid += trial.ending != "error"

@@ -50,11 +50,11 @@ def play_study(
         limits: How much is played at once.
         budget: The budget of the study.
         again: Which finished trials are replayed; see ``lockprobe run --again``.
-        report: Whether to write the report during and after the run.
+        report: Whether to write the report after the run.
         json: Whether to print events as JSON.
     """
     with suppress(_NothingKept), Journal.open(directory, planned) as journal:
-        progress = Progress(json=json, budget=budget, report=directory if report else None, attended=planned.attended)
+        progress = Progress(json=json, budget=budget, attended=planned.attended)
         if budget is not None:
             journal.calls.limit(budget)
         if again is not None:

@@ -8,7 +8,6 @@ import pytest
 from provider_server import completion, failure, pictures
 from typed import in_process
 
-
 MODEL = "llm:openai-api/fake/model"
 GOOD = {"joint": "A", "colour": "red"}
 

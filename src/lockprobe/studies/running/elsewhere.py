@@ -14,7 +14,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from multiprocessing import parent_process
-from typing import Protocol
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.foundation.errors import ModelFault, PlantFault
@@ -37,14 +36,6 @@ _SIMULATED = ("symbolic", "fast-twin", "twin")
 """Plants that are computed alone; others have a person or a device."""
 
 
-class Finish(Protocol):
-    """Takes a finished trial."""
-
-    def __call__(self, trial: Trial, timing: Timing, row: TrialRow | None = None) -> None:
-        """Write it; ``row`` is the same as it is stored, if that is made already."""
-        ...
-
-
 def can_travel(study: Study, source: AgentSource) -> bool:
     """Whether an agent's trials can run on other machines: agent, plant and interventions must ship with Lockprobe."""
     changes = [type(change) for one in study.conditions for change in interventions_in(one)]
@@ -60,7 +51,7 @@ def play_elsewhere(
     plans: Sequence[Plan],
     pool: Pool,
     on_step: Callable[[str, Step], None],
-    finish: Finish,
+    finish: Callable[[Trial, Timing, TrialRow | None], None],
     *,
     identities: Mapping[str, str],
     album: Album,
@@ -74,7 +65,8 @@ def play_elsewhere(
         plans: At least one.
         pool: Where they are played.
         on_step: Called with the key of a trial and each of its steps.
-        finish: Called with every finished trial; the pictures that its record names are in the album by then.
+        finish: Called with every finished trial, how long it took, and the same as it is stored, if that is made already;
+            the pictures that its record names are in the album by then.
         identities: Label of a condition -> the identity of its records.
         album: The pictures of the study.
         live: Whether a worker tells each step when it is played, if the pool can hear it; else all come at the end.
@@ -95,7 +87,7 @@ def play_elsewhere(
         if isinstance(played, Lost):
             error = ModelFault(played.why) if played.explained else fault(f"{plan.agent} lost its worker: {played.why}")
             trial = broken(plan, error)
-            finish(trial, Timing(key=trial.key, seconds=0.0, steps=0))
+            finish(trial, Timing(key=trial.key, seconds=0.0, steps=0), None)
             continue
         row, pictures = played
         for picture in pictures:
