@@ -133,28 +133,6 @@ def test_without_a_log_of_calls_it_says_what_decisions_used(tmp_path, told):
     assert (facts["in_progress"], facts["unanswered_calls"]) == (0, 0)
 
 
-def test_a_trial_that_was_played_elsewhere_costs_what_its_decisions_say(tmp_path, told):
-    usage = Usage(calls=1, input_tokens=1_000_000)
-    whole = [make_trial(SOLUTION, agent=DEAR, trial=number) for number in (1, 2)]
-    imported, own = (
-        replace(t, steps=tuple(replace(s, decision=replace(s.decision, usage=usage)) for s in t.steps)) for t in whole
-    )
-    write_study(tmp_path / "s", planned(DEAR), [imported, own])
-    written(tmp_path / "s", *(replied(trial=2, step=step, usage=usage) for step in (1, 2, 3, 4)))
-    facts, _ = told(tmp_path / "s")
-    assert (facts["calls"], facts["input_tokens"]) == (8, 8_000_000)
-
-
-def test_what_a_terminal_would_obey_is_not_printed(tmp_path, told):
-    trial = make_trial([0], agent="random", broken="model")
-    broken = replace(trial, error=replace(trial.error, message="before\x1b[2Jafter"))
-    write_study(tmp_path / "s", planned(DEAR, "random"), [broken])
-    written(tmp_path / "s", replied(served="dear\x1b[31m"))
-    _, lines = told(tmp_path / "s")
-    assert "            first at model: before?[2Jafter" in lines
-    assert "served by   dear?[31m (1)" in lines
-
-
 RUNNING = """
 import asyncio, sys
 from builders import SOLUTION, call_of, make_trial

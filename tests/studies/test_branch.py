@@ -5,11 +5,10 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation.exact import propagate
 from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.why.arms import CROSSED
-from lockprobe.studies.branch import FORKS, TOLD, arm_interventions, branching, play_forks
+from lockprobe.studies.branch import FORKS, TOLD, branching, play_forks
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
@@ -139,14 +138,6 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
     with pytest.raises(BadValue, match="ended as an error"):
         branching(planned, [broken, *trials[1:]], keys=[broken.key])
     assert branching(planned, [broken, *trials[1:]]).left == {"ended as an error": 1}
-
-
-def test_pictures_tell_truth_and_lies_and_cannot_be_corrected():
-    condition = replace(study("flips").conditions[0], modality="rgb")
-    assert arm_interventions("lie", 4, condition) == (OutcomeFlip(p=1.0, at=(4,)),)
-    for arm in (*CROSSED, "withheld"):
-        with pytest.raises(BadValue, match=f"a picture cannot be {arm}"):
-            arm_interventions(arm, 4, condition)
 
 
 def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path, monkeypatch):

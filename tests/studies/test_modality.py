@@ -7,25 +7,15 @@ import pytest
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import flips
-from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import (
     check_distinct,
     check_shown,
     interventions_for,
     is_pictured,
-    refuse_blind,
     shown,
     taken_in,
 )
-
-
-def test_reports_are_flipped_and_put_into_words():
-    flip = OutcomeFlip(p=0.3, others="kept")
-    assert interventions_for(flips((0.3,), "integrated")[0]) == (flip, TextChannel(tell="state"))
-    assert interventions_for(flips((0.3,), "integrated", ("symbolic",))[0]) == (flip, TextChannel())
-    assert interventions_for(flips((0.3,), "outcome-only")[0]) == (OutcomeFlip(p=0.3), TextChannel(tell="outcome"))
 
 
 @pytest.mark.parametrize(
@@ -128,16 +118,3 @@ def test_who_reads_reports_takes_in_no_pictures():
     assert taken_in("python:mine:Mine", shown) == shown
     with pytest.raises(UnknownName, match="no agent is called 'rando'"):
         taken_in("rando", shown)
-
-
-@pytest.mark.parametrize(
-    ("agent", "looks"),
-    [
-        ("human-inspired:proximity?lapse=0.1", "viewer:human-inspired:proximity?lapse=0.1"),
-        ("llm:local", "viewer, or a model that takes pictures,"),
-    ],
-)
-def test_an_agent_without_eyes_is_refused_with_the_one_that_looks_for_it(agent, looks):
-    with pytest.raises(BadValue, match=re.escape(f"symbolic for {agent}, which reads reports")) as refused:
-        refuse_blind(agent, "rgb", "symbolic")
-    assert f"; {looks} plays by what it sees" in str(refused.value)

@@ -12,9 +12,9 @@ from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
-from lockprobe.studies.options.studyfile import study, trial_study
+from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import settings_of, study_from
-from lockprobe.trial.condition import Condition, Contrast
+from lockprobe.trial.condition import Condition
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
 STUDY = study(StudyOptions(agent=["random"], trials=2, repetitions=2, p=[0, 0.4]))
@@ -207,14 +207,6 @@ def test_agents_that_are_asked_for_are_added_to_those_that_are_there(there, aske
     assert joined_agents(there, asked) == together
 
 
-def test_conditions_replace_flip_rates_and_the_truth_is_their_control():
-    planned = study("flips", agent="random", condition=["nudge", "flip?p=0.4 + nudge"], sweep="tremble?p=0,0.1")
-    labels = [condition.label for condition in planned.conditions]
-    assert labels == ["truth", "nudge", "flip?p=0.4 + nudge", "tremble?p=0.1"]
-    assert not planned.of_flips
-    assert planned.size == 4 * 3 * 10
-
-
 def test_a_condition_is_played_in_every_modality_unless_it_says_its_own():
     planned = study(
         "modalities",
@@ -225,22 +217,6 @@ def test_a_condition_is_played_in_every_modality_unless_it_says_its_own():
     assert [condition.label for condition in planned.conditions] == [
         "truth", "nudge", "symbolic", "nudge + symbolic", "rgb", "nudge + rgb", "rgbd", "warn + rgbd",
     ]  # fmt: skip
-
-
-@pytest.mark.parametrize(("default", "other"), [("symbolic?tell=state", "symbolic"), ("symbolic", "rgb")])
-def test_a_modality_that_is_written_is_played_even_if_it_is_the_default(default, other):
-    planned = study(
-        "modalities", agent="viewer", modality=[other], condition=[f"warn + {default}", "nudge"],
-        sweep=f"tremble?p=0.1,0.2 + {default}",
-    )  # fmt: skip
-    assert [(one.specs, one.modality) for one in planned.conditions] == [
-        ((), other), (("nudge",), other), ((), default),
-        (("warn",), default), (("tremble?p=0.1",), default), (("tremble?p=0.2",), default),
-    ]  # fmt: skip
-    alone = trial_study({"condition": "warn + symbolic?tell=state", "p": 0.4}, agent="random").conditions[0]
-    assert (alone.specs, alone.modality) == (("flip?p=0.4", "warn"), "symbolic?tell=state")
-    with pytest.raises(BadValue, match="modality: got 'rgb', expected none with a condition that says symbolic"):
-        trial_study({"condition": "warn + symbolic?tell=state", "modality": "rgb"}, agent="random")
 
 
 def test_a_named_condition_is_called_so_in_keys_and_settings(tmp_path):
@@ -283,17 +259,6 @@ def test_people_play_every_condition_that_reaches_them():
 def test_a_dose_that_no_curve_can_be_fitted_to_is_refused(agent, sweep, said):
     with pytest.raises(BadValue, match=said):
         study("flips", agent=agent, sweep=sweep)
-
-
-def test_a_file_and_python_may_say_what_is_asked(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text('condition = "nudge"\n[contrasts.shout]\nof = "nudge"\nminus = ["truth"]\n')
-    asked = {"shout": {"of": ["nudge"], "minus": "truth"}}
-    for planned in (study(path, agent="random"), study("flips", agent="random", condition="nudge", contrasts=asked)):
-        assert planned.contrasts == {"shout": Contrast(of=("nudge",), minus=("truth",))}
-        assert study_from(json.dumps(settings_of(planned)).encode(), path).contrasts == planned.contrasts
-    with pytest.raises(BadValue, match="^contrasts: got .*expected a list"):
-        study("flips", contrasts={"shout": {"of": 3, "minus": "truth"}})
 
 
 def test_options_in_python_are_those_of_the_command_line():

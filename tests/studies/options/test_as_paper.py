@@ -1,6 +1,5 @@
 """``--as-paper``: ordinary settings, one labelling and one panel for a study, and nothing that follows the interlock."""
 
-from collections import Counter
 from dataclasses import replace
 from functools import cache
 
@@ -8,7 +7,6 @@ import pytest
 from provider_server import here
 
 from lockprobe.agents.llm.settings import Access
-from lockprobe.boxes.families import box
 from lockprobe.boxes.layouts import locking_pairs, neighbours
 from lockprobe.foundation.errors import Conflict
 from lockprobe.report.verify.verification import verify
@@ -74,25 +72,6 @@ def drawn(seed, name="chain-4"):
     found = study("flips", agent="random", as_paper=True, seed=seed, box=name)
     plan = found.plan("random", found.conditions[0], 1, 1)
     return Names(plan), plan.box
-
-
-def test_over_seeds_every_role_comes_at_every_place_under_every_label_and_anywhere_in_the_list():
-    """200 seeds: 50 expected of each of 16 pairs; the standard deviation of a count is 6."""
-    role = {name: number for number, name in enumerate(box("chain-4").names)}
-    places, labels, listed, all_three = Counter(), Counter(), Counter(), Counter()
-    for seed in SEEDS:
-        names, dealt = drawn(seed)
-        where = {joint.name: round(4 * joint.place[0] - 0.5) for joint in dealt.joints}
-        assert sorted(where.values()) == [0, 1, 2, 3]
-        for i, name in enumerate(dealt.names):
-            places[role[name], where[name]] += 1
-            labels[role[name], names.labels[i]] += 1
-            listed[role[name], names.order.index(i)] += 1
-            all_three[where[name], names.labels[i], names.order.index(i)] += 1
-    for counts in (places, labels, listed):
-        assert len(counts) == 16
-        assert all(30 <= count <= 70 for count in counts.values())
-    assert len(all_three) == 64
 
 
 def test_over_seeds_neighbours_lock_each_other_as_often_as_by_chance():

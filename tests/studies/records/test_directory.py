@@ -16,7 +16,6 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.store import written
 from lockprobe.studies.running import runner
 from lockprobe.studies.running.observer import Observer
 from lockprobe.studies.running.runner import Limits, run, run_study
@@ -30,16 +29,6 @@ def test_a_start_that_fails_leaves_nothing(tmp_path):
     with pytest.raises(BadFile, match="none.gguf"):
         run_study(CANNOT_START, tmp_path / "runs" / "d")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_start_that_fails_deletes_nothing_that_was_there(tmp_path):
-    (tmp_path / "d").mkdir()
-    (tmp_path / "d" / "notes.txt").write_text("mine")
-    with written(tmp_path / "d"):
-        pass
-    with pytest.raises(BadFile):
-        run_study(CANNOT_START, tmp_path / "d")
-    assert sorted(path.name for path in (tmp_path / "d").iterdir()) == ["notes.txt", "study.db"]
 
 
 @pytest.mark.parametrize("played", [True, False])

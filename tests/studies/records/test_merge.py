@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from builders import call_of, make_trial, play_study, small_study, write_study
-from stored import call_log, contents, records, rewrite, sql, timings
+from stored import call_log, contents, records, rewrite, sql
 from taking_part import take_part
 
 from lockprobe.foundation.errors import BadFile
@@ -29,16 +29,6 @@ def write_calls(directory, calls):
         for call in calls:
             log.write(call)
     return directory
-
-
-def test_two_agents_that_were_played_apart_are_one_study(tmp_path):
-    here = write_study(tmp_path / "here", only("random"))
-    there = write_study(tmp_path / "there", only("human-inspired"))
-    gathered = gather(here, [source_of_directory(there)])
-    assert (gathered.taken, gathered.there, gathered.agents) == (8, 0, ("human-inspired",))
-    assert read_study(here) == ALL
-    assert {trial.key: trial for trial in load(here)} == {trial.key: trial for trial in play_study(ALL)}
-    assert {timing.key for timing in timings(here)} == {trial.key for trial in load(here)}
 
 
 def test_a_directory_that_does_not_exist_becomes_the_study(tmp_path):

@@ -65,7 +65,7 @@ def play_elsewhere(
         plans: At least one.
         pool: Where they are played.
         on_step: Called with the key of a trial and each of its steps.
-        finish: Called with every finished trial, how long it took, and the same as it is stored, if that is made already;
+        finish: Called with every finished trial, how long it took, and its row of the store, if that is made already;
             the pictures that its record names are in the album by then.
         identities: Label of a condition -> the identity of its records.
         album: The pictures of the study.
