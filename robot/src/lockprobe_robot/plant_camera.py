@@ -43,6 +43,7 @@ class PlantCamera:
         pose: Pose of the panel in the world, shape (4, 4).
         handles: The handles' positions at 0 and at 1 in its frame, shape (joints, 2, 3), metres.
         settings: Size of pictures, noise of depth, error of the view.
+        overlay: What is drawn over a frame that shows a configuration.
         rng: A separate random stream. Each look draws one number of it for the noise of depth, and six of a child of it
             for the error of the view.
     """
@@ -55,9 +56,10 @@ class PlantCamera:
         handles: NDArray[np.float64],
         settings: CameraSettings,
         rng: np.random.Generator,
+        overlay: Callable[[Frame, Configuration], Frame] = lambda frame, configuration: frame,
     ) -> None:
         self._joints, self._pose, self._handles = joints, pose, handles
-        self._settings, self._rng = settings, rng
+        self._settings, self._rng, self._overlay = settings, rng, overlay
         self._view = rng.spawn(1)[0]
         shift, turn = settings.view_jitter / 1000, math.radians(settings.view_turn)
         self._sizes = np.array([shift] * 3 + [turn] * 3)
@@ -104,7 +106,7 @@ class PlantCamera:
         move_camera(seen, eye, self._sizes * self._view.standard_normal(6))
         rgb, depth = renderer.colours(CAMERA), renderer.depth(CAMERA)
         self._drawn_by = renderer.name
-        return Frame(
+        frame = Frame(
             rgb=rgb,
             depth=add_depth_noise(depth, settings.depth_noise, self._rng),
             camera=camera,
@@ -112,6 +114,7 @@ class PlantCamera:
             renderer=renderer.name,
             labelled=settings.labels,
         )
+        return self._overlay(frame, self._joints.configuration() if configuration is None else configuration)
 
     def _geometry(self, seen: mujoco.MjData, eye: int) -> Camera:
         """The camera model: focal length, and the panel's pose in the camera's frame."""
@@ -125,12 +128,9 @@ class PlantCamera:
 
 
 def move_camera(seen: mujoco.MjData, eye: int, error: NDArray[np.float64]) -> None:
-    """Move a camera of a state whose poses are computed.
+    """Move a camera, by index, of a state whose poses are computed.
 
-    Args:
-        seen: The state.
-        eye: The camera, by index.
-        error: Shift along the camera's own axes, metres, and rotation vector about them, radians; shape (6,).
+    The error is a shift along the camera's own axes, metres, and a rotation vector about them, radians; shape (6,).
     """
     if not error.any():
         return
@@ -148,14 +148,7 @@ def add_depth_noise(depth: NDArray[np.float32], noise: float, rng: np.random.Gen
 
     With ``noise=0`` it only rounds. It always draws one number from ``rng``, so the same stream gives the same errors
     at every noise level, scaled.
-
-    Args:
-        depth: Shape (height, width), metres; 0 where there is nothing.
-        noise: Standard deviation at 0.7 m, metres.
-        rng: Random stream.
-
-    Returns:
-        The same shape; 0 where there is no reading.
+    Depth has the shape (height, width), metres; 0 is no reading. ``noise`` is the standard deviation at 0.7 m, metres.
     """
     luck = np.random.Generator(np.random.PCG64(int(rng.integers(2**63))))
     read = depth

@@ -123,7 +123,7 @@ def _of_a_user(spec: Spec) -> PlantSource:
 def manual(spec: Spec) -> PlantSource:
     """A real box whose joints a person moves; a camera tells the truth.
 
-    Options: camera, handles.
+    Options: camera.
     """
     from lockprobe_robot.hardware.sight import ManualSettings, make_manual
 

@@ -88,14 +88,3 @@ def test_what_joint_and_gate_can_do_together_is_an_h(kind):
             assert gap(mounted, fraction, STROKE) > 0.001, "out of the way, the pin never touches"
         for fraction in np.linspace(0.05, 0.95, 37):
             assert gap(mounted, fraction, 0.0) < 0, "in the way, the pin stands where the block would have to be"
-
-
-@pytest.mark.parametrize("kind", ["prismatic", "revolute"])
-def test_a_pushed_block_meets_the_pin_squarely(kind):
-    """Where they meet, moving the pin along its way changes nothing: no force on the joint drives it out."""
-    for mounted in mounting_choices(kind, (0.0, 0.0)):
-        low, high = 0.0, 0.05
-        for _ in range(50):
-            middle = (low + high) / 2
-            low, high = (middle, high) if gap(mounted, middle, 0.0) > 0 else (low, middle)
-        assert [gap(mounted, high, out) for out in (-0.004, 0.004)] == pytest.approx([0, 0], abs=1e-5)

@@ -2,11 +2,9 @@
 
 import itertools
 
-import mujoco
 import numpy as np
 import pytest
-from box_model.scenes import mechanism_of, scene_of, two_joints
-from lockprobe_robot.box_model.gates import STROKE
+from box_model.scenes import mechanism_of, two_joints
 
 from lockprobe.boxes.families import box
 from lockprobe.boxes.generate import Recipe, generate
@@ -64,44 +62,6 @@ def test_random_boxes_with_alternatives_pushed_at_random(layout):
     mechanism.set_configuration(drawn.initial)
     for joint in np.random.default_rng(5).integers(len(drawn.joints), size=30):
         assert_pushed_as_ruled(mechanism, drawn, int(joint))
-
-
-def test_any_lifter_lifts_a_sprung_bolt_and_without_one_it_falls():
-    mechanism, model, data = mechanism_of(box("common-cause-4"))
-    gates = scene_of(box("common-cause-4")).gates
-    number, gate = next((number, gate) for number, gate in enumerate(gates) if len(gate.literals) == 3)
-    for lifted in itertools.product((False, True), repeat=3):
-        configuration = [False] * 5
-        for (joint, position), wanted in zip(gate.literals, lifted, strict=True):
-            configuration[joint] = position == wanted
-        mechanism.set_configuration(tuple(configuration))
-        mujoco.mj_step(model, data, 150)
-        place = data.joint(f"bolt-{number}").qpos[0]
-        assert place == pytest.approx(STROKE + 0.001 if any(lifted) else 0.0, abs=5e-4)
-        assert mechanism.resting()
-
-
-def test_without_pins_nothing_is_locked():
-    mechanism, model, _ = mechanism_of(box())
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-    assert [mechanism.push(joint) for joint in range(4)] == [True] * 4
-
-
-def test_a_joint_springs_to_the_nearer_end_and_what_is_half_way_holds_the_joint_that_locks_it():
-    mechanism, model, data = mechanism_of(two_joints("prismatic", "revolute", clauses=({},)))
-    for fraction, end in ((0.2, 0), (0.8, 1)):
-        mechanism.set_configuration((False, False))
-        data.joint("a").qpos, data.joint("b").qpos = fraction * 0.08, fraction * 1.4
-        mechanism.settle()
-        assert mechanism.fractions() == pytest.approx([end, end], abs=0.01)
-    mechanism, model, data = mechanism_of(two_joints("prismatic", "prismatic"))
-    mechanism.set_configuration((False, True))
-    for _ in range(100):
-        data.joint("a").qpos, data.joint("a").qvel = 0.04, 0
-        data.joint("b").qfrc_applied = -10
-        mujoco.mj_step(model, data)
-    assert not mechanism.resting()
-    assert mechanism.fractions()[1] > 0.7
 
 
 def test_the_same_pushes_give_the_same_fractions_bit_by_bit():

@@ -12,7 +12,7 @@ from lockprobe_robot.box_model.mjcf import view_model, write_model
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.foundation.errors import BadValue, Missing
 
 TRAVEL_OF_PUSH = 0.4
 """Seconds of pushing, and as many of coming to rest."""
@@ -86,19 +86,6 @@ def test_without_a_display_the_viewer_says_what_to_do(monkeypatch):
         view_model(box(), arm=False)
 
 
-def test_its_surfaces_lie_beside_it(tmp_path):
-    write_model(box(), tmp_path / "box.xml")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["box-board.png", "box-case.png", "box.xml"]
-
-
-def test_joints_may_have_the_names_that_parts_of_the_scene_have(tmp_path):
-    write_model(box("random-3-4"), tmp_path / "box.xml")
-    known, model = box("random-3-4"), mujoco.MjModel.from_xml_path(str(tmp_path / "box.xml"))
-    for number, name in enumerate(known.names):
-        assert model.joint(name).bodyid == model.body(f"part-{number}").id
-        assert model.site(name).bodyid == model.body(f"part-{number}").id
-
-
 def test_a_joint_with_the_name_of_a_hidden_part_is_refused(tmp_path):
     named = Lockbox(
         name="odd", joints=(Joint(name="door", kind="revolute", place=(0.2, 0.5)), Joint(name="bolt-0", kind="prismatic", place=(0.8, 0.5))),
@@ -109,8 +96,3 @@ def test_a_joint_with_the_name_of_a_hidden_part_is_refused(tmp_path):
     ):
         write_model(named, tmp_path / "box.xml")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_place_that_cannot_be_written_is_refused(tmp_path):
-    with pytest.raises(BadFile, match="cannot be written"):
-        write_model(box(), tmp_path / "nowhere" / "box.xml")

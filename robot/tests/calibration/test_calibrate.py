@@ -13,7 +13,7 @@ from box_model.scenes import scene_of
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.box_model.tag_layout import QUIET_ZONE, TAG_SIDE, place_tags, tag_corners
 from lockprobe_robot.calibration.calibrate import BoardView, board_pose, find_tags, solved, turned_degrees
-from lockprobe_robot.calibration.calibration_file import VIEWS_FILE, Intrinsics, array_of, calibration_for, read_views
+from lockprobe_robot.calibration.calibration_file import VIEWS_FILE, Intrinsics, array_of, calibration_for
 from lockprobe_robot.geom_groups import NOTHING
 from lockprobe_robot.renderer import Renderer
 from scipy.spatial.transform import Rotation
@@ -191,15 +191,6 @@ def test_what_is_wrong_is_said_in_one_line(pictures, tmp_path, change, message):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("content", [b"", b"[]", b"{", b"\xff", b"[" * 10_000])
-def test_what_is_no_file_of_views_is_refused(tmp_path, content):
-    (tmp_path / VIEWS_FILE).write_bytes(content)
-    with pytest.raises(BadFile):
-        read_views(tmp_path)
-    with pytest.raises(BadValue, match="millimetres from 10 to 200"):
-        ask(tmp_path, "--tag-size", 4)
-
-
 def test_the_hold_out_error_grows_with_the_noise_and_is_no_smaller_than_the_error_of_the_board():
     tags, held, off = place_tags(PANEL), [], []
     for millimetres in (0.0, 0.5, 2.0, 8.0):
@@ -249,21 +240,6 @@ def test_tags_in_a_picture_have_their_number_and_corners_and_those_give_the_pose
             pose, error = board_pose(squares, seen, CAMERA)
             assert pose == pytest.approx(view.board, abs=1e-5)
             assert error < 1e-3
-
-
-@pytest.mark.parametrize(
-    ("numbers", "refused"),
-    [
-        ((0, 1, 9, 586), "2 of 4 tags seen (0, 1); 3 are needed"),
-        ((0, 1, 2, 2), "a tag is seen twice (seen: 0, 1, 2, 2)"),
-    ],
-)
-def test_a_view_is_refused_by_the_tags_of_the_board_that_it_shows(pictures, numbers, refused, monkeypatch):
-    """Tags of other things in the laboratory do not count."""
-    monkeypatch.setattr(library, "find_tags", lambda grey: [(number, np.zeros((4, 2))) for number in numbers])
-    with pytest.raises(BadValue) as caught:
-        ask(pictures, "--box", BOX)
-    assert f"00.png: {refused}" in str(caught.value)
 
 
 def test_without_opencv_the_extra_is_named(monkeypatch):

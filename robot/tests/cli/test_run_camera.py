@@ -38,13 +38,6 @@ def test_a_folder_is_played_and_the_study_is_that_of_the_spec(folder, tmp_path):
     assert len(load(out)) == 1
 
 
-def test_the_plant_of_a_study_file_gets_the_camera_too(folder, tmp_path):
-    file = tmp_path / "mine.toml"
-    file.write_text(f'plant = "manual"\nagent = "random"\nbox = "{FIVE}"\np = [0.0]\ntrials = 1\nrepetitions = 1\n')
-    run(str(file), camera=str(folder), out=tmp_path / "s", report=False)
-    assert load(tmp_path / "s")[0].plant["truth"] == "camera"
-
-
 @pytest.mark.parametrize(
     ("words", "line"),
     [

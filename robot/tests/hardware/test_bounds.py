@@ -93,13 +93,6 @@ def test_what_is_measured_beyond_the_bounds_stops_the_arm(fake, why):
     assert fake.log[-1] == "stop"
 
 
-def test_the_weight_of_the_hand_is_no_force():
-    arm = bounded(StoppableFake(feel=lambda at, time: np.array([0.0, 0.0, -60.0])))
-    arm.reach(STILL, DOWN)
-    arm.follow(STILL, STILL, stiffness=1)
-    assert arm.stops == 0
-
-
 def test_a_program_that_stood_still_in_the_middle_of_a_move_is_stopped_and_between_moves_it_may():
     now = [0.0]
     fake = StoppableFake()

@@ -161,7 +161,6 @@ def test_a_trial_with_pictures_is_played_to_its_end(tmp_path, monkeypatch):
     ("spec", "error", "message"),
     [
         ("manual?camera=/nowhere", BadFile, "/nowhere/handles.toml"),
-        ("manual?handles=h.toml", BadValue, "handles: got 'h.toml', expected camera=FOLDER"),
         ("manual?light=side", UserMistake, "no option of manual is called 'light'"),
     ],
 )

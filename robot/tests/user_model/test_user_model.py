@@ -3,14 +3,12 @@
 import os
 from dataclasses import replace
 
-import lockprobe_robot.user_model.mjcf_file as module
 import mujoco
 import numpy as np
 import pytest
 from builders import make_trial, write_study
 from lockprobe_robot.geom_groups import CAMERA
 from lockprobe_robot.twin_settings import UserModelSettings
-from lockprobe_robot.user_model import rules_check
 from lockprobe_robot.user_model.mjcf_file import read_model
 from lockprobe_robot.user_model.model_joints import ModelJoints
 from lockprobe_robot.user_model.rules_check import check_model
@@ -115,14 +113,6 @@ def test_what_mujoco_refuses_or_would_take_hours_for_is_one_line(tmp_path, parts
         read_model(written(tmp_path, **parts)).compile()
     assert why in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_all_files_together_are_limited(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "LARGEST", 230)
-    for name in "ab":
-        (tmp_path / f"{name}.png").write_bytes(png(4, 4))
-    with pytest.raises(BadFile, match=r"b\.png: larger than \d+ bytes"):
-        read_model(written(tmp_path, asset("<texture type='2d' file='a.png'/><texture type='2d' file='b.png'/>")))
 
 
 def test_parts_and_meshes_are_read_from_the_folder_and_are_in_the_digest(tmp_path):
@@ -241,17 +231,6 @@ def test_joints_that_move_together_stop_half_way_fall_back_or_explode_are_found(
     explodes = written(tmp_path, joint='stiffness="-1e13" springref="0.05"')
     assert "became unstable" in refused(explodes, one_joint())
     assert [path.name for path in tmp_path.iterdir()] == ["box.xml"]
-
-
-def test_of_many_configurations_it_tries_the_same_sample_every_time(tmp_path, monkeypatch):
-    settings = UserModelSettings(model=str(exported(box("gray-code"), tmp_path)))
-    monkeypatch.setattr(rules_check, "MOST_CONFIGURATIONS", 5)
-    asked = []
-    push = rules_check._disagreement
-    monkeypatch.setattr(rules_check, "_disagreement", lambda *given: asked.append(given[2:4]) or push(*given))
-    assert [check_model(box("gray-code"), settings) for _ in range(2)] == [5, 5]
-    assert asked[:20] == asked[20:]
-    assert len({configuration for configuration, _ in asked}) == 5
 
 
 def test_its_truth_is_the_symbolic_one_also_of_a_box_that_was_dealt():

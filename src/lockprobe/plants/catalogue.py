@@ -111,8 +111,8 @@ def known_plants() -> dict[str, str]:
     """Lockprobe's own plants, each with a description."""
     found = {
         "symbolic": "The rules and nothing else.",
-        "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Options of "
-        "lockprobe-robot: camera, handles.",
+        "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Option of "
+        "lockprobe-robot: camera.",
     }
     for name in PLANTS:
         if name not in found:

@@ -81,11 +81,7 @@ class Touch:
 
 
 def guarded_move(arm: Arm, path: HandlePath) -> Touch:
-    """Try to drag a handle to the other end of its path, then go home.
-
-    Args:
-        arm: An arm that is at home.
-        path: The handle's path as estimated by the robot, starting at the handle.
+    """Try to drag a handle to the other end of its path as the robot believes it, from home, then go home.
 
     Raises:
         PlantFault: If the arm does not reach a pose.

@@ -54,13 +54,8 @@ class InverseKinematics:
 
         The search starts from the middle posture turned towards the position. The rotation about the hand's axis is
         projected out of the task.
-
-        Args:
-            position: In the world, metres.
-            axis: Direction in which the hand points, a unit vector.
-
-        Returns:
-            Radians, shape (7,), within the joint limits by a margin, accurate to 0.2 mm and 0.05 degrees.
+        The position is in the world, metres; the hand points along the axis, a unit vector. Angles are radians, shape
+        (7,), within the joint limits by a margin, accurate to 0.2 mm and 0.05 degrees.
         """
         posture = _MIDDLE.copy()
         ahead, left, _ = self._base_turn.T @ (position - self._base)

@@ -32,12 +32,7 @@ def add_arm(spec: mujoco.MjSpec) -> mujoco.MjsBody:
     """Add the arm at the world's origin, x forward, with torque motors.
 
     Bodies are called ``arm-link0`` to ``arm-link7``, joints and motors ``arm-1`` to ``arm-7``.
-
-    Args:
-        spec: The scene; it is changed.
-
-    Returns:
-        The flange, to which a hand is mounted; its z axis points away from the arm.
+    Returned is the flange, to which a hand is mounted; its z axis points away from the arm.
     """
     spec.attach(_own("panda"), prefix="arm-", frame=spec.worldbody.add_frame())
     return spec.body("arm-flange")
@@ -49,11 +44,7 @@ def add_hand(spec: mujoco.MjSpec, flange: mujoco.MjsBody, hand: mujoco.MjSpec | 
     All bodies of the hand hang on the flange, with their joints, motors and sensors; ``hand-`` is put before their
     names, except that of the site ``tool``. What can touch anything touches the panel and nothing else. The sensors
     ``force`` and ``torque`` measure between flange and hand, in the frame of the site ``wrench``.
-
-    Args:
-        spec: The scene; it is changed.
-        flange: The body that carries the hand.
-        hand: A model with a site ``tool``; None for ours.
+    Ours is mounted where no other hand is given.
     """
     hand = hand or _own("hand")
     for geom in hand.geoms:

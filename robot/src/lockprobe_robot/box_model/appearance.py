@@ -96,12 +96,7 @@ _LIGHTS: dict[str, dict[str, Any]] = {
 
 
 def appearance_of(settings: SceneSettings, rng: np.random.Generator) -> Appearance:
-    """The appearance of one trial.
-
-    Args:
-        settings: ``looks``, and the single factors, which replace parts of it.
-        rng: Random stream. The number of draws does not depend on the settings.
-    """
+    """The appearance of one trial. The number of draws does not depend on the settings."""
     drawn = rng.random(_DRAWS)
     look = _PLAIN if settings.looks == "plain" else _varied(drawn)
     if settings.colours != "plain":

@@ -49,16 +49,7 @@ def paint_board(
 
 
 def wood(shape: tuple[int, int], colour: Colour, grain: int) -> NDArray[np.uint8]:
-    """A wood texture with its grain along the columns.
-
-    Args:
-        shape: Rows and columns.
-        colour: Mean colour.
-        grain: The same number gives the same pattern.
-
-    Returns:
-        Shape (rows, columns, 3).
-    """
+    """A wood texture of a mean colour, shape (rows, columns, 3); the same ``grain`` gives the same pattern."""
     rng = np.random.Generator(np.random.PCG64(grain))
     rows, columns = shape
     y = np.linspace(0, rows / PIXELS_PER_METRE, rows, dtype=np.float32)[:, None]

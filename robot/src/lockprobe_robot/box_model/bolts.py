@@ -47,16 +47,9 @@ def case_depth(gates: Sequence[Gate]) -> float:
 def add_gates(
     spec: mujoco.MjSpec, body: mujoco.MjsBody, panel: PanelLayout, gates: Sequence[Gate], names: Sequence[str]
 ) -> None:
-    """Build every gate.
+    """Build every gate behind the body of the panel.
 
     The bolt of gate 2 is the joint ``bolt-2``; the lifters of a gate with several literals: ``lifter-2-0``, ...
-
-    Args:
-        spec: The scene; it is changed.
-        body: The panel's body.
-        panel: The layout of its joints.
-        gates: How its joints lock each other.
-        names: The joints in panel order.
     """
     pitch = _pitch(_layers(gates))
     depth = -_FIRST

@@ -38,13 +38,7 @@ def add_clutter(
 ) -> None:
     """Add objects in turn on the board and on the ground. More objects are the same and further ones.
 
-    Args:
-        spec: The scene.
-        board: The body of the panel.
-        panel: Its layout.
-        view: What the camera sees.
-        count: Number of objects.
-        luck: Seed of places, shapes and colours.
+    ``luck`` is the seed of places, shapes and colours.
     """
     if not count:
         return

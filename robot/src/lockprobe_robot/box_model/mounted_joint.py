@@ -65,11 +65,7 @@ class MountedJoint:
     reach: float = 0.0
 
     def knob(self, fraction: float) -> NDArray[np.float64]:
-        """Middle of the handle, shape (2,), metres.
-
-        Args:
-            fraction: Fraction of the travel: 0 at position 0, 1 at position 1.
-        """
+        """Middle of the handle at a fraction of its travel from position 0, shape (2,), metres."""
         if self.kind == "prismatic":
             return np.array(self.origin) + fraction * self.travel * _unit(self.direction)
         return np.array(self.origin) + self.reach * _unit(self.direction + fraction * self.travel)
@@ -79,11 +75,6 @@ class MountedJoint:
         if self.kind == "prismatic":
             return _unit(self.direction)
         return _unit(self.direction + fraction * self.travel + math.pi / 2)
-
-    @property
-    def length(self) -> float:
-        """Length of the handle's path, metres."""
-        return self.travel if self.kind == "prismatic" else self.travel * self.reach
 
     def path(self) -> NDArray[np.float64]:
         """Middles of the handle along its travel, shape (samples, 2), metres."""
@@ -99,12 +90,7 @@ class MountedJoint:
 
 
 def mounting_choices(kind: JointKind, place: tuple[float, float]) -> tuple[MountedJoint, ...]:
-    """All ways to mount a joint that the layout tries, preferred ones first.
-
-    Args:
-        kind: ``prismatic`` (slides) or ``revolute`` (turns).
-        place: The joint's position on the board, metres.
-    """
+    """All ways to mount a joint at a place, metres, that the layout tries, preferred ones first."""
     middles = [np.array(place) + shift for shift in _SHIFTS]
     if kind == "prismatic":
         return tuple(

@@ -7,9 +7,10 @@ each handle in every configuration, no parts collide, and every label is readabl
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +52,11 @@ _OWN = 1.3
 _POINTS = 33
 """Number of points on the path of a handle."""
 
-_PATIENCE = 4000
+_PATIENCE = 100_000
+"""Options that a search tries at most."""
+
+_T = TypeVar("_T")
+
 _NEAR, _FAR = 0.30, 0.72
 
 
@@ -83,12 +88,7 @@ class PanelLayout:
         return np.array([[[*f.knob(fraction), KNOB_TOP] for fraction in (0.0, 1.0)] for f in self.mounted_joints])
 
     def handle_path(self, joint: int, position: bool) -> HandlePath:
-        """The path of a handle in the world of ``pose``, for a hand that drags it from its present position.
-
-        Args:
-            joint: By index in panel order.
-            position: The handle's present position; the path leads to the other one.
-        """
+        """The path of a handle, by index in panel order, from its present position to the other, in the world."""
         mounted = self.mounted_joints[joint]
         fractions = np.linspace(1, 0, _POINTS) if position else np.linspace(0, 1, _POINTS)
         tops = np.array([[*mounted.knob(float(fraction)), KNOB_TOP] for fraction in fractions])
@@ -102,23 +102,21 @@ class PanelLayout:
 def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> PanelLayout:
     """Lay out a panel for a box. Equal places, kinds, tilt and depth give an equal layout.
 
-    Args:
-        box: The layout uses the kinds and places of its joints.
-        tilt: Degrees from lying flat.
-        depth: Depth of the case, metres.
+    ``tilt`` is degrees from lying flat, ``depth`` that of the case, metres.
 
     Raises:
         BadValue: If no board within reach has room for the joints, because they are too close together.
     """
-    size, mounted_joints, labels, letter = _laid_out(box.joints, round(camera_angle(math.radians(tilt)), 3))
+    lean = math.radians(tilt)
+    size, mounted_joints, labels, letter = _laid_out(box.joints, round(camera_angle(lean), 3))
     panel = PanelLayout(
         size=size,
-        tilt=math.radians(tilt),
+        tilt=lean,
         depth=depth,
         mounted_joints=mounted_joints,
         labels=np.array(labels),
         letter=letter,
-        pose=panel_pose(size, math.radians(tilt), depth),
+        pose=panel_pose(size, lean, depth),
     )
     tops = panel.in_world(panel.handles.reshape(-1, 3))
     away = np.hypot(tops[:, 0], tops[:, 1])
@@ -190,23 +188,35 @@ def _compatible(choices: Sequence[Sequence[MountedJoint]]) -> tuple[MountedJoint
         for i in range(count)
         for j in range(i)
     }
-    taken: list[int] = []
+    found = _chosen(
+        [range(len(options)) for options in choices],
+        lambda taken, option: all(fits[len(taken), j][option, other] for j, other in enumerate(taken)),
+    )
+    return None if found is None else tuple(options[option] for options, option in zip(choices, found, strict=True))
+
+
+def _chosen(options: Sequence[Sequence[_T]], fits: Callable[[list[_T], _T], bool]) -> tuple[_T, ...] | None:
+    """An option of each so that every one fits those taken before it, earlier ones preferred; None if there is none.
+
+    By depth-first search, which is given up after a number of tries.
+    """
+    taken: list[_T] = []
     patience = _PATIENCE
 
-    def fill(i: int) -> bool:
+    def fill() -> bool:
         nonlocal patience
-        if i == count:
+        if len(taken) == len(options):
             return True
-        patience -= 1
-        for option in range(len(choices[i])):
-            if patience > 0 and all(fits[i, j][option, other] for j, other in enumerate(taken)):
+        for option in options[len(taken)]:
+            patience -= 1
+            if patience > 0 and fits(taken, option):
                 taken.append(option)
-                if fill(i + 1):
+                if fill():
                     return True
                 taken.pop()
         return False
 
-    return tuple(options[option] for options, option in zip(choices, taken, strict=True)) if fill(0) else None
+    return tuple(taken) if fill() else None
 
 
 def _labelled(
@@ -223,56 +233,28 @@ def _labelled(
         scored = []
         points = _around(mounted, letter)
         points = points[(np.abs(points) <= half).all(1)]
-        free_of, gaps = (_gaps(points, clouds) for clouds in (covered, rooms))
+        free_of, gaps = (
+            np.array([_nearest(points[:, None], cloud[None])[:, 0] for cloud in clouds]) for clouds in (covered, rooms)
+        )
         for point, gap in zip(points[free_of.min(0) >= free], gaps[:, free_of.min(0) >= free].T, strict=True):
             others = min((float(other) for k, other in enumerate(gap) if k != i), default=1.0)
             if others >= _OWN * gap[i]:
                 aside = abs(float(point[0] - middles[i])) + (0.01 if point[1] < 0 else 0.0)
                 worth = 0.25 * min(others, 0.12) - float(gap[i]) - 0.5 * aside
                 scored.append((-worth, (float(point[0]), float(point[1]))))
-        options.append(_spread([point for _, point in sorted(scored)], 0.25 * letter))
-    taken: list[tuple[float, float]] = []
-    patience = _PATIENCE
-
-    def fill(i: int) -> bool:
-        nonlocal patience
-        if i == len(options):
-            return True
-        for point in options[i]:
-            patience -= 1
-            if patience > 0 and all(math.dist(point, other) > 1.5 * letter for other in taken):
-                taken.append(point)
-                if fill(i + 1):
-                    return True
-                taken.pop()
-        return False
-
-    return tuple(taken) if fill(0) else None
-
-
-def _gaps(points: NDArray[np.float64], clouds: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Distance of every point from every cloud, shape (clouds, points), metres."""
-    return np.array([_nearest(points[:, None], cloud[None])[:, 0] for cloud in clouds])
-
-
-def _spread(points: Sequence[tuple[float, float]], apart: float) -> list[tuple[float, float]]:
-    """The points without those that are close to an earlier one."""
-    kept: list[tuple[float, float]] = []
-    for point in points:
-        if all(math.dist(point, other) >= apart for other in kept):
-            kept.append(point)
-    return kept
+        kept: list[tuple[float, float]] = []
+        for _, place in sorted(scored):
+            if all(math.dist(place, other) >= 0.25 * letter for other in kept):
+                kept.append(place)
+        options.append(kept)
+    return _chosen(options, lambda taken, point: all(math.dist(point, other) > 1.5 * letter for other in taken))
 
 
 def covered_area(mounted: MountedJoint, angle: float) -> NDArray[np.float64]:
     """Points of the swept area of a joint, and of the area that its handle hides from the camera.
 
-    Args:
-        mounted: The joint.
-        angle: Angle between the panel's normal and the direction to the camera, radians.
-
-    Returns:
-        Shape (points, 2), metres in the frame of the panel.
+    ``angle`` is that between the panel's normal and the direction to the camera, radians. Shape (points, 2), metres in
+    the frame of the panel.
     """
     path = mounted.path()
     ring = np.array([[math.cos(turn), math.sin(turn)] for turn in np.arange(12) * math.pi / 6])
@@ -313,9 +295,6 @@ def camera_angle(tilt: float) -> float:
 
     The camera leans towards the robot like the panel, less ``_CAMERA_LAG``, but only as far as an arm at home does not
     block its view.
-
-    Args:
-        tilt: Radians.
     """
     return tilt - min(max(tilt - _CAMERA_LAG, 0.0), _CAMERA_LEAN)
 

@@ -71,13 +71,7 @@ class LockboxScene:
 def build_scene(
     box: Lockbox, *, labels: tuple[str, ...], settings: SceneSettings, rng: np.random.Generator
 ) -> LockboxScene:
-    """Build the scene of a box.
-
-    Args:
-        box: The box.
-        labels: Labels of the joints, in panel order.
-        settings: Tilt, friction, appearance, size of pictures.
-        rng: Random stream of the appearance. The number of draws does not depend on the settings.
+    """Build the scene of a box with the labels of its joints; its appearance draws from ``rng``.
 
     Raises:
         BadValue: If the box cannot be built: its interlock needs too many gates, its joints have no room, or one has

@@ -35,11 +35,7 @@ _QUADRANTS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
 def place_tags(panel: PanelLayout) -> NDArray[np.float64]:
     """Place one tag in each quarter of the board, as near to its corner as parts, labels and lines of sight allow.
 
-    Args:
-        panel: The layout of joints and labels.
-
-    Returns:
-        Middle of each tag by its number, shape (tags, 2), metres in the frame of the panel.
+    Returned is the middle of each tag by its number, shape (tags, 2), metres in the frame of the panel.
 
     Raises:
         BadValue: If a quarter of the board has no room for a tag.
@@ -67,14 +63,9 @@ def place_tags(panel: PanelLayout) -> NDArray[np.float64]:
 
 
 def tag_corners(middles: NDArray[np.float64], side: float) -> NDArray[np.float64]:
-    """Corners of each black square: upper left, upper right, lower right, lower left.
+    """Corners of black squares with a side, metres: upper left, upper right, lower right, lower left.
 
-    Args:
-        middles: Middle of each tag, shape (tags, 2), metres in the frame of the panel.
-        side: Side of the squares as printed, metres.
-
-    Returns:
-        Shape (tags, 4, 3), metres in the frame of the panel; the upper edge of a tag points along y.
+    Shape (tags, 4, 3), metres in the frame of the panel; the upper edge of a tag points along y.
     """
     flat = middles[:, None] + 0.5 * side * np.array(_QUADRANTS, dtype=np.float64)
     return np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=-1)

@@ -79,15 +79,7 @@ class _Of(BaseModel):
 
 
 class Intrinsics(_Of):
-    """Camera intrinsics: a pinhole camera with OpenCV's distortion model.
-
-    Attributes:
-        width: Pixels.
-        height: Pixels.
-        focal: Focal lengths along columns and rows, pixels.
-        centre: Column and row of the optical axis, pixels from the middle of the top left pixel.
-        distortion: OpenCV's k1, k2, p1, p2, k3, ...: none, 4, 5 or 8 numbers.
-    """
+    """A pinhole camera in pixels from the middle of the top left one, with OpenCV's distortion (k1, k2, p1, p2, k3)."""
 
     width: int
     height: int
@@ -102,24 +94,14 @@ class Intrinsics(_Of):
 
 
 class CalibrationView(_Of):
-    """One view: a picture and the hand's pose.
-
-    Attributes:
-        picture: File name of the picture in the folder.
-        hand: Pose of the hand in the frame of the robot's base at that moment: four rows, metres.
-    """
+    """One view: the file name of a picture in the folder, and the pose of the hand in the robot's base, metres."""
 
     picture: Annotated[str, Field(pattern=r"^[\w-][\w.-]{0,99}$")]
     hand: PoseRows
 
 
 class Views(_Of):
-    """The content of ``views.json``.
-
-    Attributes:
-        camera: The camera on the hand.
-        views: At most 1000.
-    """
+    """The content of ``views.json``."""
 
     camera: Intrinsics
     views: Annotated[tuple[CalibrationView, ...], Field(min_length=1, max_length=1000)]
@@ -188,13 +170,8 @@ def read_views(folder: Path) -> Views:
 def calibration_for(path: Path, panel: PanelLayout) -> Calibration:
     """Read a calibration and check that a study may rely on it.
 
-    Args:
-        path: The calibration.
-        panel: The board that the study uses.
-
     Raises:
-        BadFile: If it cannot be read, belongs to another board, or has a hold-out error above :data:`TOLERATED_MM`. The
-            message says how to repair it.
+        BadFile: If it cannot be read, is not of this board, or has a hold-out error above :data:`TOLERATED_MM`.
     """
     found = _read(Calibration, path)
     again = "run lockprobe rig calibrate again"

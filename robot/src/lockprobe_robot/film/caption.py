@@ -67,15 +67,9 @@ def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
 
 
 def captioned(picture: NDArray[np.uint8], lines: Sequence[CaptionLine], corner: str = "") -> NDArray[np.uint8]:
-    """A picture, scaled to the width of a film, with a caption under it.
+    """A picture, scaled to the width of a film, with a caption of at most three lines under it.
 
-    Args:
-        picture: Shape (height, width, 3).
-        lines: At most three.
-        corner: Short text at the right of the first line.
-
-    Returns:
-        Shape (even number, WIDTH, 3).
+    ``corner`` is a short text at the right of the first line. Shape (even number, WIDTH, 3).
     """
     height = 2 * round(picture.shape[0] * WIDTH / picture.shape[1] / 2)
     image = Image.fromarray(picture)

@@ -64,14 +64,9 @@ class Film:
 
 
 def make_film(directory: Path, trial: Trial, path: Path, *, speed: int, tell: Callable[[str], None]) -> Film:
-    """Film a trial of a study.
+    """Film a trial of a study as a ``.gif`` or ``.mp4``, with a robot's motion so many times as fast.
 
-    Args:
-        directory: The study's directory.
-        trial: The record.
-        path: The film: ``.gif`` or ``.mp4``.
-        speed: Speed-up of a robot's motion, a factor of 1 to 16.
-        tell: Called with one line after every step that is played again.
+    ``tell`` is called with one line after every step that is played again.
 
     Raises:
         UserMistake: If the trial cannot be filmed here.

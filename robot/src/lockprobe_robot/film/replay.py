@@ -29,10 +29,7 @@ def played_again(
 ) -> Iterator[tuple[int, Snapshot, str | None]]:
     """Play a recorded trial again on a plant, which is closed in the end.
 
-    Args:
-        trial: The record.
-        plant: Its plant, as it was made for the trial.
-        before_step: Called with the trial, the step and what was seen before it; -1 before the first look.
+    ``before_step`` is called with the trial, the step and what was seen before it; -1 before the first look.
 
     Yields:
         The step, from 0, or -1 for the beginning; what is seen after it; the first difference of what was played from

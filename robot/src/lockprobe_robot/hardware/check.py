@@ -90,13 +90,10 @@ class RigCheck:
 def check_rig(rig: Rig, *, height: float = HEIGHT, tell: Callable[[FreeMotion], None] = lambda made: None) -> RigCheck:
     """Make every joint's motion in both directions above the board.
 
-    Args:
-        rig: The rig; its operator has to agree before the first motion.
-        height: Height above the handles, metres, [0.05, 0.3].
-        tell: Called after every motion.
+    The rig's operator has to agree before the first motion. ``tell`` is called after every motion.
 
     Raises:
-        BadValue: If the height is out of range.
+        BadValue: If the height above the handles, metres, is not in [0.05, 0.3].
         PlantFault: If the arm fails, leaves its bounds, sinks, or feels a force that would count as a locked handle.
             The arm is stopped first.
     """

@@ -14,6 +14,9 @@ from lockprobe_robot.hardware.sight import Shot
 _MILLISECONDS = 2000
 """Longest wait for a picture."""
 
+_SIZE, _RATE = (640, 480), 30
+"""Pixels of a picture, and pictures per second."""
+
 _WARM_UP = 15
 """Pictures after the start that are left out: exposure is still being set."""
 
@@ -23,15 +26,12 @@ class RealSense:
 
     Args:
         serial: Its serial number; empty for the first one.
-        width: Width of pictures, pixels.
-        height: Height of pictures, pixels.
-        rate: Pictures per second.
 
     Raises:
         Missing: If the library is not installed, or there is no such camera.
     """
 
-    def __init__(self, serial: str = "", *, width: int = 640, height: int = 480, rate: int = 30) -> None:
+    def __init__(self, serial: str = "") -> None:
         with needing("RealSense cameras", "realsense", ROBOT):
             import pyrealsense2 as rs
         found = [str(device.get_info(rs.camera_info.serial_number)) for device in rs.context().query_devices()]
@@ -41,8 +41,8 @@ class RealSense:
         self._serial = serial or found[0]
         config = rs.config()
         config.enable_device(self._serial)
-        config.enable_stream(rs.stream.color, width, height, rs.format.rgb8, rate)
-        config.enable_stream(rs.stream.depth, width, height, rs.format.z16, rate)
+        config.enable_stream(rs.stream.color, *_SIZE, rs.format.rgb8, _RATE)
+        config.enable_stream(rs.stream.depth, *_SIZE, rs.format.z16, _RATE)
         pipeline = rs.pipeline()
         profile = pipeline.start(config)
         self._source = pipeline

@@ -115,16 +115,8 @@ def rehearse(
     """Attempt random joints, from the initial configuration on, and compare every verdict with the rules.
 
     After a fault, whose hand may hold a handle, a new rig begins again.
-
-    Args:
-        rung: How real it is.
-        box: The box.
-        attempts: How many attempts.
-        seed: Of the joints. All rungs make the same attempts.
-        tell: Called after every attempt.
-
-    Returns:
-        All attempts, in order, and the facts of the last rig.
+    All rungs make the same attempts with one seed. ``tell`` is called after every attempt. Returned are the attempts,
+    in order, and the facts of the last rig.
     """
     luck = np.random.default_rng(seed)
     made: list[RehearsedAttempt] = []

@@ -46,10 +46,6 @@ def calibrated_board(box: Lockbox, path: Path | str) -> Board:
 
     Call it before the robot is connected, so that an unreliable calibration refuses the study before the first motion.
 
-    Args:
-        box: The box that the study plays.
-        path: The calibration.
-
     Raises:
         BadFile: If the calibration cannot be read, belongs to another board, or has a hold-out error above 4 mm.
     """

@@ -19,7 +19,7 @@ from PIL import ImageOps
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
+from lockprobe.foundation.errors import BadFile, PlantFault
 from lockprobe.foundation.inputs import read_input, read_toml
 from lockprobe.foundation.validation import plain
 from lockprobe.plants.manual import Manual, Seen
@@ -222,19 +222,10 @@ class ManualSettings:
     """The options of ``manual``.
 
     Attributes:
-        camera: A folder in which pictures are saved; empty for a person who types what happened.
-        handles: The file with the places of handles; by default ``handles.toml`` in the folder.
-
-    Raises:
-        BadValue: If there are handles without a camera.
+        camera: A folder with ``handles.toml`` in which pictures are saved; empty for a person who types what happened.
     """
 
     camera: str = ""
-    handles: str = ""
-
-    def __post_init__(self) -> None:
-        if self.handles and not self.camera:
-            raise BadValue("handles", self.handles, "camera=FOLDER with it")
 
 
 def make_manual(settings: ManualSettings, box: Lockbox, labels: tuple[str, ...]) -> Manual:
@@ -245,6 +236,6 @@ def make_manual(settings: ManualSettings, box: Lockbox, labels: tuple[str, ...])
     """
     sight = None
     if settings.camera:
-        handles = read_handles(Path(settings.handles or Path(settings.camera, HANDLES_FILE)), box)
+        handles = read_handles(Path(settings.camera, HANDLES_FILE), box)
         sight = CameraSight(FolderCamera(settings.camera), handles)
     return Manual(box, labels=labels, operator=TerminalOperator(), sight=sight)

@@ -153,10 +153,6 @@ def read_model(path: Path) -> MjcfModel:
 def read_hand(path: Path, digest: str) -> mujoco.MjSpec:
     """Read a user's own hand: all bodies of an MJCF file, with a site ``tool`` in one of them.
 
-    Args:
-        path: The file.
-        digest: What the files' digest has to be; empty for any.
-
     Raises:
         BadFile: If the file cannot be read, is beyond the limits, is not the one asked for, or has no site ``tool``.
     """

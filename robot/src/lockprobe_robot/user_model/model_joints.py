@@ -83,9 +83,6 @@ class ModelJoints(Joints):
     def push(self, joint: int) -> None:
         """Push a joint towards its other end for at most 1.5 s, then let everything come to rest.
 
-        Args:
-            joint: By index in panel order.
-
         Raises:
             PlantFault: If the simulation becomes unstable.
         """

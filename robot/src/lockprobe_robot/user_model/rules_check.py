@@ -22,10 +22,6 @@ MOST_CONFIGURATIONS = 64
 def check_model(box: Lockbox, settings: UserModelSettings) -> int:
     """Push every joint in the configurations that are reachable before the target moves, up to a number of them.
 
-    Args:
-        box: The rules.
-        settings: The model, and the strength of a push.
-
     Returns:
         The number of configurations.
 

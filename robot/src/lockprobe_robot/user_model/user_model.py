@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.trial.pictures.frame import Frame
-from lockprobe.trial.record import Fact, Snapshot
+from lockprobe.trial.record import Fact
 from lockprobe_robot.fast_twin import SimulatedPlant
 from lockprobe_robot.plant_camera import PlantCamera
 from lockprobe_robot.twin_settings import UserModelSettings
@@ -59,27 +59,13 @@ class UserModel(SimulatedPlant):
             handles=np.stack(ends, axis=1),
             settings=settings,
             rng=rng.spawn(1)[0],
+            overlay=self._with_labels,
         )
         super().__init__(self._model, camera)
-
-    def observe(self) -> Snapshot:
-        """The truth now."""
-        seen = super().observe()
-        assert seen.look is not None
-        assert seen.render is not None
-        return replace(
-            seen, look=self._labelled(seen.look, seen.configuration), render=self._labelled_as_told(seen.render)
-        )
 
     def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
         self._model.push(joint)
         return {}
-
-    def _labelled(self, look: Callable[[], Frame], configuration: Configuration) -> Callable[[], Frame]:
-        return lambda: self._with_labels(look(), configuration)
-
-    def _labelled_as_told(self, render: Callable[[Configuration], Frame]) -> Callable[[Configuration], Frame]:
-        return lambda configuration: self._with_labels(render(configuration), configuration)
 
     def _with_labels(self, frame: Frame, configuration: Configuration) -> Frame:
         """A frame with the labels over it, white with a dark outline: the model has none."""
