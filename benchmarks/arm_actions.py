@@ -108,10 +108,10 @@ def plain_step(twin: Twin) -> float:
 
     They are not corrected meanwhile, so that it is put back every few steps; otherwise it falls onto the panel.
     """
-    model, data = twin.model, mujoco.MjData(twin.model)
+    model, data = twin.joints.model, mujoco.MjData(twin.joints.model)
     everything = mujoco.mjtState.mjSTATE_INTEGRATION
     home = np.empty(mujoco.mj_stateSize(model, everything))
-    mujoco.mj_getState(model, twin.data, home, everything)
+    mujoco.mj_getState(model, twin.joints.data, home, everything)
     spent = 0.0
     for _ in range(STEPS // TOGETHER):
         mujoco.mj_setState(model, data, home, everything)

@@ -92,8 +92,7 @@ def test_a_false_picture_is_the_picture_of_that_configuration_and_the_arm_stays(
     settings = TwinSettings(width=160, height=120)
     plant = Twin(box(), labels=tuple("ABCD"), settings=settings, rng=np.random.default_rng(2))
     false = plant.observe().render((False, False, False, True)).rgb.astype(int)
-    plant._mechanism.set_configuration((False, False, False, True))
-    plant.settle()
+    plant.put((False, False, False, True))
     true = plant.observe().look().rgb.astype(int)
     plant.close()
     assert (np.abs(false - true).max(axis=2) > 40).mean() < 0.002

@@ -150,7 +150,7 @@ def test_a_joint_left_between_its_ends_is_pushed_to_the_nearer_one(monkeypatch, 
     plant = twin()
 
     def leave_it(arm, path):
-        plant._joints.data.joint("revolute-right").qpos[0] = left * plant.panel.mounted_joints[FREE].travel
+        plant.joints.data.joint("revolute-right").qpos[0] = left * plant.panel.mounted_joints[FREE].travel
         return "failed"
 
     monkeypatch.setattr(module, "guarded_move", moving(leave_it))

@@ -25,12 +25,12 @@ class SimulatedPlant:
     """A simulation as a plant (base class); a subclass implements the attempt.
 
     Args:
-        joints: The joints of the box.
+        joints: The joints of the box, with the model and its state.
         camera: Its camera.
     """
 
     def __init__(self, joints: Joints, camera: PlantCamera) -> None:
-        self._joints, self._camera = joints, camera
+        self.joints, self._camera = joints, camera
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -40,7 +40,7 @@ class SimulatedPlant:
     def observe(self) -> Snapshot:
         """The truth now."""
         return Snapshot(
-            configuration=self._joints.configuration(),
+            configuration=self.joints.configuration(),
             look=self._camera.look_now(),
             render=self._camera.look_as_told(),
         )
@@ -52,10 +52,10 @@ class SimulatedPlant:
             PlantFault: If a joint stays between its ends, another joint moves, an arm is blocked, or the simulation
                 becomes unstable.
         """
-        before = self._joints.configuration()
+        before = self.joints.configuration()
         self._camera.end_moment()
         sensed = self._act(joint, before)
-        after = self._joints.configuration_after(joint, before)
+        after = self.joints.configuration_after(joint, before)
         return replace(
             self.observe(), joint=joint, outcome="moved" if after[joint] != before[joint] else "blocked", sensed=sensed
         )

@@ -68,7 +68,7 @@ class Twin(SimulatedLockbox):
         add_hand(scene.spec, add_arm(scene.spec), hand)
         super().__init__(scene, settings, noise)
         self._settings, self.panel = settings, scene.panel
-        model, data = self._joints.model, self._joints.data
+        model, data = self.joints.model, self.joints.data
         filming = Filming(film, model, data)
         self.arm = SimulatedArm(model, data, force_noise=settings.force_noise, rng=self._force, after_step=filming)
         for joint, name in enumerate(box.names):
@@ -77,7 +77,11 @@ class Twin(SimulatedLockbox):
             for point in (path.points[0], path.points[-1], path.points[0] + lift, path.points[-1] + lift):
                 if not self.arm.reaches(point, path.axis):
                     raise BadValue("tilt", settings.tilt, f"one at which the arm reaches the handle of {name}")
-        self._mechanism.set_configuration(box.initial)
+        self.put(box.initial)
+
+    def put(self, configuration: Configuration) -> None:
+        """Set the configuration with the arm at home, at rest; for measurements."""
+        self._mechanism.set_configuration(configuration)
         self.arm.stand()
         self.settle()
 
@@ -91,7 +95,7 @@ class Twin(SimulatedLockbox):
         if self.settle():
             return touch.as_facts()
         # The hand left a handle between its ends. A person would push it to the nearer one.
-        self._mechanism.set_configuration(self._joints.configuration())
+        self._mechanism.set_configuration(self.joints.configuration())
         self.settle()
         return {**touch.as_facts(), "nudged": True}
 
@@ -99,6 +103,6 @@ class Twin(SimulatedLockbox):
         """Wait until every joint is at an end, up to a time limit; whether they are."""
         deadline = self.arm.time + _PATIENCE
         self.arm.wait()
-        while not self._joints.resting() and self.arm.time < deadline:
+        while not self.joints.resting() and self.arm.time < deadline:
             self.arm.wait()
-        return self._joints.resting()
+        return self.joints.resting()
