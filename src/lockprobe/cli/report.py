@@ -28,6 +28,9 @@ _PAPER = "Also write paper/: the exhibits of the paper and all other figures as 
 
 PAGE = Path("compare.html")
 
+_LONGEST = 300
+"""The most characters of a line on different settings."""
+
 Directories = Annotated[
     list[Path], typer.Argument(metavar="DIR...", help="The directory of a study; several are compared on one page.")
 ]
@@ -89,6 +92,8 @@ def _print_comparison(found: Comparison) -> None:
     for one in found.studies:
         if one["not_shared"]:
             print(printable(f"Only in {one['name']}: {'; '.join(one['not_shared'])}."))
+    for line in found.unlike:
+        print(printable(f"Different settings: {line[:_LONGEST]}"))
     for rows in (success_table(found), difference_table(found.leading)):
         print()
         print_rows(texts(rows))

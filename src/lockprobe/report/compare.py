@@ -6,7 +6,7 @@ The page is one file without scripts. Agents and conditions are matched by what 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
@@ -18,7 +18,7 @@ from pydantic_core import to_jsonable_python
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.formatting import change, count, p_cell, p_value, percent
 from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.report.format import Entry, conclusion_of, count_of
+from lockprobe.report.format import Entry, conclusion_of
 from lockprobe.report.opened import open_study
 from lockprobe.report.prose import rules_broken_said, who
 from lockprobe.report.rendering import rendered
@@ -46,6 +46,7 @@ class Comparison:
             told from the others; conditions that no other study has (``not_shared``) are in no number.
         samples: Every side under every shared condition that it has played.
         differences: Every two sides under every condition that both have, those between studies first.
+        unlike: What differs between agents of one spec in several studies, a line each.
         rules: What broke the rules of the box, in a sentence; empty if nothing did.
     """
 
@@ -53,6 +54,7 @@ class Comparison:
     studies: tuple[dict[str, Any], ...]
     samples: tuple[Sample, ...]
     differences: tuple[StudyDifference, ...]
+    unlike: tuple[str, ...] = ()
     rules: str = ""
 
     @property
@@ -92,6 +94,7 @@ class Comparison:
                 | {"verdict": one.detected * (1 if one.value > 0 else -1)}
                 for one in self.differences
             ],
+            "unlike": [*self.unlike],
         }
 
 
@@ -149,10 +152,25 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         studies=tuple(studies),
         samples=tuple(samples),
         differences=study_differences(samples),
+        unlike=tuple(_unlike(samples)),
         rules=rules_broken_said(
             *Rules(*opened[0].study.boxes).broken(trial for one in samples for trial in one.trials)
         ),
     )
+
+
+def _unlike(samples: Sequence[Sample]) -> Iterator[str]:
+    """Facts about agents of one spec that differ between studies."""
+    first: dict[str, dict[str, Trial]] = {}
+    for one in samples:
+        if not (trial := one.trials[0]).player:
+            first.setdefault(trial.spec, {}).setdefault(one.side.study, trial)
+    for by_study in first.values():
+        for fact in dict.fromkeys(name for trial in by_study.values() for name in trial.facts):
+            values = {study: trial.facts.get(fact) for study, trial in by_study.items()}
+            if len(set(map(repr, values.values()))) > 1:
+                each = ", ".join(f"{value} in {study}" for study, value in values.items())
+                yield f"{next(iter(by_study.values())).group}: {fact} is {each}"
 
 
 def _named(side: Side) -> str:
@@ -226,7 +244,8 @@ def success_table(comparison: Comparison) -> list[list[Entry]]:
     rows: list[list[Entry]] = [["condition", "study", "agent", "solved", "success", "broken"]]
     for one, share in ((one, one.success) for one in comparison.samples):
         row = measured_row("success", share)
-        rows.append([one.condition, one.side.study, _named(one.side), count_of(row), row, str(share.broken)])
+        solved = f"{share.count}/{share.n}"
+        rows.append([one.condition, one.side.study, _named(one.side), solved, row, str(share.broken)])
     return rows
 
 

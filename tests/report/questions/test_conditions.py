@@ -89,7 +89,7 @@ def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_coun
     assert [row[5] for row in EFFECTS.cells(lab)[1:]] == lab.against_control()
     (part,) = [part for part in parts_of(lab) if part.name == "conditions"]
     detected = [row.detected for row in lab.against_control()]
-    assert part.answer == f"{sum(detected)} of {len(detected)} differences from the control detected."
+    assert part.answer == f"{sum(detected)} of {len(detected)} differences detected."
 
 
 def test_from_what_changed_nothing_nothing_is_concluded(tmp_path):
