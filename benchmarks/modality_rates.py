@@ -25,8 +25,8 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
-from lockprobe.statistics.conditions.modality_effect import ModalityEffect, modality_effects
 from lockprobe.statistics.course import courses
+from lockprobe.statistics.hazards import ModalityEffect, modality_effects
 from lockprobe.statistics.proportions import ALPHA, proportion
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study

@@ -24,9 +24,10 @@ from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from lockprobe.cli.live_report import LiveReport
+
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
-from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Progress
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study

@@ -1,15 +1,16 @@
 """Studies of simulated agents whose truth is known (worlds), as columns or as records: error rates are held with them."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lockprobe.interventions.conditions import flips
-from lockprobe.simulation.power.effects import BUDGET, JOINTS, P, World, actions_of, default_worlds, solved_at
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.trial.record import Decision, Step, Trial, TrialError
 from lockprobe.trial.trial_name import TrialName
+
+P, BUDGET, JOINTS, FIRST = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 20, 4, 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,15 +28,18 @@ class Design:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Known(World):
-    """A world with luck, people and errors.
+class Known:
+    """What is true of an agent that acts without immediate repeats, and of its studies.
 
-    ``shared``: share of trials with the same luck at every p; ``apart``: the lowest p has another. ``people``: who play
-    at each p, each at one, unequally good by ``likeness``. ``breaks``: chance per step of an error at the highest p.
-    ``slow``: share of blocks that take the whole budget at every p but the lowest, with equal means.
+    From the fourth step on the box opens with equal probability at every step, whatever the joint. ``trap``: chance per
+    step of falling into a cycle of three or four actions. ``shared``: share of trials with the same luck at every p;
+    ``apart``: the lowest p has another. ``people``: who play at each p, each at one, unequally good by ``likeness``.
+    ``breaks``: chance per step of an error at the highest p. ``slow``: share of blocks that take the whole budget at
+    every p but the lowest, with equal means. ``truths``: questions whose answer is yes.
     """
 
     success: tuple[float, ...] = (0.5,) * 7
+    trap: tuple[float, ...] = (0.0,) * 7
     truths: frozenset = frozenset()
     shared: float = 0.0
     apart: bool = False
@@ -46,10 +50,17 @@ class Known(World):
 
 
 WORLDS = {
-    one.name: Known(**{field.name: getattr(one, field.name) for field in fields(one)}) for one in default_worlds()
-} | {
-    name: Known(name=name, says="", **truth)
+    name: Known(**truth)
     for name, truth in {
+        "loops-irrelevant": {
+            "success": (0.23, 0.4, 0.53, 0.63, 0.67, 0.6, 0.5),
+            "truths": frozenset({"success", "speed", "shape"}),
+        },
+        "loop-trapped": {
+            "success": (0.85,) * 7,
+            "trap": (0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03),
+            "truths": frozenset({"looping"}),
+        },
         "no-effect": {},
         "shared-luck": {"shared": 0.5},
         "unequal-luck": {"shared": 1.0, "apart": True},
@@ -72,19 +83,49 @@ WORLDS = {
 }
 
 
+def _actions(trap, luck):
+    """The joints attempted, even after the box has opened, shape (trials, BUDGET)."""
+    n = len(trap)
+    actions = np.empty((n, BUDGET), dtype=np.int64)
+    actions[:, 0] = luck[:, 0, 0] * JOINTS
+    period = np.zeros(n, dtype=np.int64)
+    for t in range(1, BUDGET):
+        other = (luck[:, t, 0] * (JOINTS - 1)).astype(np.int64)
+        fresh = other + (other >= actions[:, t - 1])
+        chance = luck[:, t, 1]  # decides both: whether a cycle begins (and its period), or whether it ends
+        begun = np.where(chance < trap / 2, 3, 4)
+        period = np.where(period > 0, np.where(chance < 0.1, 0, period), np.where(chance < trap, begun, 0))
+        period = np.where(period > t, 0, period)
+        actions[:, t] = np.where(period > 0, actions[np.arange(n), np.maximum(t - period, 0)], fresh)
+    return actions
+
+
+def _solved_at(success, luck):
+    """The step at which each trial is solved, 0 if it is not."""
+    opens = (1 - (1 - success) ** (1 / (BUDGET - FIRST + 1)))[:, None] * (np.arange(1, BUDGET + 1) >= FIRST)
+    opened = luck < opens
+    return np.where(opened.any(axis=1), opened.argmax(axis=1) + 1, 0)
+
+
 def simulated(name, rng, design=None, **changed):
-    """The ended trials of one study, and those that broke."""
-    columns, broke, _ = _played(name, rng, design or Design(), changed)
-    return columns.at(~broke), columns.at(broke)
+    """The trials of one study."""
+    return _played(name, rng, design or Design(), changed)[0]
 
 
 def records(name, rng, design=None):
     """The same as trials."""
     design = design or Design()
-    columns, broke, actions = _played(name, rng, design, {})
+    columns, actions = _played(name, rng, design, {})
     conditions = {one.doses["flip.p"] if one.doses else 0.0: one for one in flips(design.p, modalities=("symbolic",))}
     return [
-        _trial(f"simulated:{name}", conditions[float(columns.dose[i])], columns, i, bool(broke[i]), actions[i].tolist())
+        _trial(
+            f"simulated:{name}",
+            conditions[float(columns.dose[i])],
+            columns,
+            i,
+            bool(columns.broke[i]),
+            actions[i].tolist(),
+        )
         for i in range(len(columns))
     ]
 
@@ -103,9 +144,9 @@ def _played(name, rng, design, changed):
 
         able = rng.standard_normal(n * truth.people)[who] * truth.likeness**0.5
         success = ndtr((ndtri(success) + able) / (1 - truth.likeness) ** 0.5)
-    actions = actions_of(np.repeat(truth.trap, clusters), luck)
+    actions = _actions(np.repeat(truth.trap, clusters), luck)
     onset = onset_batch(actions)
-    solved = solved_at(success, luck[:, :, 2])
+    solved = _solved_at(success, luck[:, :, 2])
     if truth.slow:
         solved = _skewed(truth.slow, n, clusters, rng)
     failed = rng.random((n * clusters, BUDGET)) < np.repeat([0.0] * (n - 1) + [truth.breaks], clusters)[:, None]
@@ -120,9 +161,11 @@ def _played(name, rng, design, changed):
         length=length,
         solved=(solved > 0) & ~broke,
         onset=np.where(onset <= length, onset, 0),
+        broke=broke,
         player=np.array([f"participant:{one}" for one in who] if truth.people else [], str),
+        budget=BUDGET,
     )
-    return columns, broke, actions
+    return columns, actions
 
 
 def _skewed(slow, n, clusters, rng):

@@ -1,5 +1,7 @@
 """Columns of trials for tests of success over p, made of arrays of solved or not."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from lockprobe.statistics.outcomes import Outcomes
@@ -20,10 +22,11 @@ def study(solved, p=None):
         length=np.full(i.size, 20),
         solved=solved.reshape(-1),
         onset=np.zeros(i.size, dtype=np.int64),
+        budget=20,
     )
 
 
-def columns(dose, trial, *, length=20, solved=None, onset=0, player=()):
+def columns(dose, trial, *, length=20, solved=None, onset=0, player=(), budget=20):
     """Outcomes of one repetition; without more, a trial shorter than 20 steps is solved, and none loops."""
     n, length = len(dose), np.broadcast_to(np.asarray(length, dtype=np.int64), len(dose))
     return Outcomes(
@@ -34,6 +37,7 @@ def columns(dose, trial, *, length=20, solved=None, onset=0, player=()):
         solved=length < 20 if solved is None else np.asarray(solved, dtype=bool),
         onset=np.broadcast_to(np.asarray(onset, dtype=np.int64), n),
         player=np.asarray(player, dtype=np.str_),
+        budget=budget,
     )
 
 
@@ -58,7 +62,7 @@ def people(rng, per_p, boxes, likeness, p=7, success=0.5):
     hidden = likeness**0.5 * able + (1 - likeness) ** 0.5 * rng.standard_normal((p, per_p * boxes))
     columns = study((hidden < norm.ppf(np.broadcast_to(success, p))[:, None])[:, None])
     who = [f"{place}-{number // boxes}" for place in range(p) for number in range(per_p * boxes)]
-    return Outcomes(**{name: getattr(columns, name) for name in Outcomes.__slots__} | {"player": np.array(who)})
+    return replace(columns, player=np.array(who))
 
 
 def smallest(differences):

@@ -16,8 +16,8 @@ from lockprobe.report.compare import (
     write_comparison,
 )
 from lockprobe.report.format import texts
-from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, study_differences
 from lockprobe.statistics.proportions import proportion
+from lockprobe.statistics.studies_compared import Sample, Side, study_differences
 from lockprobe.studies.records.read_records import load
 
 AGENTS = ("cognitive:careful", "random")

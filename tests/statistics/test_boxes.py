@@ -3,16 +3,8 @@
 import numpy as np
 import pytest
 
-from lockprobe.statistics.boxes import between_boxes, mean_over_boxes, small_over_boxes
-from lockprobe.statistics.paired_proportions import FEWEST, Pairs, difference_over_boxes, pairs_by_box
+from lockprobe.statistics.pairs import FEWEST, between_boxes, mean_over_boxes, paired, small_over_boxes
 from lockprobe.statistics.proportions import Difference
-
-
-def test_pairs_are_counted_on_their_box():
-    solved = np.array([[1, 0], [0, 1], [0, 1], [1, 1], [0, 0]], bool)
-    found = pairs_by_box(solved, np.array(["b", "a", "a", "b", "b"]))
-    assert (found.first.tolist(), found.second.tolist(), found.n.tolist()) == ([0, 1], [2, 0], [2, 3])
-    assert found.differences.tolist() == [1, -1 / 3]
 
 
 def world(rng, k, n, success, effect, sd, tau):
@@ -22,7 +14,13 @@ def world(rng, k, n, success, effect, sd, tau):
     one = rng.random((k, n))
     two = np.where(rng.random((k, n)) < 0.5, one, rng.random((k, n)))
     first, second = one < base, two < changed
-    return Pairs(first=1.0 * (first & ~second).sum(1), second=1.0 * (second & ~first).sum(1), n=np.full(k, float(n)))
+    return first.ravel(), second.ravel(), np.repeat(np.arange(k), n)
+
+
+def boxes(first, second, n):
+    """Pairs solved under the first condition alone, and under the second alone, of so many on each box."""
+    one, two = [np.arange(n) < many for many in first], [np.arange(n) >= n - many for many in second]
+    return np.concatenate(one), np.concatenate(two), np.repeat(np.arange(len(first)), n)
 
 
 @pytest.mark.parametrize(
@@ -34,7 +32,7 @@ def test_the_interval_holds_the_mean_over_boxes(k, n, success, effect, tau):
     rng = np.random.default_rng(3)
     base = np.clip(success + 0.15 * rng.standard_normal(400_000), 0, 1)
     truth = float(np.mean(np.clip(base + effect + tau * rng.standard_normal(400_000), 0, 1) - base))
-    found = [difference_over_boxes(world(rng, k, n, success, effect, 0.15, tau)) for _ in range(400)]
+    found = [paired(*world(rng, k, n, success, effect, 0.15, tau)) for _ in range(400)]
     assert np.mean([one.low <= truth <= one.high for one in found]) > 0.92
     if not effect:
         assert np.mean([one.interval_p < 0.05 for one in found]) < 0.08
@@ -45,24 +43,20 @@ def test_the_interval_holds_the_mean_over_boxes(k, n, success, effect, tau):
 def test_whether_an_effect_differs_is_found_where_it_does_and_seldom_else():
     rng = np.random.default_rng(4)
     alike, apart = (
-        [between_boxes(world(rng, 10, 20, 0.4, 0.2, 0.15, tau)).p_value < 0.05 for _ in range(300)]
+        [between_boxes(*world(rng, 10, 20, 0.4, 0.2, 0.15, tau)).p_value < 0.05 for _ in range(300)]
         for tau in (0.0, 0.3)
     )
     assert np.mean(alike) < 0.08
     assert np.mean(apart) > 0.9
-    same = between_boxes(Pairs(first=np.ones(4), second=np.full(4, 5.0), n=np.full(4, 10.0)))
+    same = between_boxes(*boxes([1] * 4, [5] * 4, 10))
     assert (same.p_value, same.deviation) == (1.0, 0.0)
     assert (same.low, same.high) == pytest.approx((0.4, 0.4))
 
 
 def test_with_too_few_boxes_or_pairs_nothing_is_said_of_others():
-    few = Pairs(first=np.zeros(2), second=np.full(2, 4.0), n=np.full(2, 10.0))
-    assert between_boxes(few) is None
-    assert between_boxes(Pairs(first=np.zeros(3), second=np.ones(3), n=np.full(3, 4.0))) is None
-    uneven = [
-        Pairs(first=np.zeros(k), second=np.array([0.0, 9, 9, 0, 4.5][:k]), n=np.full(k, 9.0)) for k in (4, FEWEST)
-    ]
-    these, others = map(difference_over_boxes, uneven)
+    assert between_boxes(*boxes([0] * 2, [4] * 2, 10)) is None
+    assert between_boxes(*boxes([0] * 3, [1] * 3, 4)) is None
+    these, others = (paired(*boxes([0] * k, [0, 10, 10, 0, 5][:k], 10)) for k in (4, FEWEST))
     assert these.value == others.value == 0.5
     assert others.low < 0 < these.low  # of four boxes it is known of these, of five it is said of others
 

@@ -12,24 +12,17 @@ from net import unpacked
 from reported import found_in
 from solved import columns
 
-from lockprobe.cli.result import result_lines
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
 from lockprobe.report.questions.claims import judged, paper_claims
 from lockprobe.report.results import results
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.curves import success_curve
-from lockprobe.statistics.inference.difference import (
-    differences_before_breaks,
-    each_difference,
-    few_broke_until,
-)
-from lockprobe.statistics.inference.over_doses import success_by_dose
-from lockprobe.statistics.outcomes import broken_off, outcomes
-from lockprobe.statistics.paired_proportions import paired
+from lockprobe.statistics.differences import any_difference, differences_before_breaks, each_difference, few_broke_until
+from lockprobe.statistics.every_look import Numbers, at_every_look, share_at_every_look
+from lockprobe.statistics.outcomes import BlockOrder, outcomes
+from lockprobe.statistics.pairs import paired
 from lockprobe.statistics.proportions import difference, proportion
-from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look, share_at_every_look
-from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.trial.record import TrialError
 
 AGENT = "llm:local"
@@ -48,25 +41,24 @@ def at(p, solved, failed, broken):
 
 
 def played(solved, broke, length=None):
-    """The trials of one condition that ended, and those that broke."""
+    """The trials of one condition."""
     ended = np.asarray(solved, bool) & ~np.asarray(broke, bool)
     every = columns(
         np.zeros(len(ended)), np.arange(len(ended)) + 1, length=20 if length is None else length, solved=ended
     )
-    return every.at(~broke), every.at(broke)
+    return replace(every, broke=np.asarray(broke, bool))
 
 
 def compared(groups):
     """Success of the second group less that of the first, with its bounds."""
-    counted, broken = zip(*groups, strict=True)
-    ((_, found),) = each_difference(counted, generator(1), broken=broken)
+    ((_, found),) = each_difference(groups, generator(1))
     return found
 
 
 def over_doses(*groups):
     """Success over the doses of these trials."""
     trials = [trial for group in groups for trial in group]
-    return success_by_dose(outcomes(trials), broken_off(trials), generator(1), 20)
+    return any_difference(outcomes(trials), generator(1))
 
 
 @pytest.mark.parametrize(
@@ -85,7 +77,7 @@ def test_a_share_has_the_bounds_of_horowitz_and_manski_with_wilsons_ends(solved,
 def test_a_curve_has_bounds_from_the_step_in_which_trials_broke():
     """Of ten, four solve in step 4, three never, and three break in step 3."""
     trials = at(0.0, 4, 3, 3)
-    curve = success_curve(outcomes(trials), broken_off(trials), 20)
+    curve = success_curve(outcomes(trials))
     known = {2: (0, 0), 3: (0, 3), 4: (4, 7), 20: (4, 7)}
     assert curve.n == 10
     for step, (least, most) in known.items():
@@ -137,26 +129,12 @@ def test_opposed_ends_are_the_paired_differences_of_the_two_completed_studies(tr
         assert found.p_value == (max(ends) if len(signs) == 1 else 1.0)
 
 
-@given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=2, max_size=30))
-def test_without_broken_trials_no_number_changes(trials):
-    solved = np.array(trials)
-    whole = [played(solved[:, side], np.zeros(len(solved), bool)) for side in (0, 1)]
-    found = compared(whole)
-    assert found.bounds is None
-    assert found == dict(each_difference([one for one, _ in whole], generator(1)))[1]
-    first = share_of(solved[:, 0].astype(float), (), ())
-    assert first == proportion(int(solved[:, 0].sum()), len(solved))
-    assert share_at_every_look(solved[:, 0]).broken == 0
-
-
 def test_at_every_look_intervals_and_the_whole_course_are_those_of_both_ends():
     """A tenth of sixty blocks broke under each condition: computed once more with these filled by hand."""
     rng, order = np.random.default_rng(5), BlockOrder(plans=((1, 60),))
     solved = rng.random((60, 2)) < [0.2, 0.8]
     broke = rng.random((60, 2)) < 0.1
-    found = compared(
-        [tuple(replace(one, order=order) for one in played(solved[:, side], broke[:, side])) for side in (0, 1)]
-    )
+    found = compared([replace(played(solved[:, side], broke[:, side]), order=order) for side in (0, 1)])
     filled = (np.where(broke, ends, solved).astype(float) for ends in ([True, False], [False, True]))
     low, high = (at_every_look([Numbers(values=one[:, 1] - one[:, 0], block=np.arange(60))])[0] for one in filled)
     assert (found.low, found.high) == (min(low.low, high.low, found.value), max(low.high, high.high, found.value))
@@ -226,42 +204,23 @@ def test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none(world
 def test_the_last_step_with_few_breaks(broke_in, n, step):
     broke = np.arange(n) < len(broke_in)
     length = np.array([one - 1 for one in broke_in] + [20] * (n - len(broke_in)))
-    counted, broken = zip(*[played(np.zeros(n), broke, length), played(np.zeros(n), np.zeros(n, bool))], strict=True)
-    assert few_broke_until(counted, broken, 20) == step
+    groups = [played(np.zeros(n), broke, length), played(np.zeros(n), np.zeros(n, bool))]
+    assert few_broke_until(groups) == step
 
 
 def test_by_an_early_step_an_effect_is_found_that_later_breaks_hide():
     """Forty trials: by step 10 the second has solved 30 and the first 8; then all that go on break, at step 15."""
     solved, last = np.array([np.arange(40) < 8, np.arange(40) < 30]), np.array([[5], [9]])
     groups = [played(own, ~own, np.where(own, end, 14)) for own, end in zip(solved, last, strict=True)]
-    counted, broken = zip(*groups, strict=True)
     late = compared(groups)
     assert late.bounds == (-10 / 40, 32 / 40)
     assert late.p_value == 1.0
-    step = few_broke_until(counted, broken, 20)
+    step = few_broke_until(groups)
     assert step == 14
-    ((_, early),) = differences_before_breaks(counted, broken, step, generator(1))
+    ((_, early),) = differences_before_breaks(groups, step, generator(1))
     truth = paired(*solved)
     assert (early.value, early.low, early.high) == (truth.value, truth.low, truth.high)
     assert early.p_value < 0.001
-
-
-def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth(tmp_path):
-    """Eighteen trials of an agent that solves 39.3 %; every one that comes to step 19 breaks there, and is owed."""
-    ends = [SOLUTION, (0,) * 18, (0,) * 18] * 6
-    trials = [
-        make_trial(joints, agent="llm:a", trial=i, broken=None if joints is SOLUTION else "model")
-        for i, joints in enumerate(ends, 1)
-    ]
-    found = found_in(tmp_path, small_study(["llm:a"], (0.0,), 1, 18), trials)
-    share = found.one("success", agent="llm:a", of="")
-    assert (share.count, share.n) == (6, 6)
-    assert share.low <= 6 / 18 <= 0.393 <= share.high
-    assert [found.one("success", agent="llm:a", of=of).value for of in ("at least", "at most")] == [6 / 18, 1.0]
-    assert found.answer.endswith("; 12 more broke, so of all trials it is between 33 % and 100 %.")
-    (told,) = [line for line in result_lines(found, tmp_path) if line.startswith("  llm:a: ")]
-    assert "12 of 18 trials broke, 6 of the other 6 opened the box" in told
-    assert "half of the breaks came at step 19" in told
 
 
 @pytest.mark.parametrize(("name", "boundary"), [("flips", "reply"), ("crossed", "model"), ("why", "reply")])

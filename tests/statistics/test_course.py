@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.statistics.course import courses, never_acted
+from lockprobe.statistics.course import courses
+from lockprobe.statistics.idle import never_acted
 
 
 def trials_of(agent, solved, n=6, modality="symbolic"):
@@ -25,14 +26,8 @@ def test_agents_under_study_are_one_family_and_baselines_another():
     assert {one.agent: one.family for one in found} == dict.fromkeys(of, 3) | {"human-inspired": 1}
 
 
-def test_variants_of_a_baseline_are_baselines():
-    ours = "human-inspired:proximity", "human-inspired?lapse=0.1", "ideal-observer?noise=aware", "random"
-    found = courses([one for spec in (*ours, "cognitive:careful", "llm:local") for one in trials_of(spec, {0.0: 2})])
-    assert [one.agent for one in found if one.baseline] == [*ours]
-
-
 def test_an_agent_that_ignores_reports_is_blind_and_tested_nowhere():
-    found = {one.agent: (one.blind, {*one.ended.dose.tolist()}) for one in courses(play_study(small_study()))}
+    found = {one.agent: (one.blind, {*one.tested.ended.dose.tolist()}) for one in courses(play_study(small_study()))}
     assert (found["random"], found["human-inspired"]) == ((True, {0.0}), (False, {0.0, 0.3, 0.6}))
 
 
@@ -42,10 +37,5 @@ def test_a_rate_at_which_no_report_was_false_is_in_no_test():
     (found,) = courses([*trials_of("llm:a", {0.0: 1, 0.4: 3}), *truthful])
     assert never_acted(truthful)
     assert found.idle == {0.2}
-    assert {*found.ended.dose.tolist()} == {0.0, 0.4}
+    assert {*found.tested.ended.dose.tolist()} == {0.0, 0.4}
     assert [*found.by_dose] == [0.0, 0.2, 0.4]
-
-
-def test_a_model_shown_the_box_in_two_ways_has_a_course_for_each():
-    found = courses([*trials_of("llm:a", {0.0: 2}, modality="rgb"), *trials_of("llm:a", {0.0: 2})])
-    assert [(one.modality, bool(one.shown)) for one in found] == [("rgb", True), ("symbolic", True)]

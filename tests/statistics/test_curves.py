@@ -6,12 +6,12 @@ from builders import SOLUTION, make_trial
 from scipy import stats
 
 from lockprobe.statistics.curves import incidence, success_curve
-from lockprobe.statistics.outcomes import broken_off, outcomes
+from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.proportions import proportion
 
 
-def curve_of(trials, budget=20):
-    return success_curve(outcomes(trials), broken_off(trials), budget)
+def curve_of(trials):
+    return success_curve(outcomes(trials))
 
 
 def solved_at(steps, *, n, budget=20):
@@ -37,12 +37,6 @@ def test_a_step_lies_in_its_interval_which_is_open_where_the_band_does_not_reach
     assert curve_of(solved_at([], n=30)).steps_to_interval(0.5) == (None, None)
 
 
-def test_trials_of_a_smaller_budget_are_censored_and_without_trials_there_are_no_steps():
-    assert curve_of(solved_at([4], n=2, budget=5) + solved_at([10], n=2)).share[10] == 1 - 0.75 * 0.5
-    alone = curve_of([make_trial([0], broken="model")])
-    assert (alone.n, alone.restricted_mean_steps, alone.steps_to(0.0)) == (0, None, None)
-
-
 @pytest.mark.parametrize("seed", range(12))
 def test_it_is_the_plain_share_without_early_censoring_and_the_librarys_with_it(seed):
     rng = np.random.default_rng(seed)
@@ -57,19 +51,6 @@ def test_it_is_the_plain_share_without_early_censoring_and_the_librarys_with_it(
     assert censored.share == pytest.approx(library.evaluate(np.arange(21.0)).tolist(), abs=1e-12)
     low, share, high = map(np.array, (censored.low, censored.share, censored.high))
     assert np.all((low >= 0) & (low <= share) & (share <= high) & (high <= 1))
-
-
-def test_where_no_trial_is_left_running_nothing_bounds_the_share_from_above():
-    found = incidence(np.array([5, 10]), np.array([True, False]), 20)
-    assert found.share[10:] == (0.5,) * 11
-    assert found.high[10] < 1
-    assert found.high[11:] == (1.0,) * 10
-
-
-def test_nothing_counted_means_nothing_known():
-    found = incidence(np.zeros(0, dtype=int), np.zeros(0, dtype=bool), 3)
-    assert np.isnan(found.share).all()
-    assert (found.low, found.high) == ((0.0,) * 4, (1.0,) * 4)
 
 
 def test_a_design_effect_widens_the_band_as_fewer_trials_would():

@@ -34,15 +34,6 @@ def test_welchs_test(first, second):
     assert distributions.welch_test((0.1, 0.0, 5), (0.2, 0.0, 5)) is None  # without spread nothing is known
 
 
-@given(COUNTS, COUNTS, SHARES)
-def test_binomial(count, more, share):
-    n = count + more
-    assert distributions.sign_test(count, more) == pytest.approx(stats.binomtest(count, n).pvalue if n else 1.0)
-    if n:
-        expected = stats.binomtest(count, n).proportion_ci(share, method="exact")
-        assert distributions.binomial_interval(count, n, share) == pytest.approx(tuple(expected), abs=1e-9)
-
-
 @given(st.tuples(COUNTS, COUNTS, COUNTS, COUNTS) | st.just((40_000, 60_000, 39_000, 61_000)))
 def test_fishers_exact_test(counts):
     table = np.reshape(counts, (2, 2))

@@ -5,12 +5,9 @@ from dataclasses import replace
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
-from solved import smallest
 
-from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.course import courses
-from lockprobe.statistics.inference.difference import any_difference
-from lockprobe.statistics.inference.log_rank import pace
+from lockprobe.statistics.hazards import pace
 from lockprobe.statistics.people import steps_of_people, success_of_people
 
 STUDY = small_study(("participant", "random"), (0.0, 0.3, 0.6), 2, 4)
@@ -19,10 +16,6 @@ STUDY = small_study(("participant", "random"), (0.0, 0.3, 0.6), 2, 4)
 def person(identity, solved, *, position=1, p=0.0, trial=1, **facts):
     made = make_trial(SOLUTION if solved else (0,) * 20, agent=f"participant:{identity}", p=p, trial=trial)
     return replace(made, key=made.key.replace(f":{identity}", ""), facts={"position": position, **facts})
-
-
-def of_people(trials):
-    return any_difference(courses(trials)[0].ended, generator(1))
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +44,8 @@ def test_people_are_one_agent_and_order_does_not_matter(played):
     shuffled = list(played)
     random.Random(1).shuffle(shuffled)
     again = next(one for one in courses(shuffled) if one.people)
-    assert [again.ended.at(again.ended.dose == p).solved.sum() for p in STUDY.p] == [
-        people.ended.at(people.ended.dose == p).solved.sum() for p in STUDY.p
+    assert [again.outcomes.at(again.outcomes.dose == p).solved.sum() for p in STUDY.p] == [
+        people.outcomes.at(people.outcomes.dose == p).solved.sum() for p in STUDY.p
     ]
     (alone,) = courses([trial for trial in played if trial.group == "random"])
     assert (alone.trials, alone.doses, alone.family) == (agent.trials, agent.doses, agent.family)
@@ -66,19 +59,6 @@ def test_beside_people_an_agents_trials_count_to_who_played_their_luck():
     few_people, many_people, beside = (courses(members)[0] for members in (own, many, agent))
     assert pace(few_people, beside).p_value is None
     assert pace(many_people, beside).p_value is not None
-
-
-def test_where_everybody_plays_at_one_p_whole_people_are_exchanged():
-    """Two people at each p, each with five boxes that all end alike: never significant, however many boxes."""
-    own = [
-        person(f"{who}{p * 10:.0f}00", solved=p > 0, p=p, trial=1 + 5 * who + box, position=1 + box)
-        for p in (0.0, 0.3)
-        for who in (0, 1)
-        for box in range(5)
-    ]
-    assert smallest(of_people(own)) > 0.2
-    many = [replace(trial, agent=f"participant:{i:04d}") for i, trial in enumerate(own)]
-    assert smallest(of_people(many)) < 0.01
 
 
 def test_people_are_never_taken_for_blind():

@@ -1,7 +1,5 @@
 """Actions judged by an ideal observer: by hand, by identity and by enumeration."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from builders import make_trial
@@ -28,12 +26,6 @@ def counts(trials, *more):
     return share.count, share.n
 
 
-def test_by_hand_the_target_is_best_tried_first_and_the_same_failure_again_is_a_step_lost():
-    assert counts([make_trial([0])]) == (1, 1)
-    assert counts([make_trial([3])]) == (0, 1)
-    assert counts([make_trial([0, 0])]) == (1, 2)
-
-
 @pytest.mark.parametrize("flip", FLIPS)
 def test_an_ideal_observer_is_optimal_to_itself(flip):
     assert optimal_actions(played(IdealObserver(noise="naive"), 12, p=0.3, flip=flip))[0].value == 1
@@ -44,23 +36,6 @@ def test_a_trial_is_a_cluster_and_broken_trials_are_left_out():
     share, _ = optimal_actions([*trials, make_trial([1], broken="model")])
     assert (share.clusters, share.n) == (6, sum(len(trial.steps) for trial in trials))
     assert share.count == sum(counts([trial])[0] for trial in trials)
-
-
-def test_false_reports_contradict_the_prior_and_true_ones_of_the_box_do_not():
-    for flip in FLIPS:
-        assert optimal_actions(played("round-robin", 20, p=0.4, flip=flip))[1]
-    assert not optimal_actions(played("round-robin", 20))[1]
-
-
-def test_a_box_with_two_conditions_on_a_joint_contradicts_the_prior():
-    """Told the truth of a box whose target needs two joints open, the observer has to begin again."""
-    first, second, third = make_trial([1, 2, 3]).steps
-    told = [
-        replace(first, moved=True, told_moved=True, told_state="0100", state="0000"),
-        replace(second, joint=first.joint, moved=True, told_moved=True, told_state="0000", state="0100"),
-        replace(third, joint=first.joint, moved=False, told_moved=False, told_state="0000", state="0000"),
-    ]
-    assert optimal_actions([replace(make_trial([1]), steps=tuple(told))])[1]
 
 
 def test_boxes_have_their_prior_or_are_not_judged():

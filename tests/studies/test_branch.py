@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation.exact import propagate
+from lockprobe.statistics.arms import CROSSED
 from lockprobe.statistics.branch import branch_effects
-from lockprobe.statistics.why.arms import CROSSED
 from lockprobe.studies.branch import FORKS, TOLD, branching, play_forks
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal

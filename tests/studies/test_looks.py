@@ -3,7 +3,7 @@
 import pytest
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.factorial import factorials_of
+from lockprobe.statistics.factorial import factorial_of
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study_design import design_of
 
@@ -15,7 +15,7 @@ FACTORS = {
 
 def test_its_scenes_are_a_factorial_design_of_all_factors():
     found = study("looks")
-    (design,) = factorials_of(design_of(found).arms, "rgb")
+    design = factorial_of(design_of(found).shown("rgb"))
     assert design.levels == {f"plant.{name}": high for name, high in FACTORS.items()}
     assert len(found.conditions) == len(found.plants) == 16
     assert (found.conditions[0].label, found.plant_of(found.conditions[0])) == ("plain scene", "fast-twin")

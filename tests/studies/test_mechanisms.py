@@ -7,9 +7,9 @@ import pytest
 from builders import play_study
 
 from lockprobe.interventions.conditions import flips
-from lockprobe.statistics.inference.difference import any_difference
-from lockprobe.statistics.inference.ushape import two_lines
+from lockprobe.statistics.differences import any_difference
 from lockprobe.statistics.outcomes import outcomes
+from lockprobe.statistics.two_lines import two_lines
 from lockprobe.studies.options.study_options import SHIPPED
 from lockprobe.studies.options.studyfile import study
 

@@ -4,7 +4,7 @@ import pytest
 
 import lockprobe
 from lockprobe.foundation.errors import BadValue, UserMistake
-from lockprobe.statistics.why.arms import ARMS, CROSSED, PARTS
+from lockprobe.statistics.arms import ARMS, CROSSED, PARTS
 from lockprobe.studies.options.studyfile import study
 
 

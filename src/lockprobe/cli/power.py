@@ -18,12 +18,11 @@ from lockprobe.foundation.workers import Processes
 from lockprobe.simulation.power import effects
 from lockprobe.simulation.power.people import PERSONS, Design, People, people_power
 from lockprobe.simulation.power.simulator import TRIALS, Needed, Simulation
-from lockprobe.statistics.inference.over_doses import TESTS
-from lockprobe.statistics.why.mechanism import MARGIN
+from lockprobe.statistics.why import MARGIN
 
 _WHAT = "why: blocks of a study of controls; a study file: its conditions (trials per flip rate)."
 _SUCCESS = (
-    "Effect: success at each flip rate, as 0.2,0.5,0.4 (two effects); under each condition, the control first; "
+    "Effect: success at each flip rate, as 0.2,0.5,0.4 (a rise and fall); under each condition, the control first; "
     "for why in its seven arms: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark."
 )
 _PEOPLE = "A study of people (how many persons it needs, within and between persons; with --success)."
@@ -68,10 +67,9 @@ def power(
 
     --condition, --sweep or --agent: the difference of every condition from its control, by the test of the report: in
     pairs of equal luck, corrected for the conditions of its family and for the agents. Success is what an --agent
-    reaches that is played here, or --success. Without them, every test over flip rates (--p, else 0 to 0.6 in steps of
-    0.1), for two effects: a rise and fall of success like the paper's (0.23 at flip rate 0, 0.67 at 0.4, then 0.5), and
-    an agent that gets trapped in loops when it is told the truth. power why: how many blocks (--trials) a study of
-    controls needs to name the reason for a change of success.
+    reaches that is played here, or --success. Without them, the tests over flip rates (--p, else 0 to 0.6 in steps of
+    0.1), for --success or a rise and fall like the paper's (0.23 at flip rate 0, 0.67 at 0.4, then 0.5). power why: how
+    many blocks (--trials) a study of controls needs to name the reason for a change of success.
 
     --over-boxes: how often a study on so many boxes, with --trials on each, detects the change on boxes like these.
 
@@ -127,11 +125,10 @@ _Rows = tuple[list[dict[str, Any]], str]
 
 
 def _of_flips(success: Sequence[float], p: Sequence[float] | None, how: Simulation, seed: int) -> _Rows:
-    worlds = (effects.stated_world(success, p=p or effects.P),) if success else effects.default_worlds()
-    found = effects.flip_power(worlds, how, seed=seed)
-    rows = [{"effect": world.name, "test": TESTS[question], "trials": one} for world, question, one in found]
-    says = {f"{world.name}: {world.says}" for world, _, _ in found}
-    return rows, " ".join(["Trials per flip rate.", *sorted(says), _NO_LUCK])
+    rates = effects.FlipRates(success=tuple(success), p=tuple(p or effects.P)) if success else effects.FlipRates()
+    found = effects.flip_power(rates, how, seed=seed)
+    rows = [{"test": effects.TESTS[question], "trials": one} for question, one in found]
+    return rows, f"Trials per flip rate. Success {', '.join(f'{share:g}' for share in rates.success)}. {_NO_LUCK}"
 
 
 def _of_conditions(file: str | None, asked: Mapping[str, Any], success: Sequence[float], how: Simulation) -> _Rows:

@@ -16,7 +16,7 @@ from lockprobe.report.format import entry_text
 from lockprobe.report.prose import at_dose
 from lockprobe.report.rows import Cell, Results, clearness
 from lockprobe.report.rows.primary import Line, primary_lines
-from lockprobe.statistics.inference.difference import FEW_BROKE
+from lockprobe.statistics.differences import FEW_BROKE
 
 BEFORE = "by the last step with few breaks"
 """Part of success: by the last step by which at most 5 % of trials broke under every condition."""

@@ -23,9 +23,9 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.prose import rules_broken_said, who
 from lockprobe.report.rendering import rendered
 from lockprobe.report.study_numbers import measured_row
-from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.statistics.rules import Rules
+from lockprobe.statistics.studies_compared import Sample, Side, StudyDifference, study_differences
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.studies.decisions import planned_now
 from lockprobe.trial.record import Trial

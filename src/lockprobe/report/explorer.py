@@ -20,8 +20,8 @@ from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interventions.words import CORRECTION
-from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.loops import cover
+from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import camera_outcomes, source_of, verdict_outcomes

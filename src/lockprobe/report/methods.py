@@ -9,8 +9,8 @@ from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.report.format import tex_text
 from lockprobe.report.prose import false_reports, interval_kind
 from lockprobe.report.rows import Condition, Results
-from lockprobe.statistics.conditions.modalities import spoken
-from lockprobe.statistics.sequential.contrasts import E_PROCESS
+from lockprobe.statistics.every_look import E_PROCESS
+from lockprobe.statistics.modalities import spoken
 
 _LABELS: Mapping[str, str] = {
     "trial": "Joints had neutral labels, drawn anew in every trial.",

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lockprobe.report.rows import EveryLook, Row
-from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
+from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.decisions import block_orders, broken_by_agent, counted
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY

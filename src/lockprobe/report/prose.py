@@ -8,8 +8,8 @@ from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.report.rows import Course, Results
 from lockprobe.statistics.clustered import FEWEST_BOXES
-from lockprobe.statistics.conditions.axis import AGENT, FLIPS, Axis
-from lockprobe.statistics.conditions.modalities import spoken
+from lockprobe.statistics.design import AGENT, FLIPS, Axis
+from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.published import PEAK
 from lockprobe.trial.condition import TRUTH
 from lockprobe.trial.plant_change import PLANT

@@ -15,19 +15,16 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rows import Curve, Estimate, Row
-from lockprobe.statistics.broken_trials import begun
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.conditions.axis import Series, axis_key
-from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.course import Course, Place, courses, is_baseline
+from lockprobe.statistics.design import Design, Series, axis_key
+from lockprobe.statistics.every_look import share_at_every_look
 from lockprobe.statistics.idle import idle_interventions
-from lockprobe.statistics.inference.trend import Trend
-from lockprobe.statistics.inference.ushape import TwoLines
-from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
+from lockprobe.statistics.outcomes import BlockOrder, Outcomes, outcomes
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Rules
-from lockprobe.statistics.sequential.contrasts import share_at_every_look
-from lockprobe.statistics.sequential.order import BlockOrder
+from lockprobe.statistics.trend import Trend
+from lockprobe.statistics.two_lines import TwoLines
 from lockprobe.studies.decisions import Answer, answers_by_agent
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
@@ -62,19 +59,19 @@ class PlayedCell:
         return Curve(quantity=quantity, **self.of, **columns)
 
     @cached_property
-    def ended(self) -> Outcomes:
-        """Those of its trials that ended as solved or out of budget."""
+    def outcomes(self) -> Outcomes:
+        """Its trials as columns."""
         return outcomes(self.trials, order=self.order)
 
     @cached_property
-    def broke(self) -> Outcomes:
-        """Those of its trials that broke."""
-        return broken_off(self.trials, order=self.order)
+    def ended(self) -> Outcomes:
+        """Those of them that ended as solved or out of budget."""
+        return self.outcomes.ended
 
     @cached_property
     def success(self) -> Proportion:
         """The share solved, with an interval that holds whatever became of those that broke."""
-        every, solved = begun(self.ended, self.broke)
+        every, solved = self.outcomes, self.outcomes.known
         if self.order is None or every.crossed:
             return share_of(solved, every.player, every.luck, every.box)
         return share_at_every_look(solved[np.argsort(self.order.rank(every.repetition, every.trial))])

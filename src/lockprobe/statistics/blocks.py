@@ -1,101 +1,353 @@
-"""The one contrast of conditions: a weighted sum of success in blocks of equal luck, with its interval and its test.
+"""The one contrast: a mean of differences over blocks of equal luck, with its interval and test.
 
-A *block* is one repetition and trial, which share their luck under all conditions. Only blocks with an ended trial
-under every condition of a contrast count for it. If trials broke, interval and P value hold whatever became of these.
+A *block* is one repetition and trial: its labels, flips and draws are the same at every dose, under every condition and
+for every agent. The null hypothesis is that two sides *play exchangeably*: each is as likely to play a block as the
+other did. Then the sign of a block's difference is random, whatever its trials have in common, so sides are exchanged
+within whole blocks. Sides that are equally good on average need not play exchangeably: one may fail often in few
+blocks, the other seldom in many. So a conclusion also needs the interval of the mean, which does not assume it, to
+leave out 0.
+
+A person's boxes are correlated too, and lie in several blocks. So beside people neither blocks nor people are
+exchangeable, and Student's t uses a variance clustered by both. At a single dose no two people share a luck, so whole
+people are exchanged.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Protocol
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.agent_comparison.paired import Array, columns, mean_of_blocks
-from lockprobe.statistics.broken_trials import bounded
-from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.statistics.paired_proportions import ONE_BOX
-from lockprobe.statistics.proportions import Difference
+from lockprobe.statistics.broken_trials import whatever_broke
+from lockprobe.statistics.clustered import alike_weights, two_way_variance
+from lockprobe.statistics.distributions import student_quantile, student_tails
+from lockprobe.statistics.every_look import Numbers, at_every_look
+from lockprobe.statistics.outcomes import BlockOrder, Outcomes
+from lockprobe.statistics.pairs import FEW, mean_over_boxes, paired, score_interval
+from lockprobe.statistics.proportions import ALPHA, Difference
+from lockprobe.statistics.steps import RareBlock
+
+Array = NDArray[np.float64]
+Labels = NDArray[Any]
 
 Weights = Mapping[str, int]
 """Condition -> its weight in a contrast; they sum to 0."""
 
+FEWEST = 7
+"""The fewest people, and the fewest blocks of luck, for a test: a variance from fewer is too uncertain."""
 
-class Played(Protocol):
-    """One agent under one condition."""
+TIE = 1e-9
+"""Sum of squared deviations below which all blocks count as equal, within rounding."""
 
-    @property
-    def ended(self) -> Outcomes:
-        """Its trials that ended as solved or out of budget."""
-
-    @property
-    def broke(self) -> Outcomes:
-        """Its trials that broke."""
+_EXACT = 50_000_000
+"""Additions up to which the exchange distribution of a sum is exact; beyond, it is approximated as normal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blocks:
-    """Success of one agent under several conditions.
+    """Ended trials by block of luck (rows) and by group, such as a condition or an agent at a dose (columns).
 
     Attributes:
-        solved: Condition -> 1 if solved, 0 if not, NaN where no trial has ended, shape (blocks,).
-        broke: Condition -> whether its trial broke, of the same shape; none for conditions in which none did.
-        box: The box of each block, of the same shape; no rows if all are of one.
-        planned: Whether blocks are in the order of the plan, and what is said must hold at every look.
+        solved, steps: Shape (blocks, groups), NaN where no trial has ended.
+        person: Who played, of the same shape; no rows if nobody is people.
+        box: The box of each block; no rows if all are of one.
+        place: The place of each block in the order of the plan.
+        order: That order, if what is said must hold at every look; else blocks are by repetition and trial.
     """
 
-    solved: Mapping[str, Array]
-    broke: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
-    box: NDArray[np.str_] = field(default_factory=lambda: ONE_BOX)
-    planned: bool = False
+    solved: Array
+    steps: Array
+    person: NDArray[np.str_]
+    box: NDArray[np.str_]
+    place: NDArray[np.int64]
+    order: BlockOrder | None
 
-    def sums(self, *contrasts: Weights) -> list[Array]:
-        """The weighted sums of each block, shape (blocks, contrasts), NaN in blocks that lack a condition.
+    def whole(self, groups: Sequence[int]) -> tuple[NDArray[np.bool_], NDArray[np.str_]]:
+        """Success under some groups in the blocks that have a trial under all of them, and the boxes of these."""
+        solved = self.solved[:, groups]
+        both = ~np.isnan(solved).any(axis=1)
+        return solved[both] > 0, self.box[both] if len(self.box) else self.box
 
-        They are those of the trials that ended, and if some broke, also those at the low and at the high end of what
-        these can have become.
-        """
-        ends = [(self.solved, self.solved)]
-        if any(self.broke[name].any() for weights in contrasts for name in weights if name in self.broke):
-            low, high = (
-                {name: np.where(self.broke.get(name, False), end, own) for name, own in self.solved.items()}
-                for end in (0.0, 1.0)
-            )
-            ends += [(low, high), (high, low)]
-        found = []
-        for gains, losses in ends:
-            sums = [
-                np.sum([weight * (gains if weight > 0 else losses)[name] for name, weight in of.items()], axis=0)
-                for of in contrasts
-            ]
-            table = np.column_stack(sums)
-            table[np.isnan(table).any(axis=1)] = math.nan
-            found.append(table)
+    def people(self, first: Sequence[int], second: Sequence[int]) -> NDArray[np.str_]:
+        """The person who played in one of two groups, of several such pairs, shape (blocks, pairs)."""
+        one, two = self.person[:, first], self.person[:, second]
+        found: NDArray[np.str_] = np.where(one == "", two, one)
         return found
 
 
-def blocks_of(cells: Mapping[str, Played]) -> Blocks:
-    """The blocks of one agent, from its trials under each condition."""
-    laid = columns([*(one.ended for one in cells.values()), *(one.broke for one in cells.values())])
-    solved = [sheet.solved[:, 0] for sheet in laid]
-    broke = zip(cells, (~np.isnan(own) for own in solved[len(cells) :]), strict=True)
-    return Blocks(
-        solved=dict(zip(cells, solved, strict=False)), broke=dict(broke), box=laid[0].box, planned=laid[0].planned
-    )
+def blocks_of(groups: Sequence[Outcomes]) -> Blocks:
+    """The blocks of groups of ended trials, of which none has two of one luck."""
+    width = 1 + max(int(one.trial.max(initial=0)) for one in groups)
+    lucks, row = np.unique(np.concatenate([one.repetition * width + one.trial for one in groups]), return_inverse=True)
+    n, place, row = len(lucks), np.arange(len(lucks)), row.reshape(-1)
+    order = max((one.order for one in groups if one.order), key=lambda one: one.plans[-1], default=None)
+    if order is not None:
+        rank = order.rank(lucks // width, lucks % width)
+        planned = np.argsort(rank)
+        row, place = np.argsort(planned)[row], rank[planned]
+    solved, steps = np.full((2, n, len(groups)), math.nan)
+    box = np.full(n, "", dtype=np.result_type(*(one.box.dtype for one in groups)))
+    people = [one.player.dtype for one in groups if one.crossed]
+    person = np.full(solved.shape if people else (0, 0), "", dtype=np.result_type(*people, np.str_))
+    for column, (one, at) in enumerate(zip(groups, np.split(row, np.cumsum([*map(len, groups)])[:-1]), strict=True)):
+        solved[at, column], steps[at, column] = one.solved, one.length
+        if len(one.box):
+            box[at] = one.box
+        if one.crossed:
+            person[at, column] = one.player
+    one_box = len(np.unique(box)) < 2
+    return Blocks(solved=solved, steps=steps, person=person, box=box[:0] if one_box else box, place=place, order=order)
 
 
-def contrast(blocks: Blocks, *contrasts: Weights, factor: float = 1.0, choices: int = 1) -> Difference:
+def contrast(groups: Mapping[str, Outcomes], *contrasts: Weights, factor: float = 1.0, choices: int = 1) -> Difference:
     """The mean over blocks of contrasts of success; of nothing if no block has a trial under all of their conditions.
 
-    The P value is from sign flips of whole blocks. ``factor`` scales the sums, and ``choices`` means are judged
-    together (Bonferroni).
+    The P value is from sign flips of whole blocks, or holds at every look. If trials broke, interval and P value hold
+    whatever became of these.
+
+    Args:
+        groups: Condition -> its trials.
+        contrasts: What is averaged.
+        factor: Scales the sums.
+        choices: So many means are judged together (Bonferroni).
     """
-    most = max(sum(weight for weight in weights.values() if weight > 0) for weights in contrasts)
-    found, *ends = (
-        mean_of_blocks(sums, blocks.box, planned=blocks.planned, unit=most, factor=factor, choices=choices)
-        for sums in blocks.sums(*contrasts)
+    weights = {name: weight for of in contrasts for name, weight in of.items()}
+    table = np.array([[of.get(name, 0) for of in contrasts] for name in weights], dtype=np.float64)
+    most = float(np.where(table > 0, table, 0).sum(axis=0).max())
+
+    def mean(of: Sequence[Outcomes]) -> Difference:
+        blocks = blocks_of(of)
+        return mean_of_blocks(blocks.solved @ table, blocks, unit=most, factor=factor, choices=choices)
+
+    return whatever_broke(mean, [groups[name] for name in weights], [weight > 0 for weight in weights.values()])
+
+
+def mean_of_blocks(
+    differences: Array,
+    blocks: Blocks,
+    *,
+    unit: float = 1.0,
+    factor: float = 1.0,
+    choices: int = 1,
+    rare: RareBlock | None = None,
+) -> Difference:
+    """The mean of whole numbers times a factor, as it holds of blocks and of their boxes, or at every look.
+
+    Interval and P value are corrected for ``choices`` means that are judged together. ``unit`` is the largest of the
+    whole numbers, and the rest is as in :func:`block_mean`. At every look a block counts once, whatever it holds: its
+    value is the mean of its differences.
+    """
+    numbers = factor * differences
+    if blocks.order:
+        (ever,) = at_every_look([numbers_of(numbers, blocks, factor * unit)], agents=choices)
+        pairs, p_value = int(np.count_nonzero(~np.isnan(numbers))), ever.p_value if ever.n else None
+        return Difference(value=ever.value, low=ever.low, high=ever.high, p_value=p_value, n=pairs, clusters=ever.n)
+    mean = block_mean(numbers, unit=factor * unit, choices=choices, rare=rare, exchange=False)
+    if mean.n:
+        mean = replace(mean, p_value=min(1.0, choices * sign_flip(np.nansum(differences, axis=1))))
+    return over_boxes(mean, numbers, blocks, choices)
+
+
+def success_in_pairs(blocks: Blocks, first: int, second: int) -> Difference:
+    """One group's success minus another's in common blocks, with McNemar's test and Agresti and Min's interval.
+
+    If one of several people has several boxes, sides are exchanged within whole people, and the interval is over them.
+    Of several boxes each counts alike (:mod:`lockprobe.statistics.pairs`). ``first`` and ``second`` are their columns.
+    """
+    solved, box = blocks.whole([first, second])
+    found = paired(solved[:, 0], solved[:, 1], box)
+    low, high, p_value = found.low, found.high, max(found.p_value, found.interval_p) if len(box) else found.p_value
+    if blocks.person.size:
+        person: Labels = blocks.people([first], [second])[~np.isnan(blocks.solved[:, [first, second]]).any(axis=1), 0]
+        if len(np.unique(person)) < len(person):
+            over = at_one_dose(solved[:, 1].astype(np.float64) - solved[:, 0], person, unit=1.0)
+            low, high = (-1.0, 1.0) if over.low is None or over.high is None else (over.low, over.high)
+            p_value = 1.0 if over.p_value is None else over.p_value
+    return Difference(value=found.value, low=low, high=high, p_value=p_value, n=found.n, clusters=found.n)
+
+
+def numbers_of(differences: Array, blocks: Blocks, bound: float = 1.0) -> Numbers:
+    """The mean of the differences of each block that has one, each within ``bound``."""
+    played = ~np.isnan(differences).all(axis=1)
+    return Numbers(values=np.nanmean(differences[played], axis=1), block=blocks.place[played], bound=bound)
+
+
+def over_boxes(mean: Difference, differences: Array, blocks: Blocks, choices: int) -> Difference:
+    """The mean of blocks, of which some may lack every pair, as it holds over their boxes."""
+    if not len(blocks.box):
+        return mean
+    rows = ~np.isnan(differences).all(axis=1)
+    return mean_over_boxes(mean, np.nanmean(differences[rows], axis=1), blocks.box[rows], choices=choices)
+
+
+def block_mean(
+    differences: Array,
+    *,
+    unit: float | None = None,
+    choices: int = 1,
+    rare: RareBlock | None = None,
+    exchange: bool = True,
+) -> Difference:
+    """The mean of all differences, clustered by block, with a test that exchanges the two within whole blocks.
+
+    The interval is Student's over blocks, for a ratio of sums. With a unit, it is widened as if one more pair of each
+    column differed, so that it has a width even if few pairs differ (as Agresti and Min 2005 for independent pairs). If
+    all blocks differ alike, or none differs, a block counts as a single trial. Of shares with one pair a block, of
+    which five or fewer differ, it also holds Tango's score interval.
+
+    Of steps, it is widened by rare *blocks* instead (:mod:`lockprobe.statistics.steps`).
+
+    Args:
+        differences: Shape (blocks, pairs of a block), NaN where a pair is missing.
+        unit: The largest difference of a single trial, 1 for shares; None if it is not known.
+        choices: Number of means examined (Bonferroni); the interval has the level 1 - 0.05 / choices.
+        rare: Of steps, how far a rare block may lie from the mean.
+        exchange: Whether it is tested so; else by Student's t, if there are blocks enough.
+    """
+    present = ~np.isnan(differences)
+    sizes = present.sum(axis=1).astype(np.float64)
+    sums = np.where(present, differences, 0.0).sum(axis=1)[sizes > 0]
+    sizes = sizes[sizes > 0]
+    n, pairs = len(sizes), int(sizes.sum())
+    if not n:
+        return Difference(value=math.nan, n=0, clusters=0)
+    value = float(sums.sum()) / pairs
+    found = Difference(value=value, p_value=sign_flip(sums) if exchange else None, n=pairs, clusters=n)
+    spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
+    if unit is None and spread < TIE:
+        return found
+    widest, small = float(sizes.max()), n / max(1, n - 1)
+    found = _student(found, spread, widest, n, unit=unit, most=unit, rare=rare, choices=choices, small=small)
+    if found.low is None or found.high is None or unit != 1.0 or pairs != n:
+        return found
+    first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
+    if first + second > FEW:
+        return found
+    low, high = score_interval(first, second, n, 1 - ALPHA / choices)  # few pairs differ: not narrower than Tango's
+    return replace(found, low=min(found.low, low), high=max(found.high, high))
+
+
+def _student(
+    found: Difference,
+    spread: float,
+    widest: float,
+    clusters: int,
+    *,
+    unit: float | None,
+    most: float | None,
+    rare: RareBlock | None,
+    choices: int,
+    small: float = 1.0,
+) -> Difference:
+    """The mean with Student's interval, and with Student's P value if it has none and there are clusters enough.
+
+    ``spread`` is the variance of the sum of its pairs, ``widest`` the pairs of the largest cluster, ``most`` the
+    largest mean and ``small`` the factor of the widening in small samples; the rest is as in :func:`block_mean`.
+    """
+    if clusters < 2:
+        return found
+    value, share, level = found.value, widest / found.n, 1 - ALPHA / choices
+    if rare is None:
+        more = widest**2 if spread < TIE else widest
+        se = math.sqrt(spread + small * (unit or 0.0) ** 2 * more) / found.n
+        half = student_quantile((1 + level) / 2, clusters - 1) * se
+        low, high, p_value = value - half, value + half, float(student_tails(value / se, clusters - 1))
+    else:
+        se = math.sqrt(spread) / found.n
+        low, high = rare.interval(value, se, clusters, share=share, level=level)
+        p_value = rare.p_value(value, se, clusters, share=share)
+    tested = p_value if found.p_value is None and clusters >= FEWEST else found.p_value
+    return replace(found, low=max(-(most or math.inf), low), high=min(most or math.inf, high), p_value=tested)
+
+
+def two_way(
+    value: float,
+    residuals: Array,
+    luck: Labels,
+    person: Labels,
+    *,
+    pairs: int,
+    unit: float,
+    most: float,
+    rare: RareBlock | None = None,
+    choices: int = 1,
+) -> Difference:
+    """A mean of so many pairs, clustered by luck and by person, with a t-test; no P value with too few of either.
+
+    The residuals are what each trial adds to the sum of the pairs, less its expectation, shape (trials,). ``most`` is
+    the largest mean; other arguments are those of :func:`block_mean`.
+    """
+    sizes = [np.unique(of, return_counts=True)[1] for of in (luck, person)]
+    found = Difference(value=value, n=pairs, clusters=len(sizes[0]))
+    fewest, widest = min(map(len, sizes)), float(max(of.max() for of in sizes))
+    spread = two_way_variance(residuals, luck, person) if fewest > 1 else 0.0
+    return _student(found, spread, widest, fewest, unit=unit, most=most, rare=rare, choices=choices)
+
+
+def crossed_mean(
+    values: Array, luck: Labels, person: Labels, *, unit: float, rare: RareBlock | None = None
+) -> Difference:
+    """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
+
+    If people have unequally many trials, a conclusion must hold with every trial and with every person counted alike
+    (:func:`lockprobe.statistics.clustered.crossed_proportion`).
+    """
+    pooled, alike = (
+        two_way(mean, weight * (values - mean), luck, person, pairs=len(values), unit=unit, most=unit, rare=rare)
+        for weight in (np.ones(len(values)), alike_weights(person))
+        for mean in [float((weight * values).mean())]
     )
-    return bounded(found, *ends) if ends and found.n else found
+    return _held_by_both(pooled, alike)
+
+
+def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock | None = None) -> Difference:
+    """The mean difference at one dose, with an exchange test that swaps the agents within whole people.
+
+    If people have unequally many trials, a conclusion must also hold with every person counted alike.
+    """
+    place, sizes = np.unique(person, return_inverse=True, return_counts=True)[1:]
+    rows = np.full((len(sizes), int(sizes.max())), math.nan)
+    for i in range(len(sizes)):
+        rows[i, : sizes[i]] = values[place.reshape(-1) == i]
+    found = block_mean(rows, unit=unit, rare=rare)
+    if np.ptp(sizes) == 0:
+        return found
+    means = np.nanmean(rows, axis=1)
+    alike = block_mean(means[:, None], unit=unit, rare=rare)
+    return _held_by_both(found, replace(alike, p_value=sign_flip(means * math.lcm(*sizes.tolist()))))
+
+
+def _held_by_both(pooled: Difference, alike: Difference) -> Difference:
+    """The pooled mean, with an interval that holds both and the larger P value; 1 if the signs differ."""
+    if pooled.low is None or pooled.high is None or alike.low is None or alike.high is None:
+        return pooled
+    tested = pooled.p_value
+    if tested is not None and alike.p_value is not None:
+        tested = max(tested, alike.p_value) if pooled.value * alike.value > 0 else 1.0
+    return replace(pooled, low=min(pooled.low, alike.low), high=max(pooled.high, alike.high), p_value=tested)
+
+
+def sign_flip(sums: Array) -> float:
+    """Exact two-sided P value of a sign-flip test that the sums have mean 0; one whole number per block.
+
+    >>> sign_flip(np.array([1.0, 2.0, 3.0, 1.0, 1.0]))
+    0.0625
+    """
+    sums = np.rint(sums)
+    sizes = np.abs(sums[sums != 0]).astype(np.int64)
+    if not len(sizes):
+        return 1.0
+    sizes //= np.gcd.reduce(sizes)
+    total, observed = int(sizes.sum()), abs(float(sums.sum())) / float(np.abs(sums).sum())
+    if total * len(sizes) > _EXACT:
+        return math.erfc(observed * total / math.sqrt(2 * float(np.sum(sizes**2))))
+    chance = np.zeros(total + 1)
+    chance[0] = 1.0
+    for size in sizes:  # of the sum of those with a plus
+        chance[size:], chance[:size] = (chance[size:] + chance[:-size]) / 2, chance[:size] / 2
+    away = np.abs(2 * np.arange(total + 1) - total)
+    return min(1.0, float(chance[away >= observed * total - 0.5].sum()))

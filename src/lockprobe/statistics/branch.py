@@ -16,12 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.agent_comparison.paired import Array, block_mean
+from lockprobe.statistics.blocks import Array, block_mean
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.distributions import holm_by_family
-from lockprobe.statistics.inference.mean_steps import rare_block
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Difference
+from lockprobe.statistics.steps import rare_block
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports

@@ -1,4 +1,4 @@
-"""Trials that broke: what they can have become, and what is known of a share or a difference whatever that is.
+"""Trials that broke: what is known of a difference or a test whatever became of them.
 
 A trial that broke was begun, and nobody knows how it would have ended. Long trials break most easily and are seldom
 solved, so those that remain are a biased sample. So a share lies between two bounds, with all broken trials unsolved
@@ -18,53 +18,41 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from lockprobe.statistics.outcomes import Outcomes, appended
+from lockprobe.statistics.outcomes import Outcomes
 
 _Found = TypeVar("_Found", bound=Any)
-_Result = TypeVar("_Result")
 
 
-def completed(counted: Outcomes, broken: Outcomes, soon: ArrayLike, budget: int = 0) -> Outcomes:
-    """All begun trials, as if those that broke had gone on from their break.
+def ends_of(groups: Sequence[Outcomes], gains: Sequence[ArrayLike]) -> list[list[Outcomes]]:
+    """The groups without their broken trials; if some broke, also at the low and at the high end of a difference.
 
-    Args:
-        counted: The ended trials.
-        broken: Those that broke.
-        soon: Which of these solved the box in the step in which they broke, and completed a loop if they had none; all
-            others did neither in all of their budget. Shape (broken,), or one for all.
-        budget: Steps of a trial, for what asks how long it took.
+    ``gains`` says of each group, or of each of its trials, whether success counts for the difference; that of the
+    others counts against it.
     """
-    at_once = np.broadcast_to(np.asarray(soon, dtype=np.bool_), len(broken))
-    ended = broken.length + 1
-    return appended(
-        counted,
-        replace(
-            broken,
-            solved=at_once.copy(),
-            length=np.where(at_once, ended, np.maximum(ended, budget)),
-            onset=np.where(at_once & (broken.onset == 0), ended, broken.onset),
-        ),
-    )
-
-
-def opposed(
-    analyse: Callable[[list[Outcomes]], _Result],
-    counted: Sequence[Outcomes],
-    broken: Sequence[Outcomes],
-    gains: Sequence[bool],
-    budget: int = 0,
-) -> tuple[_Result, _Result]:
-    """An analysis of groups of trials at its low and at its high end, from the ended and the broken trials of each.
-
-    ``gains`` says whether success of the group counts for the difference; that of the others counts against it.
-    """
-    trios = [*zip(counted, broken, gains, strict=True)]
+    ended = [one.ended for one in groups]
+    if not any(one.broke.any() for one in groups):
+        return [ended]
     low, high = (
-        analyse([completed(one, other, gain == soon, budget) for one, other, gain in trios]) for soon in (False, True)
+        [one.completed(np.equal(gain, soon)) for one, gain in zip(groups, gains, strict=True)] for soon in (False, True)
     )
-    return low, high
+    return [ended, low, high]
+
+
+def whatever_broke(
+    analyse: Callable[[list[Outcomes]], _Found],
+    groups: Sequence[Outcomes],
+    gains: Sequence[ArrayLike],
+    held: Callable[..., Any] | None = None,
+) -> _Found:
+    """An analysis of groups of trials that holds whatever became of those that broke.
+
+    It is made of the groups of :func:`ends_of`, and ``held`` puts the three together: by default :func:`bounded`.
+    """
+    found, *ends = map(analyse, ends_of(groups, gains))
+    made: _Found = (held or bounded)(found, *ends) if ends else found
+    return made
 
 
 def bounded(found: _Found, low: _Found, high: _Found) -> _Found:
@@ -83,7 +71,7 @@ def bounded(found: _Found, low: _Found, high: _Found) -> _Found:
     )
 
 
-def worst(found: _Found, ends: Sequence[_Found]) -> _Found:
+def worst(found: _Found, *ends: _Found) -> _Found:
     """A test without the broken trials, a data class with a direction, with the larger P value of all ends.
 
     It is 1 if the directions differ, and None if an end has none. Without ends no trial broke.
@@ -93,9 +81,3 @@ def worst(found: _Found, ends: Sequence[_Found]) -> _Found:
         return replace(found, p_value=None) if ends else found
     alike = len({one.direction for one in (found, *ends)}) == 1
     return replace(found, p_value=max(tests[:-1]) if alike else 1.0)
-
-
-def begun(counted: Outcomes, broken: Outcomes) -> tuple[Outcomes, NDArray[np.float64]]:
-    """All begun trials, and 1 where one was solved, 0 where it was not, NaN where it broke, shape (trials,)."""
-    every = appended(counted, broken)
-    return every, np.where(np.arange(len(every)) < len(counted), every.solved, np.nan)

@@ -9,24 +9,21 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.blocks import Blocks, Played, blocks_of, contrast
+from lockprobe.statistics.blocks import blocks_of, contrast
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.conditions.crossed import Crossed
-from lockprobe.statistics.conditions.design import Design
-from lockprobe.statistics.conditions.factors import Factor
 from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.design import Crossed, Design, Factor
+from lockprobe.statistics.differences import DifferenceAt, each_difference
+from lockprobe.statistics.every_look import share_at_every_look
 from lockprobe.statistics.idle import idle_interventions
-from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
-from lockprobe.statistics.outcomes import heeded_at_most
+from lockprobe.statistics.outcomes import Outcomes, plays_alike
 from lockprobe.statistics.proportions import Difference
-from lockprobe.statistics.sequential.contrasts import share_at_every_look
 from lockprobe.trial.condition import Contrast
 from lockprobe.trial.record import Trial
 
@@ -37,19 +34,23 @@ LEVELS = "levels of "
 """How the names of families of factors begin."""
 
 
-class _Cell(Played, Protocol):
-    """One agent under one condition."""
+class Cell(Protocol):
+    """One agent under one condition: its trials, also as columns."""
 
     @property
-    def trials(self) -> Sequence[Trial]: ...
+    def trials(self) -> Sequence[Trial]:
+        """All its trials."""
+
+    @property
+    def outcomes(self) -> Outcomes:
+        """The same as columns."""
 
 
-Cells = Mapping[tuple[str, str], _Cell]
+Cells = Mapping[tuple[str, str], Cell]
 """Every agent under every condition that it has trials of."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Effect:
+class Effect(NamedTuple):
     """Success of an agent under a condition minus success under the control, in the trials that they share.
 
     Attributes:
@@ -83,30 +84,29 @@ def declared(
         without interval.
     """
     cells = acting(cells, design)
-    asked = [
-        (agent, is_baseline(design.spec_of(agent)), name, one, own)
-        for agent in design.agents
-        for name, one in contrasts.items()
-        for own in [{label: cells[agent, label] for label in (*one.of, *one.minus) if (agent, label) in cells}]
-        if own.keys() >= {*one.of, *one.minus} and not any(cell.ended.crossed for cell in own.values())
-    ]
+    asked = []
+    for agent, (name, one) in product(design.agents, contrasts.items()):
+        labels = {*one.of, *one.minus}
+        own = {label: cells[agent, label].outcomes for label in labels if (agent, label) in cells}
+        if own.keys() >= labels and not any(cell.ended.crossed for cell in own.values()):
+            asked.append((agent, is_baseline(design.spec_of(agent)), name, one, own))
     sizes = Counter(baseline for _, baseline, *_ in asked)
     for agent, baseline, name, one, own in asked:
-        blocks, choices, of, minus = blocks_of(own), sizes[baseline], {*one.of}, {*one.minus}
-        weights = dict.fromkeys(of, len(minus)) | dict.fromkeys(minus, -len(of))
-        change = contrast(blocks, weights, factor=1 / (len(of) * len(minus)), choices=choices)
+        weights = dict.fromkeys(one.of, len(one.minus)) | dict.fromkeys(one.minus, -len(one.of))
+        factor = 1 / (len(one.of) * len(one.minus))
+        change = contrast(own, weights, factor=factor, choices=sizes[baseline])
         if change.n:
-            yield agent, name, choices, (change, _share(blocks, one.of), _share(blocks, one.minus))
+            yield agent, name, sizes[baseline], (change, _share(own, one.of), _share(own, one.minus))
 
 
-def _share(blocks: Blocks, names: Sequence[str]) -> Difference:
+def _share(groups: Mapping[str, Outcomes], names: Sequence[str]) -> Difference:
     """Success under some of the conditions, in blocks that have a trial under all of them."""
-    whole = ~np.isnan([*blocks.solved.values()]).any(axis=0)
-    solved, n = np.array([blocks.solved[name][whole] for name in names]), int(whole.sum())
+    blocks = blocks_of([one.ended for one in groups.values()])
+    solved, box = blocks.whole(range(len(groups)))
+    some, n = solved[:, [[*groups].index(name) for name in names]], len(solved)
     if len(names) > 1:
-        return Difference(value=float(np.mean(solved)), n=n, clusters=n)
-    box = blocks.box[whole] if len(blocks.box) else ()
-    share = share_at_every_look(solved[0]) if blocks.planned else share_of(solved[0], (), (), box)
+        return Difference(value=float(np.mean(some)), n=n, clusters=n)
+    share = share_at_every_look(some[:, 0]) if blocks.order else share_of(some[:, 0], (), (), box)
     return Difference(value=share.value, low=share.low, high=share.high, n=n, clusters=n)
 
 
@@ -117,7 +117,7 @@ def acting(cells: Cells, design: Design, *, wholly: bool = False) -> Cells:
     """
     acts = {arm.label: arm.without() for arm in design.arms if arm.label not in design.controls}
 
-    def idle(label: str, cell: _Cell) -> bool:
+    def idle(label: str, cell: Cell) -> bool:
         found = idle_interventions(cell.trials, acts[label]) if label in acts else []
         return bool(found) if wholly else "" in found
 
@@ -130,9 +130,8 @@ def against_control(cells: Cells, design: Design) -> Iterator[Effect]:
     sizes = _judged_together(cells, design)
     for agent, family, labels in _families(design):
         if (agent, labels[0]) in cells:
-            names = [label for label in labels if (agent, label) in cells]
             many = max(1, sizes[family, labels[0], is_baseline(design.spec_of(agent))])
-            yield from _against_first(cells, agent, names, "conditions", agents=many, family=family)
+            yield from _against_first(cells, agent, labels, "conditions", agents=many, family=family)
 
 
 def _families(design: Design) -> Iterator[tuple[str, str, tuple[str, ...]]]:
@@ -156,38 +155,32 @@ def _can_differ(cells: Cells, agent: str, names: Sequence[str]) -> bool:
     found = [cells[agent, name] for name in names if (agent, name) in cells]
     if len(found) < 2 or (agent, names[0]) not in cells:
         return False
-    return heeded_at_most([trial for cell in found for trial in cell.trials]) is None
+    return not plays_alike([trial for cell in found for trial in cell.trials])
 
 
 def against_first(cells: Cells, factors: Iterable[Factor], design: Design) -> Iterator[Effect]:
     """Every level of a factor against the first one; all groups of conditions that differ in it are one family."""
     cells = acting(cells, design)
     for factor in factors:
-        asked = [
-            (agent, group) for agent in design.agents for group in factor.groups if _can_differ(cells, agent, group)
-        ]
+        asked = [one for one in product(design.agents, factor.groups) if _can_differ(cells, *one)]
         sizes = Counter(is_baseline(design.spec_of(agent)) for agent in {agent for agent, _ in asked})
         for agent, group in asked:
-            names = [label for label in group if (agent, label) in cells]
-            use = factor.name, *cells[agent, names[0]].trials[0].specs
+            use = factor.name, *cells[agent, group[0]].trials[0].specs
             many = sizes[is_baseline(design.spec_of(agent))] * len(factor.groups)
             family = LEVELS + factor.name
-            yield from _against_first(cells, agent, names, *use, agents=many, family=family, axis=factor.name)
+            yield from _against_first(cells, agent, group, *use, agents=many, family=family, axis=factor.name)
 
 
 def _against_first(
-    cells: Cells, agent: str, names: Sequence[str], *use: str, agents: int, family: str, axis: str = ""
+    cells: Cells, agent: str, labels: Sequence[str], *use: str, agents: int, family: str, axis: str = ""
 ) -> Iterator[Effect]:
     """Conditions of one agent against the first; ``use`` names the stream of the permutations, which people need."""
-    own = [cells[agent, name] for name in names]
-    first = own[0].trials[0]
+    names = [label for label in labels if (agent, label) in cells]
+    first = cells[agent, names[0]].trials[0]
     rng = generator(first.seed, "analysis", first.spec, first.modality, *use)
-    tested = each_difference([one.ended for one in own], rng, broken=[one.broke for one in own], agents=agents)
-    for place, difference in tested:
-        yield Effect(
-            agent=agent, modality=first.modality, control=names[0], condition=names[place], difference=difference,
-            corrected_for=len(tested) * agents, family=family, axis=axis,
-        )  # fmt: skip
+    tested = each_difference([cells[agent, name].outcomes for name in names], rng, agents=agents)
+    for place, one in tested:
+        yield Effect(agent, first.modality, names[0], names[place], one, len(tested) * agents, family, axis)
 
 
 def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, Difference, int]]:
@@ -200,14 +193,14 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, D
     sizes = _judged_together(acting(cells, design), design)
 
     def found_in(agent: str, crossed: Crossed, choices: int = 1) -> Difference | None:
-        own = {name: acted[agent, name] for name in crossed.weights if (agent, name) in acted}
+        own = {name: acted[agent, name].outcomes for name in crossed.weights if (agent, name) in acted}
         if not own or len(own) < len(crossed.weights):
             return None
-        found = contrast(blocks_of(own), crossed.weights, factor=crossed.factor, choices=choices)
+        found = contrast(own, crossed.weights, factor=crossed.factor, choices=choices)
         return found if found.n else None
 
     for agent, of in product(design.agents, design.comparisons.values()):
-        if (agent, of.control) not in cells or cells[agent, of.control].ended.order is not None:
+        if (agent, of.control) not in cells or cells[agent, of.control].outcomes.order is not None:
             continue
         every = [one for one in of.crossed if found_in(agent, one)]
         dosed = {name for one in every if one.axes for name in one.conditions.values()}

@@ -13,12 +13,11 @@ import numpy as np
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_kind, spec_name
-from lockprobe.statistics.conditions.axis import FLIPS, Axis
-from lockprobe.statistics.conditions.modalities import spoken
+from lockprobe.statistics.design import FLIPS, Axis
 from lockprobe.statistics.idle import never_acted
-from lockprobe.statistics.inference.trend import Resamples, resample
-from lockprobe.statistics.outcomes import Outcomes, Point, broken_off, heeded_at_most, outcomes, points
-from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
+from lockprobe.statistics.modalities import spoken
+from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, Point, outcomes, plays_alike, points
+from lockprobe.statistics.trend import Resamples, resample
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
 _BASELINES = ("random", "random-no-repeat", "round-robin", "right-to-left", "human-inspired", "ideal-observer")
@@ -96,11 +95,6 @@ class Course:
         return ", ".join(filter(None, (spoken(self.modality) if named else "", self.axis.rest)))
 
     @cached_property
-    def budget(self) -> int:
-        """Most steps of a trial."""
-        return max(trial.budget for trial in self.trials)
-
-    @cached_property
     def by_dose(self) -> Mapping[float, list[Trial]]:
         """Every dose with its trials, ascending."""
         pairs = grouped(zip(self.doses, self.trials, strict=True), lambda pair: pair[0])
@@ -108,9 +102,8 @@ class Course:
 
     def at(self, doses: Collection[float]) -> Course:
         """Its trials at these doses, of which it has at least one."""
-        trials, found = zip(
-            *(pair for pair in zip(self.trials, self.doses, strict=True) if pair[1] in doses), strict=True
-        )
+        kept = [(one, dose) for one, dose in zip(self.trials, self.doses, strict=True) if dose in doses]
+        trials, found = zip(*kept, strict=True)
         return replace(self, trials=trials, doses=found)
 
     @cached_property
@@ -120,18 +113,19 @@ class Course:
 
     @cached_property
     def outcomes(self) -> Outcomes:
-        """Its trials that ended as solved or out of budget."""
+        """Its trials as columns."""
         return outcomes(self.trials, self.doses, self.order)
 
     @cached_property
-    def broken_off(self) -> Outcomes:
-        """Its trials that broke, up to the error."""
-        return broken_off(self.trials, self.doses, self.order)
+    def acted(self) -> Mapping[tuple[float, int, int], tuple[str, ...] | None]:
+        """Dose, repetition and trial -> its actions; None of trials that broke."""
+        pairs = zip(self.doses, self.trials, strict=True)
+        return {(dose, one.repetition, one.trial): None if one.error else one.actions for dose, one in pairs}
 
     @cached_property
     def blind(self) -> bool:
         """Whether it plays alike whatever it is told, so that its doses are copies of each other."""
-        return heeded_at_most(self.trials) is not None
+        return plays_alike(self.trials)
 
     @cached_property
     def idle(self) -> frozenset[float]:
@@ -142,34 +136,24 @@ class Course:
     def family(self) -> int:
         """How many agents are judged together with it, itself included: those whose success can depend on the dose."""
         alike = [one for one in self.beside if (one.modality, one.baseline) == (self.modality, self.baseline)]
-        return max(1, sum(not one.blind and len({*one.outcomes.dose.tolist()}) > 1 for one in alike))
+        return max(1, sum(not one.blind and len({*one.outcomes.ended.dose.tolist()}) > 1 for one in alike))
 
     @cached_property
-    def tested(self) -> Course:
+    def tested(self) -> Outcomes:
         """The trials that fits and tests use: at doses that acted, or at the lowest alone if it is blind."""
         if self.blind:
-            return self.lowest
-        return self.at(self.by_dose.keys() - self.idle) if self.idle else self
-
-    @property
-    def ended(self) -> Outcomes:
-        """Those of them that ended as solved or out of budget."""
-        return self.tested.outcomes
-
-    @property
-    def broke(self) -> Outcomes:
-        """Those of them that broke."""
-        return self.tested.broken_off
+            return self.lowest.outcomes
+        return self.at(self.by_dose.keys() - self.idle).outcomes if self.idle else self.outcomes
 
     @cached_property
     def points(self) -> list[Point]:
         """Their shares by dose and repetition, which the paper's fits and its correlation are of."""
-        return points(self.ended)
+        return points(self.tested.ended)
 
     @cached_property
     def draws(self) -> Resamples:
         """Bootstrap resamples of these points."""
-        return resample(self.ended, self.stream("bootstrap"))
+        return resample(self.tested.ended, self.stream("bootstrap"))
 
     def stream(self, use: str) -> np.random.Generator:
         """The random stream of a resampling test."""

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.broken_trials import completed
 from lockprobe.statistics.clustered import crossed_proportion
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import wilson
@@ -57,19 +56,16 @@ def _first(values: Sequence[float], share: float) -> int | None:
     return next((step for step, value in enumerate(values) if value >= share - 1e-12), None)
 
 
-def success_curve(counted: Outcomes, broken: Outcomes, budget: int) -> Incidence:
-    """Cumulative success over the ended and the broken trials of one condition, with a band clustered by player."""
-    alone = not (len(counted) and len(broken))
-    ends = []
-    for columns in [counted] if alone else [completed(counted, broken, soon, budget) for soon in (False, True)]:
+def success_curve(outcomes: Outcomes) -> Incidence:
+    """Cumulative success over the trials of one condition, with a band clustered by player."""
+    counted, begun, ends = len(outcomes.ended), len(outcomes), list[Incidence]()
+    for of in [outcomes.completed(soon) for soon in (False, True)] if 0 < counted < begun else [outcomes.ended]:
         effect = 1.0
-        if columns.crossed:  # else all trials are independent
-            ones = np.ones(len(columns))
-            effect = crossed_proportion(columns.solved, ones, columns.player, columns.luck).design_effect
-        ends.append(incidence(columns.length, columns.solved, budget, effect))
+        if of.crossed:  # else all trials are independent
+            effect = crossed_proportion(of.solved, np.ones(len(of)), of.player, of.luck).design_effect
+        ends.append(incidence(of.length, of.solved, outcomes.budget, effect))
     share = np.array([one.share for one in ends]).mean(axis=0)
-    n = len(counted) and len(counted) + len(broken)
-    return Incidence(n=n, share=tuple(share.tolist()), low=ends[0].low, high=ends[-1].high)
+    return Incidence(n=counted and begun, share=tuple(share.tolist()), low=ends[0].low, high=ends[-1].high)
 
 
 def incidence(

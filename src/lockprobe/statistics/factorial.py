@@ -11,25 +11,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations
-from math import prod
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
 
 from lockprobe.foundation.spec import Spec
-from lockprobe.statistics.agent_comparison.paired import Array
+from lockprobe.statistics.arms import SeriesArm
+from lockprobe.statistics.blocks import Array
 from lockprobe.statistics.broken_trials import bounded
-from lockprobe.statistics.conditions.axis import SeriesArm
-from lockprobe.statistics.conditions.design import Design
+from lockprobe.statistics.design import Design
 from lockprobe.statistics.distributions import holm, student_quantile, student_tails
 from lockprobe.statistics.misinterpretation import claims
-from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import ALPHA, Difference
 from lockprobe.trial.record import Trial
-
-MEASURES = ("misreading", "success")
-"""What is analysed: the share of statements about an attempt that contradict what happened, and the share solved."""
 
 _FEWEST = 3
 """Fewest factors of a factorial design; two are a crossing."""
@@ -43,31 +38,27 @@ class Factorial(NamedTuple):
         runs: Label of a condition -> its level of each factor, -1 or 1.
     """
 
-    modality: str
     levels: Mapping[str, str]
     runs: Mapping[str, tuple[int, ...]]
 
 
-def factorials_of(arms: Sequence[SeriesArm], modality: str) -> list[Factorial]:
-    """The factorial designs among conditions: none or one, of options that are left out or have one other value.
+def factorial_of(arms: Sequence[SeriesArm]) -> Factorial | None:
+    """The factorial design among the conditions of one modality, of options that are left out or have one other value.
 
     Every two factors have to be orthogonal: their four combinations occur equally often.
     """
-    shown = [arm for arm in arms if arm.modality == modality]
-    said = {arm.label: dict(option for i in arm.acting for option in _options(arm.specs[i])) for arm in shown}
+    said = {arm.label: dict(option for i in arm.acting for option in _options(arm.specs[i])) for arm in arms}
     values: dict[str, set[str]] = {}
     for options in said.values():
         for name, value in options.items():
             values.setdefault(name, set()).add(value)
-    factors = tuple(name for name, found in values.items() if len(found) == 1)
-    if len(factors) < _FEWEST or len(factors) < len(values):
-        return []
-    runs = {label: tuple(1 if name in options else -1 for name in factors) for label, options in said.items()}
-    columns = list(zip(*runs.values(), strict=True))
-    balanced = all(sum(column) == 0 for column in columns)
-    if not balanced or any(sum(map(prod, zip(*two, strict=True))) for two in combinations(columns, 2)):
-        return []
-    return [Factorial(modality, {name: next(iter(values[name])) for name in factors}, runs)]
+    if len(values) < _FEWEST or any(len(found) > 1 for found in values.values()):
+        return None
+    runs = {label: tuple(1 if name in options else -1 for name in values) for label, options in said.items()}
+    signs = np.array([*runs.values()])
+    if signs.sum(axis=0).any() or any(signs[:, i] @ signs[:, j] for i, j in combinations(range(len(values)), 2)):
+        return None
+    return Factorial({name: next(iter(found)) for name, found in values.items()}, runs)
 
 
 def _options(spec: Spec) -> list[tuple[str, str]]:
@@ -79,14 +70,16 @@ class FactorEffect(NamedTuple):
     """What one factor does to one measure of an agent, over blocks that have a trial in every condition.
 
     Attributes:
-        measure: Of :data:`MEASURES`.
+        measure: ``misreading``, the share of statements about an attempt that contradict what happened, or ``success``.
         change: High level minus low level. Interval and P value are corrected for the factors (Bonferroni, Holm); there
             are none if all blocks are alike. Those of success hold whatever became of broken trials.
     """
 
     agent: str
-    design: Factorial
+    modality: str
     factor: str
+    level: str
+    factors: int
     measure: str
     change: Difference
 
@@ -96,38 +89,33 @@ def factorial_effects(cells: Mapping[tuple[str, str], Sequence[Trial]], design: 
 
     ``cells`` are the trials of every agent under every condition.
     """
-    for agent in design.agents:
-        for made in (one for modality in design.modalities for one in factorials_of(design.arms, modality)):
-            begun = [{(one.repetition, one.trial): one for one in cells.get((agent, label), ())} for label in made.runs]
-            blocks = sorted(set.intersection(*map(set, begun)))
-            every = [[own[block] for own in begun] for block in blocks]
-            whole = [row for row in every if len(ended(row)) == len(row)]
-            counted = {"clusters": len(whole), "n": len(whole) * len(made.runs)}
-            for measure in MEASURES if len(whole) > 1 else ():
-                found = _of_measure(every, whole, np.array([*made.runs.values()], dtype=np.float64), measure)
-                for factor, change in zip(made.levels, found, strict=False):
-                    yield FactorEffect(agent, made, factor, measure, replace(change, **counted))
+    for agent, modality in product(design.agents, design.modalities):
+        if (made := factorial_of(design.shown(modality))) is None:
+            continue
+        begun = [{(one.repetition, one.trial): one for one in cells.get((agent, label), ())} for label in made.runs]
+        every = [[own[block] for own in begun] for block in sorted(set.intersection(*map(set, begun)))]
+        broke = np.array([[trial.ending == "error" for trial in row] for row in every]).reshape(-1, len(begun))
+        whole = ~broke.any(axis=1)
+        if whole.sum() < 2:
+            continue
+        signs, n = np.array([*made.runs.values()]), int(whole.sum())
+        misread, solved = (np.array([[of(trial) for trial in row] for row in every]) for of in (_misread, _solved))
+        for measure, table in (("misreading", misread), ("success", solved)):
+            found = main_effects(table[whole], signs)
+            for i in range(len(found)) if measure == "success" and broke.any() else ():
+                ends = (np.where(broke, (signs[:, i] > 0) == soon, solved) for soon in (False, True))
+                found[i] = bounded(found[i], *(main_effects(end, signs)[i] for end in ends))
+            corrected = holm([one.p_value for one in found])
+            for (factor, level), change, p_value in zip(made.levels.items(), found, corrected, strict=False):
+                tested = replace(change, p_value=p_value, n=n * len(begun), clusters=n)
+                yield FactorEffect(agent, modality, factor, level, len(made.levels), measure, tested)
 
 
-def _of_measure(
-    every: Sequence[Sequence[Trial]], whole: Sequence[Sequence[Trial]], signs: Array, measure: str
-) -> list[Difference]:
-    """The effects on a measure; ``every`` row of trials by condition is a block, in ``whole`` ones none broke."""
-    values = np.array([[_value(trial, measure) for trial in row] for row in whole], dtype=np.float64)
-    found = main_effects(values, signs)
-    broke = np.array([[trial.ending == "error" for trial in row] for row in every])
-    if found and measure == "success" and broke.any():
-        solved = np.array([[trial.solved for trial in row] for row in every])
-        for i, high in enumerate(signs.T > 0):
-            ends = (np.where(broke, high == soon, solved).astype(np.float64) for soon in (False, True))
-            found[i] = bounded(found[i], *(main_effects(end, signs)[i] for end in ends))
-    corrected = holm([one.p_value for one in found])
-    return [replace(one, p_value=p_value) for one, p_value in zip(found, corrected, strict=True)]
+def _solved(trial: Trial) -> float:
+    return float(trial.solved)
 
 
-def _value(trial: Trial, measure: str) -> float:
-    if measure == "success":
-        return float(trial.solved)
+def _misread(trial: Trial) -> float:
     said = claims(trial)
     return sum(claim.false_belief for claim in said) / len(said) if said else math.nan
 

@@ -1,19 +1,16 @@
-"""The ended trials of one agent as columns with clusters, and its repetitions as points."""
+"""The trials of one agent as columns, broken ones too, with the order of their blocks; its repetitions as points."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
-from itertools import repeat
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from lockprobe.statistics import loops
-from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.trial.record import Trial
 
 REPORTS = 10
@@ -21,8 +18,44 @@ REPORTS = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BlockOrder:
+    """That what is said of an agent's trials must hold at every look, and in which order its blocks were planned.
+
+    The order of *arrival* would not do: of trials that are played at once, those that are solved soon end first. So
+    blocks are taken as planned, up to the first one with a trial that is still open. Whether a block is played at all
+    may depend on those before it: a condition that is decided is no longer played.
+
+    Attributes:
+        plans: Repetitions, and trials per repetition, of the study as it was first planned and after each extension,
+            every one at least as large as those before. Blocks of an earlier plan come before all added to it.
+        margin: The largest difference in success that counts as none, (0, 1), if such statements are made too.
+    """
+
+    plans: tuple[tuple[int, int], ...]
+    margin: float | None = None
+
+    def rank(self, repetition: ArrayLike, trial: ArrayLike) -> NDArray[np.int64]:
+        """The places of blocks in the order, from 0.
+
+        >>> BlockOrder(plans=((1, 2), (2, 3))).rank([1, 1, 1, 2], [1, 2, 3, 1]).tolist()
+        [0, 1, 2, 3]
+        """
+        place = np.full(np.max(self.plans, axis=0), -1, dtype=np.int64)
+        for repetitions, trials in self.plans:
+            part = place[:repetitions, :trials]
+            new = part < 0
+            part[new] = np.arange(new.sum()) + place.max() + 1
+        found: NDArray[np.int64] = place[np.asarray(repetition, int) - 1, np.asarray(trial, int) - 1]
+        return found
+
+
+NO_ORDERS: Mapping[str, BlockOrder] = {}
+"""No agent of whose trials anything must hold at every look: of a study of fixed size that is finished."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Outcomes:
-    """Trials that ended as solved or out of budget, one row each. Every column has the shape (trials,).
+    """Trials, one row each. Every column has the shape (trials,).
 
     Attributes:
         dose: The dose on the axis of the analysis: flip probability, [0, 1], or another.
@@ -31,9 +64,11 @@ class Outcomes:
         length: Steps played.
         solved: Whether the target moved.
         onset: The step at which the first action loop was complete, from 1; 0 if the trial holds none.
+        broke: Whether the trial broke, so that nobody knows how it would have ended; no rows if none did.
         box: The name of its box; no rows where it is not known.
         player: :attr:`lockprobe.trial.record.Trial.player` of each; no rows where every trial stands alone.
         order: The order of the blocks, if what is said of the trials must hold at every look; None if at one alone.
+        budget: Most steps of a trial; 0 where it is of no use.
     """
 
     dose: NDArray[np.float64]
@@ -42,12 +77,34 @@ class Outcomes:
     length: NDArray[np.int64]
     solved: NDArray[np.bool_]
     onset: NDArray[np.int64]
+    broke: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=np.bool_))
     box: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, dtype=np.str_))
     player: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, dtype=np.str_))
     order: BlockOrder | None = None
+    budget: int = 0
 
     def __len__(self) -> int:
         return len(self.dose)
+
+    @property
+    def ended(self) -> Outcomes:
+        """Those that ended as solved or out of budget. An error is not a failure to solve."""
+        return self.at(~self.broke) if self.broke.any() else self
+
+    @property
+    def broken(self) -> Outcomes:
+        """Those that broke."""
+        return self.at(self.broke if len(self.broke) else np.zeros(len(self), dtype=np.bool_))
+
+    @property
+    def at_ended_doses(self) -> Outcomes:
+        """Those at doses at which one ended."""
+        return self.at(np.isin(self.dose, self.ended.dose)) if self.broke.any() else self
+
+    @property
+    def known(self) -> NDArray[np.float64]:
+        """1 where a trial was solved, 0 where it was not, NaN where it broke."""
+        return np.where(self.broke, np.nan, self.solved) if self.broke.any() else self.solved.astype(np.float64)
 
     @property
     def looped(self) -> NDArray[np.bool_]:
@@ -61,7 +118,7 @@ class Outcomes:
 
     @property
     def luck(self) -> NDArray[np.int64]:
-        """The block of luck of each trial, from 0: equal repetition and trial, whatever p is, shape (trials,)."""
+        """The block of luck of each trial, from 0: equal repetition and trial, whatever p is."""
         keys = self.repetition * (self.trial.max(initial=0) + 1) + self.trial
         return np.unique(keys, return_inverse=True)[1].reshape(-1)
 
@@ -82,10 +139,27 @@ class Outcomes:
         """The chosen trials, a boolean array of shape (trials,)."""
         columns = {name: getattr(self, name) for name in _COLUMNS}
         kept = {name: column[chosen] if len(column) else column for name, column in columns.items()}
-        return Outcomes(**kept, order=self.order)
+        return Outcomes(**kept, order=self.order, budget=self.budget)
+
+    def completed(self, soon: ArrayLike) -> Outcomes:
+        """All trials, as if those that broke had gone on from their break.
+
+        ``soon`` says which of them solved the box in the step in which they broke, and completed a loop if they had
+        none; all others did neither in all of their budget. Shape (trials,), or one for all.
+        """
+        if not self.broke.any():
+            return self
+        at_once, last = self.broke & np.asarray(soon, dtype=np.bool_), self.length + 1
+        return replace(
+            self,
+            solved=np.where(self.broke, at_once, self.solved),
+            length=np.where(at_once, last, np.where(self.broke, np.maximum(last, self.budget), self.length)),
+            onset=np.where(at_once & (self.onset == 0), last, self.onset),
+            broke=self.broke[:0],
+        )
 
 
-_COLUMNS = tuple(name for name in Outcomes.__slots__ if name != "order")
+_COLUMNS = tuple(name for name in Outcomes.__slots__ if name not in ("order", "budget"))
 
 
 class Point(NamedTuple):
@@ -103,11 +177,6 @@ def ended(trials: Iterable[Trial]) -> list[Trial]:
     return [trial for trial in trials if trial.ending != "error"]
 
 
-def onset(trial: Trial) -> int:
-    """The step at which the trial's first action loop was complete, from 1; 0 if it holds none."""
-    return _onset(trial.actions)
-
-
 def numbered(trial: Trial) -> tuple[int, ...]:
     """The actions numbered in order of first use: loops do not depend on names, so equal shapes share a cache entry."""
     first: dict[str, int] = {}
@@ -118,66 +187,48 @@ _onset = lru_cache(maxsize=1 << 17)(loops.onset)
 
 
 def outcomes(
-    trials: Iterable[Trial],
-    doses: Iterable[float] | None = None,
-    order: BlockOrder | None = None,
-    *,
-    broken: bool = False,
+    trials: Sequence[Trial], doses: Sequence[float] | None = None, order: BlockOrder | None = None
 ) -> Outcomes:
-    """The columns of one agent's ended trials, or of those that ended as error, up to the error.
+    """The columns of one agent's trials; those that broke up to the error.
 
     ``doses`` are their doses on an axis; their flip rates if not given, 0 where other interventions acted.
     """
-    numbers, names = list[tuple[float, ...]](), list[tuple[str, str]]()
-    for trial, dose in zip(trials, repeat(None) if doses is None else doses, strict=doses is not None):
-        if (trial.ending == "error") == broken:
-            at = (trial.p or 0.0) if dose is None else dose
-            numbers.append((at, trial.repetition, trial.trial, len(trial.steps), trial.solved, onset(trial)))
-            names.append((trial.box, trial.player))
-    dose_, repetition, number, length, solved, first = np.array(numbers, dtype=np.float64).reshape(-1, 6).T
-    box, player = np.array(names, dtype=np.str_).reshape(-1, 2).T
+    at = [trial.p or 0.0 for trial in trials] if doses is None else doses
+    numbers = [
+        (trial.repetition, trial.trial, len(trial.steps), trial.solved, _onset(trial.actions), trial.ending == "error")
+        for trial in trials
+    ]
+    repetition, number, length, solved, onset, broke = np.array(numbers, dtype=np.int64).reshape(-1, 6).T
+    box, player = np.array([(one.box, one.player) for one in trials], dtype=np.str_).reshape(-1, 2).T
     return Outcomes(
-        dose=dose_,
-        repetition=repetition.astype(np.int64),
-        trial=number.astype(np.int64),
-        length=length.astype(np.int64),
+        dose=np.array(at, dtype=np.float64),
+        repetition=repetition,
+        trial=number,
+        length=length,
         solved=solved > 0,
-        onset=first.astype(np.int64),
+        onset=onset,
+        broke=broke > 0,
         box=box,
         player=player if (player != "").any() else player[:0],
         order=order,
+        budget=max((trial.budget for trial in trials), default=0),
     )
-
-
-broken_off = partial(outcomes, broken=True)
-"""The columns of the trials that ended as error."""
-
-
-def appended(first: Outcomes, second: Outcomes) -> Outcomes:
-    """Two groups of trials of one agent, concatenated."""
-    if not len(first) or not len(second):
-        return first if len(first) else second
-    return _stacked([first, second])
 
 
 def joined(groups: Sequence[Outcomes]) -> Outcomes:
-    """Several groups of trials, concatenated, with the number of the group (from 0) as their dose."""
+    """Several groups of ended trials, concatenated, with the number of the group (from 0) as their dose."""
     crossed = any(group.crossed for group in groups)
-    return _stacked(
-        [
-            replace(
-                group,
-                dose=np.full(len(group), float(i)),
-                player=np.full(len(group), "") if crossed and not group.crossed else group.player,
-            )
-            for i, group in enumerate(groups)
-        ]
-    )
-
-
-def _stacked(groups: Sequence[Outcomes]) -> Outcomes:
+    groups = [
+        replace(
+            group,
+            dose=np.full(len(group), float(i)),
+            player=np.full(len(group), "") if crossed and not group.crossed else group.player,
+            broke=group.broke[:0],
+        )
+        for i, group in enumerate(groups)
+    ]
     columns = {name: np.concatenate([getattr(one, name) for one in groups]) for name in _COLUMNS}
-    return Outcomes(**columns, order=groups[0].order)
+    return Outcomes(**columns, order=groups[0].order, budget=max(one.budget for one in groups))
 
 
 def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:
@@ -187,70 +238,39 @@ def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:
     """
     if group.crossed or not other.crossed:
         return group
-    played = dict(zip(_lucks(other), other.player.tolist(), strict=True))
-    return replace(group, player=np.array([played.get(luck, "") for luck in _lucks(group)], dtype=np.str_))
-
-
-def solved_in_pairs(first: Outcomes, second: Outcomes) -> NDArray[np.bool_]:
-    """Whether trials of equal luck were solved under each of two conditions, shape (pairs, 2), by luck."""
-    one, two = (dict(zip(_lucks(group), group.solved.tolist(), strict=True)) for group in (first, second))
-    both = sorted(one.keys() & two.keys())
-    return np.array([[one[luck], two[luck]] for luck in both], dtype=np.bool_).reshape(-1, 2)
-
-
-def boxes_of_all(groups: Sequence[Outcomes]) -> NDArray[np.str_]:
-    """The box of each block of luck that any group has, by repetition and trial; no rows if all trials are of one."""
-    known = {luck: box for group in groups for luck, box in zip(_lucks(group), group.box.tolist(), strict=False)}
-    names = [known[luck] for luck in sorted(known)]
-    return np.array(names if len({*names}) > 1 else [], dtype=np.str_)
-
-
-def boxes_of_blocks(first: Outcomes, *others: Outcomes) -> NDArray[np.str_]:
-    """The box of each block of luck that all groups have, by repetition and trial; no rows if all trials are of one."""
-    if len(np.unique(first.box)) < 2:
-        return np.empty(0, dtype=np.str_)
-    known = dict(zip(_lucks(first), first.box.tolist(), strict=True))
-    both = set(known).intersection(*map(_lucks, others))
-    return np.array([known[luck] for luck in sorted(both)], dtype=np.str_)
-
-
-def _lucks(group: Outcomes) -> list[tuple[int, int]]:
-    return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
+    own, met = (zip(of.repetition.tolist(), of.trial.tolist(), strict=True) for of in (group, other))
+    played = dict(zip(met, other.player.tolist(), strict=True))
+    return replace(group, player=np.array([played.get(luck, "") for luck in own], dtype=np.str_))
 
 
 def points(counted: Outcomes) -> list[Point]:
-    """The points of the paper's fits and correlation: shares by dose and repetition."""
+    """The points of the paper's fits and correlation: shares of ended trials by dose and repetition."""
     found = []
     for dose, number in sorted(set(zip(counted.dose.tolist(), counted.repetition.tolist(), strict=True))):
         here = (counted.dose == dose) & (counted.repetition == number)
         n = int(here.sum())
-        found.append(
-            Point(dose, number, n, float(counted.solved[here].sum() / n), float(counted.looped[here].sum() / n))
-        )
+        shares = (float(of[here].sum() / n) for of in (counted.solved, counted.looped))
+        found.append(Point(dose, number, n, *shares))
     return found
 
 
-def heeded_at_most(trials: Sequence[Trial]) -> float | None:
-    """Upper 95 % bound of the share of reports that a blind agent acts on, (0, 1); None if it is not blind.
+def plays_alike(trials: Sequence[Trial]) -> bool:
+    """Whether an agent is *blind*: it played each repetition and trial identically at every p though reports differed.
 
-    An agent is *blind* if it played each repetition and trial identically at every p though reports differed. Only
-    reports that are followed by an action count, and at least :data:`REPORTS` of them are needed. People are never
+    Only reports that are followed by an action count, and at least :data:`REPORTS` of them are needed. People are never
     blind, because different people play each p.
-
-    The bound is that of Clopper and Pearson for none of n blocks, those in which reports differed. It also holds if the
-    agent heeds all reports of some trials and none of the others.
     """
     if trials[0].player:
-        return None
-    first, differing = dict[tuple[int, int], Trial](), dict[tuple[int, int], set[int]]()
+        return False
+    first, differing = dict[tuple[int, int], Trial](), set[tuple[int, int, int]]()
     for trial in ended(trials):
         luck = trial.repetition, trial.trial
         if (other := first.setdefault(luck, trial)).actions != trial.actions:
-            return None
+            return False
         reports = enumerate(zip(other.steps[:-1], trial.steps, strict=False))
-        differing.setdefault(luck, set()).update(
-            i for i, (one, two) in reports if (one.told_moved, one.told_state) != (two.told_moved, two.told_state)
-        )
-    if sum(map(len, differing.values())) < REPORTS:
-        return None
-    return float(1 - ALPHA ** (1 / sum(map(bool, differing.values()))))
+        differing |= {
+            (*luck, i)
+            for i, (one, two) in reports
+            if (one.told_moved, one.told_state) != (two.told_moved, two.told_state)
+        }
+    return len(differing) >= REPORTS

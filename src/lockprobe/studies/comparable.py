@@ -16,8 +16,7 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.interventions.asked import OwnPrompt
-from lockprobe.statistics.conditions.axis import axis_key
-from lockprobe.statistics.conditions.design import Design
+from lockprobe.statistics.design import Design, axis_key
 from lockprobe.studies.study import Study, flip_axis
 from lockprobe.studies.study_design import arms_of
 from lockprobe.trial.condition import Condition, Recorded

@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.grouping import grouped
+from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.sequential.contrasts import (
+from lockprobe.statistics.every_look import (
     AtEveryLook,
     Numbers,
     at_every_look,
     decided_at_every_look,
     held_at_both_ends,
 )
-from lockprobe.statistics.sequential.order import BlockOrder
-from lockprobe.statistics.why.arms import arms_of
-from lockprobe.statistics.why.mechanism import CONTRASTS, NEEDS, PART
+from lockprobe.statistics.outcomes import BlockOrder
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.why import CONTRASTS, NEEDS, PART
 from lockprobe.studies.records.trial_rows import OnRecord
 from lockprobe.studies.study import Study, trials_planned
 from lockprobe.studies.study_design import design_of

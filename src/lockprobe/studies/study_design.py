@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from lockprobe.foundation.spec import Spec, spec_name
-from lockprobe.statistics.conditions.axis import SeriesArm
-from lockprobe.statistics.conditions.design import Design
+from lockprobe.statistics.arms import SeriesArm
+from lockprobe.statistics.design import Design
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.doses import modality_doses

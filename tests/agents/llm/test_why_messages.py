@@ -7,7 +7,7 @@ import pytest
 
 import lockprobe
 from lockprobe.interventions.asked import ASIDES
-from lockprobe.statistics.why.arms import ARMS
+from lockprobe.statistics.arms import ARMS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing.provider import ScriptedProvider, words
 

@@ -11,7 +11,7 @@ from lockprobe.report.questions import agents_compared
 from lockprobe.report.results import results
 from lockprobe.report.results import results_of as made_of
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, compared
+from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, compared
 from lockprobe.statistics.course import courses
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load

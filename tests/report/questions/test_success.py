@@ -12,7 +12,7 @@ from lockprobe.report.page import parts_of
 from lockprobe.report.results import results_of
 from lockprobe.report.section import Table
 from lockprobe.report.study_numbers import BOUNDS, StudyNumbers
-from lockprobe.statistics.inference.over_doses import success_by_dose
+from lockprobe.statistics.differences import any_difference
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.record import TrialError
 
@@ -38,7 +38,7 @@ def test_every_change_is_a_row_with_its_shares_and_its_bounds(numbers):
     found = results_of(numbers)
     for course, shown in zip(numbers.courses, found.courses(), strict=True):
         rng = generator(course.trials[0].seed, "analysis", course.spec, course.modality, "permutation")
-        tested = success_by_dose(course.ended, course.broke, rng, course.budget, agents=course.family)
+        tested = any_difference(course.tested, rng, agents=course.family)
         changes = {cell.dose: row for cell, row in shown.changes()}
         assert {dose: (row.value, row.low, row.high, row.p_value) for dose, row in changes.items()} == {
             one.dose: (one.value, one.low, one.high, one.p_value) for one in tested

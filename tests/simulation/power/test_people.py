@@ -9,7 +9,7 @@ from scipy.special import expit
 from lockprobe.foundation.errors import BadValue
 from lockprobe.simulation.power.people import FEWEST, People, people_power
 from lockprobe.simulation.power.simulator import Simulation
-from lockprobe.statistics.inference.difference import each_difference
+from lockprobe.statistics.differences import each_difference
 
 MODELS = [
     People(success=(0.4, 0.6)),

@@ -95,8 +95,8 @@ STEPS: Sequence[Column] = (
     text("label", "The attempted joint, by the letter that the agent knew it by.",
          lambda row: row.trial.labels[row.trial.joints.index(row.step.joint)]),
     mark("moved", "whether the joint really moved.", lambda row: row.step.moved),
-    mark("told_moved", "whether the report after the step said that it moved; with pictures, whether the picture shows that. "
-         "Empty if nothing was reported.", lambda row: row.step.told_moved),
+    mark("told_moved", "whether the report after the step said that it moved; with pictures, whether the picture shows "
+         "that. Empty if nothing was reported.", lambda row: row.step.told_moved),
     mark("claimed", "whether the agent then said that it moved, when it chose the next joint. Empty for the last step, "
          "and if it was not asked.", lambda row: row.claimed),
     mark("misread", "whether it said the opposite of the report: claimed differs from told. Empty if one of them is.",

@@ -39,7 +39,7 @@ from lockprobe.foundation.spec import spec_name
 from lockprobe.report.labels import placed
 from lockprobe.report.prose import who
 from lockprobe.report.rows import Cell, Course, Curve, Estimate
-from lockprobe.statistics.conditions.axis import FLIPS
+from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.published import PEAK
 

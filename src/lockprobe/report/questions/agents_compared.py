@@ -17,13 +17,13 @@ from lockprobe.report.prose import at_lowest, condition_words, who
 from lockprobe.report.rows import Estimate, Results, Row, clearness
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured
-from lockprobe.statistics.agent_comparison.pairs import CHANGE, STEPS, SUCCESS, AgentPair, compared
-from lockprobe.statistics.conditions.axis import FLIPS
+from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, AgentPair, compared
 from lockprobe.statistics.contrast import acting
 from lockprobe.statistics.course import Place, courses
+from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.distributions import holm_by_family
+from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.sequential.contrasts import E_PROCESS
 from lockprobe.trial.record import Trial
 
 _SHARE, _ANY = "success_in_pairs", "any flip rate"

@@ -14,10 +14,9 @@ from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.report.section import Block, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, measured_row
-from lockprobe.statistics.boxes import between_boxes
+from lockprobe.statistics.blocks import blocks_of
 from lockprobe.statistics.clustered import FEWEST_BOXES
-from lockprobe.statistics.outcomes import boxes_of_blocks, solved_in_pairs
-from lockprobe.statistics.paired_proportions import FEWEST, paired, pairs_by_box
+from lockprobe.statistics.pairs import FEWEST, between_boxes, paired
 from lockprobe.statistics.proportions import proportion
 
 _BETWEEN = "SD between boxes"
@@ -43,21 +42,17 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
 
 def _against(cell: PlayedCell, control: PlayedCell) -> Iterator[Row]:
     """What a condition changes on each box, and whether that differs between them."""
-    groups = control.ended, cell.ended
-    solved, box = solved_in_pairs(*groups), boxes_of_blocks(*groups)
+    solved, box = blocks_of([control.ended, cell.ended]).whole([0, 1])
     if len(np.unique(box)) < 2:
         return
     of: dict[str, Any] = {"control": control.condition, "unit": "points"}
     for name in dict.fromkeys(box.tolist()):
         found = paired(*solved[box == name].T)
         yield measured_row("success_difference", found, **cell.of, **of, of=name, p_value=None)
-    pairs = pairs_by_box(solved, box)
-    if between := between_boxes(pairs):
-        of |= {"n": int(pairs.n.sum()), "clusters": len(pairs.n)}
-        tested = {"p_value": between.p_value, "test": _TEST}
+    if between := between_boxes(solved[:, 0], solved[:, 1], box):
+        tested = {"p_value": between.p_value, "test": _TEST, "n": between.n, "clusters": between.clusters}
         yield cell.estimate("success_difference", between.deviation, of=_BETWEEN, **tested, **of)
-        mean = float(pairs.differences.mean())
-        yield measured_row("success_difference", between, **cell.of, **of, of=_FURTHER, value=mean, p_value=None)
+        yield measured_row("success_difference", between, **cell.of, **of, of=_FURTHER, p_value=None)
 
 
 def boxes_said(found: Results) -> str:

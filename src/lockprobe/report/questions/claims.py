@@ -26,9 +26,9 @@ from lockprobe.report.rows import RECONSTRUCTED, Cell, Course, Fact, Results, cl
 from lockprobe.report.section import Block, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics import published
-from lockprobe.statistics.conditions.factors import READING_FACTORS
-from lockprobe.statistics.conditions.modalities import by_fidelity, spoken
+from lockprobe.statistics.design import READING_FACTORS
 from lockprobe.statistics.distributions import holm, welch_test
+from lockprobe.statistics.modalities import by_fidelity, spoken
 from lockprobe.statistics.proportions import ALPHA, Proportion, difference, proportion
 from lockprobe.trial.record import PLAIN_WORDS
 

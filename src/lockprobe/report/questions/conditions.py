@@ -21,10 +21,10 @@ from lockprobe.report.section import Block, Note, Part, Section, Table
 from lockprobe.report.study_numbers import BOUNDS, PERMUTED, StudyNumbers, measured_row, share_rows
 from lockprobe.report.table_rows import chance_said, distinct, varied
 from lockprobe.statistics.contrast import LEVELS, Effect, against_control
+from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.measures import find_measure, measured
 from lockprobe.statistics.outcomes import points
-from lockprobe.statistics.sequential.contrasts import E_PROCESS
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -37,7 +37,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
                 yield cell.estimate("success", bound, of=end, n=share.n + share.broken)
         for point in points(cell.ended):
             yield cell.estimate("success", point.success, n=point.n, of=f"rep={point.repetition}")
-        yield cell.estimate("broken", len(cell.broke), unit="trials")
+        yield cell.estimate("broken", len(cell.outcomes.broken), unit="trials")
         boundaries = Counter(trial.error.boundary for trial in cell.trials if trial.error)
         for boundary, count in sorted(boundaries.items()):
             yield cell.estimate("broken", count, of=boundary, unit="trials")
@@ -54,7 +54,7 @@ def compared_rows(found: Iterable[Effect], numbers: StudyNumbers) -> Iterator[Es
         gap, condition = one.difference, numbers.conditions[one.condition]
         pair: dict[str, Any] = {"agent": one.agent, "modality": condition.modality, "axis": one.axis}
         pair |= {"condition": one.condition, "control": one.control, "doses": dict(condition.doses)}
-        test = E_PROCESS if gap.course else "McNemar, and interval" if gap.pairs else PERMUTED
+        test = E_PROCESS if gap.course else "McNemar, and interval" if gap.only else PERMUTED
         judged = {"family": one.family, "corrected_for": one.corrected_for, "test": test}
         yield measured_row("success_difference", gap, **pair, **judged, n=gap.first.n, unit="points")
         yield from share_rows("success_in_pairs", gap.second, **pair)

@@ -15,7 +15,7 @@ from lockprobe.report.rows.primary import DECLARED, SIDES
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.statistics.contrast import declared
-from lockprobe.statistics.sequential.contrasts import E_PROCESS
+from lockprobe.statistics.every_look import E_PROCESS
 
 CONTRAST = ["agent", "contrast", "conditions", "success", "change, points", "P", "result", "blocks"]
 """Columns of a table of contrasts; agents stand there if they are several."""

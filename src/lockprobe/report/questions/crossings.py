@@ -17,9 +17,8 @@ from lockprobe.report.questions.conditions import detected_said
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Block, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
-from lockprobe.statistics.conditions.axis import axis_key
-from lockprobe.statistics.conditions.crossed import Crossed
 from lockprobe.statistics.contrast import interactions
+from lockprobe.statistics.design import Crossed, axis_key
 
 _BETWEEN = " \N{MULTIPLICATION SIGN} "
 

@@ -25,10 +25,9 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
 def _of_factorial(numbers: StudyNumbers) -> Iterator[Row]:
     cells = {(cell.agent, cell.condition): cell.trials for cell in numbers.cells}
     for found in () if numbers.study.of_flips else factorial_effects(cells, numbers.design):
-        levels = found.design.levels
         yield measured_row(
-            "factor_effect", found.change, agent=found.agent, modality=found.design.modality, of=found.measure,
-            axis=f"{found.factor}={levels[found.factor]}", unit="points", family="factors", corrected_for=len(levels),
+            "factor_effect", found.change, agent=found.agent, modality=found.modality, of=found.measure,
+            axis=f"{found.factor}={found.level}", unit="points", family="factors", corrected_for=found.factors,
             test="Student over blocks",
         )  # fmt: skip
 

@@ -25,10 +25,10 @@ from lockprobe.report.rows import Fact, Results, Row
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.factorial import factorials_of
+from lockprobe.statistics.factorial import factorial_of
 from lockprobe.statistics.idle import idle_interventions, never_acted
-from lockprobe.statistics.why.arms import arms_of
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 
@@ -85,7 +85,7 @@ def _question(study: Study) -> str:
         return f"Why do false reports change how agents open {box}?"
     if study.contrasts:
         return f"Does {next(iter(study.contrasts))} change how agents open {box}?"
-    if any(factorials_of(design.arms, modality) for modality in design.modalities):
+    if any(factorial_of(design.shown(modality)) for modality in design.modalities):
         return f"Which features of the scene change how agents open {box}?"
     if study.of_flips and len(study.modalities) > 1 and not any(study.p):
         return f"Does what agents see change how they open {box}?"

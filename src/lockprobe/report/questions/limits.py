@@ -16,8 +16,8 @@ from lockprobe.report.questions.loops import LENGTHS
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import PERMUTED, PlayedCell, StudyNumbers, measured_row
-from lockprobe.statistics.inference.difference import differences_before_breaks, few_broke_until
-from lockprobe.statistics.sequential.contrasts import E_PROCESS
+from lockprobe.statistics.differences import differences_before_breaks, few_broke_until
+from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.trial.record import Trial
 
 
@@ -32,7 +32,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         facts = {"first message": _message(trials[0]), "will be replayed": "yes" if trials[0].owed_again else "no"}
         yield from (Fact(about=_about(agent, boundary), name=name, text=text) for name, text in facts.items())
     of_agents = grouped(numbers.cells, lambda cell: (cell.agent, cell.modality)).values()
-    broke = [cells for cells in of_agents if any(len(cell.broke) for cell in cells)]
+    broke = [cells for cells in of_agents if any(cell.outcomes.broke.any() for cell in cells)]
     for cells in broke:
         yield from _of_agent(cells, len(broke))
 
@@ -44,28 +44,27 @@ def _of_agent(cells: Sequence[PlayedCell], agents: int) -> Iterator[Estimate]:
     said then allows for all steps of the budget.
     """
     of: dict[str, Any] = {"agent": cells[0].agent, "modality": cells[0].modality}
-    broke = [steps + 1 for cell in cells for steps in cell.broke.length.tolist()]
+    broke = [steps + 1 for cell in cells for steps in cell.outcomes.broken.length.tolist()]
     finished = [steps for cell in cells for steps in cell.ended.length.tolist()]
     for part, steps in (("broken", broke), ("ended", finished)):
         if steps:
             yield Estimate(quantity="last_step", **of, of=part, unit="steps", value=median(steps), n=len(steps))
     cells = [cell for cell in cells if len(cell.ended)]
-    counted, broken = [cell.ended for cell in cells], [cell.broke for cell in cells]
-    budget = max((trial.budget for cell in cells for trial in cell.trials), default=0)
-    step = few_broke_until(counted, broken, budget)
+    groups = [cell.outcomes for cell in cells]
+    budget, step = max((one.budget for one in groups), default=0), few_broke_until(groups)
     yield Estimate(quantity="last_step", **of, of="few broke", unit="steps", value=step)
     if len(cells) < 2 or not 0 < step < budget:
         return
     first, order = cells[0].trials[0], cells[0].order
     many = agents if order is None else agents * budget
     rng = generator(first.seed, "analysis", first.spec, first.modality, BEFORE)
-    found = differences_before_breaks(counted, broken, step, rng, agents=many)
+    found = differences_before_breaks(groups, step, rng, agents=many)
     test = "McNemar, and interval" if order is None else E_PROCESS
     for place, one in found:
         yield measured_row(
             "success_difference", one, **cells[place].of, control=first.condition, of=BEFORE, unit="points",
             n=one.first.n, family=f"success {BEFORE}", corrected_for=len(found) * many,
-            test=test if one.pairs else PERMUTED,
+            test=test if one.only else PERMUTED,
         )  # fmt: skip
 
 

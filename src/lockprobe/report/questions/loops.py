@@ -20,16 +20,16 @@ from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, fit_rows, m
 from lockprobe.report.table_rows import chance_said, played_subjects
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.curves import incidence
-from lockprobe.statistics.inference.log_rank import looping
-from lockprobe.statistics.inference.over_doses import later_and_sooner
-from lockprobe.statistics.inference.trend import correlation, trend
+from lockprobe.statistics.design import FLIPS
+from lockprobe.statistics.hazards import looping
 from lockprobe.statistics.loops.chance import Null, expected_loop_rate
 from lockprobe.statistics.measures import MEASURES
 from lockprobe.statistics.outcomes import ended, numbered, points
 from lockprobe.statistics.proportions import ALPHA, Z
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
+from lockprobe.statistics.trend import correlation, trend
+from lockprobe.statistics.two_lines import later_and_sooner
 
 LENGTHS = (
     "Solved trials are shorter, and short trials hold fewer loops by chance alone: a strongly negative r is expected "
@@ -67,7 +67,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
 
 def loops_over_doses(course: played.Course) -> Iterator[Row]:
     """Of one agent over doses: the fit, the correlation with success, and whether first loops come later."""
-    found, shares, of = course.ended, course.points, of_course(course)
+    found, shares, of = course.tested.ended, course.points, of_course(course)
     if not len(found):
         return
     if fit := trend(shares, "loop_rate", course.draws.loop_rate):
@@ -92,7 +92,7 @@ def loops_over_doses(course: played.Course) -> Iterator[Row]:
             yield Curve(
                 quantity="loop_onset", **of | {"axis": "step"}, of=name, x=tuple(range(len(curve.share))), **band
             )
-    lines = later_and_sooner(found, course.broke, course.tested.budget)
+    lines = later_and_sooner(course.tested)
     if lines.first and lines.second:
         yield from two_lines_rows("first loops", lines, course)
 

@@ -10,8 +10,8 @@ from lockprobe.report.prose import who
 from lockprobe.report.rows import Estimate, Results
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
-from lockprobe.statistics.conditions.modalities import fidelity, spoken
-from lockprobe.statistics.conditions.modality_effect import modality_effects
+from lockprobe.statistics.hazards import modality_effects
+from lockprobe.statistics.modalities import fidelity, spoken
 from lockprobe.statistics.proportions import ALPHA
 
 _PAIRS = "every two modalities"

@@ -19,10 +19,10 @@ from lockprobe.report.rows import Course, Estimate, Fact, Results, Row
 from lockprobe.report.rows.primary import dose_lines
 from lockprobe.report.section import Block, Figure, Note, Part, Section
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.conditions.factors import NO_FEEDBACK, READING_FACTORS
+from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.contrast import against_first
+from lockprobe.statistics.design import NO_FEEDBACK, READING_FACTORS
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
-from lockprobe.statistics.why.arms import arms_of
 
 _NAME = "readings"
 

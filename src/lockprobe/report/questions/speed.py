@@ -21,9 +21,9 @@ from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, measured_ro
 from lockprobe.report.table_rows import played_subjects
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
-from lockprobe.statistics.inference.log_rank import pace
-from lockprobe.statistics.inference.over_doses import steps_over_doses
+from lockprobe.statistics.hazards import pace
 from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
+from lockprobe.statistics.steps import steps_over_doses
 
 _HIGHER = "higher"
 """Part of a difference: all higher doses together less the lowest."""
@@ -47,7 +47,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
 
 
 def _of_cell(cell: PlayedCell) -> Iterator[Row]:
-    curve = success_curve(cell.ended, cell.broke, max(trial.budget for trial in cell.trials))
+    curve = success_curve(cell.outcomes)
     if not curve.n:
         return
     steps: dict[str, Any] = {"unit": "steps", "n": curve.n}
@@ -87,7 +87,7 @@ def _paces(lowest: Sequence[Doses]) -> Iterator[Estimate]:
 
 def _over_doses(course: Doses) -> list[Estimate]:
     """The mean steps at all higher doses less those at the lowest; the test holds for one look."""
-    found = steps_over_doses(course.ended, course.broke, course.budget)
+    found = steps_over_doses(course.tested)
     if found.p_value is None or course.order is not None:
         return []
     test = f"Student over {'people' if course.people else 'blocks'}"

@@ -15,8 +15,8 @@ from lockprobe.report.rows import Curve, Estimate, Results, Row
 from lockprobe.report.section import Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.statistics.contrast import against_control
-from lockprobe.statistics.inference.difference import each_difference
-from lockprobe.statistics.sequential.contrasts import AtEveryLook
+from lockprobe.statistics.differences import each_difference
+from lockprobe.statistics.every_look import AtEveryLook
 from lockprobe.studies.decisions import Answer
 from lockprobe.studies.study import Study
 
@@ -48,8 +48,8 @@ def _of_differences(numbers: StudyNumbers) -> Iterator[Row]:
     """The differences of a study that is unfinished or was extended."""
     for one in numbers.courses:
         groups = [(trials[0].condition, dose) for dose, trials in one.by_dose.items()]
-        ended, broke = ([of.at(of.dose == dose) for _, dose in groups] for of in (one.ended, one.broke))
-        differences = each_difference(ended, one.stream("blocks"), broken=broke, agents=one.family)
+        of_doses = [one.tested.at(one.tested.dose == dose) for _, dose in groups]
+        differences = each_difference(of_doses, one.stream("blocks"), agents=one.family)
         for place, found in () if one.blind else differences:
             if found.course:
                 yield from _course({"agent": one.agent, "modality": one.modality, "of": groups[place][0]}, found.course)

@@ -27,12 +27,13 @@ from lockprobe.report.study_numbers import (
     share_rows,
     two_lines_rows,
 )
-from lockprobe.statistics.conditions.axis import AGENT, FLIPS
 from lockprobe.statistics.course import Course
-from lockprobe.statistics.inference.over_doses import rise_and_fall, success_by_dose
-from lockprobe.statistics.inference.trend import trend
+from lockprobe.statistics.design import AGENT, FLIPS
+from lockprobe.statistics.differences import any_difference
+from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
-from lockprobe.statistics.sequential.contrasts import E_PROCESS
+from lockprobe.statistics.trend import trend
+from lockprobe.statistics.two_lines import rise_and_fall
 from lockprobe.trial.record import PLAIN_WORDS
 
 _NOTHING = "Nothing could be compared."
@@ -51,14 +52,13 @@ def _of_course(course: Course) -> Iterator[Row]:
             yield Estimate(quantity="success_fit", **of, value=order, n=n, unit="order")
         yield from fit_rows("success_fit", fit, course)
     yield from _differences(course)
-    lines = rise_and_fall(course.ended, course.broke, course.budget, agents=course.family)
+    lines = rise_and_fall(course.tested, agents=course.family)
     yield from two_lines_rows("success", lines, course)
 
 
 def _differences(course: Course) -> Iterator[Row]:
     """Success at every dose minus that at the lowest, both shares, and the bounds if trials broke."""
-    rng = course.stream("permutation")
-    tested = success_by_dose(course.ended, course.broke, rng, course.budget, agents=course.family)
+    tested = any_difference(course.tested, course.stream("permutation"), agents=course.family)
     lowest = course.by_dose[min(course.by_dose)][0]
     for one in tested:
         columns = of_course(course)
@@ -76,9 +76,9 @@ def _differences(course: Course) -> Iterator[Row]:
         parts = {more: columns | {"of": ", ".join(filter(None, (columns.get("of", ""), more)))} for more in _PARTS}
         for more, share in (("", one.second), (CONTROL, one.first)):
             yield from share_rows("success_in_pairs", share, **parts[more])
-        if pairs := one.pairs:
-            for more, those in (("only here", pairs.only_second), (f"{CONTROL} only", pairs.only_first)):
-                counted = {"value": those, "count": those, "n": pairs.n, "unit": "trials"}
+        if one.only:
+            for more, those in zip(("only here", f"{CONTROL} only"), one.only[::-1], strict=True):
+                counted = {"value": those, "count": those, "n": one.second.n, "unit": "trials"}
                 yield Estimate(quantity="success_in_pairs", **parts[more] | counted)
         for more, bound in zip(BOUNDS, one.bounds or (), strict=False):
             yield Estimate(quantity="success_difference", **parts[more], value=bound, unit="points")

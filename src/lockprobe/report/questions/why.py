@@ -15,11 +15,10 @@ from lockprobe.report.questions.contrasts import CONTRAST
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured_row
-from lockprobe.statistics.conditions.modalities import spoken
+from lockprobe.statistics.every_look import E_PROCESS
+from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.proportions import ALPHA, Difference
-from lockprobe.statistics.sequential.contrasts import E_PROCESS
-from lockprobe.statistics.why.contrasts import whys
-from lockprobe.statistics.why.mechanism import (
+from lockprobe.statistics.why import (
     CONTENT,
     CONTRASTS,
     MARGIN,
@@ -29,6 +28,7 @@ from lockprobe.statistics.why.mechanism import (
     Decision,
     Verdict,
     decision_of,
+    whys,
 )
 from lockprobe.trial.record import PLAIN_WORDS
 
@@ -74,11 +74,11 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for one in whys(cells, numbers.design):
         own: dict[str, Any] = {"agent": one.agent, "modality": one.modality}
         of = own | {"family": _AGENTS, "corrected_for": one.agents, "doses": {"flip.p": one.p}, "unit": "points"}
-        test = E_PROCESS if one.blocks.planned else "sign flips of blocks"
+        test = E_PROCESS if one.every_look else "sign flips of blocks"
         yield measured_row(_EFFECT, one.decision.total, **of, of="total", test=test)
         for name, mean in one.decision.contrasts.items():
             yield measured_row(_CONTRAST, mean, **of, of=name, test=test)
-        test = f"two one-sided {'e-processes' if one.blocks.planned else 'tests'}"
+        test = f"two one-sided {'e-processes' if one.every_look else 'tests'}"
         yield Estimate(quantity=_EFFECT, **of, of="margin", value=MARGIN, p_value=one.decision.equivalence, test=test)
         yield Estimate(quantity=_EFFECT, **own, of="blocks needed", unit="blocks", value=one.needed)
         for arm, name in one.conditions.items():

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from lockprobe.report.rows.row import Part
-from lockprobe.statistics.conditions.axis import Axis, axis_key
+from lockprobe.statistics.design import Axis, axis_key
 
 
 class Condition(Part):

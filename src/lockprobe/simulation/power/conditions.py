@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.agents.policy import Policy
@@ -22,10 +21,9 @@ from lockprobe.foundation.workers import THIS_PROCESS, Pool
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.simulation.population import population
-from lockprobe.simulation.power.simulator import Needed, Progress, Simulation, detections, needed
+from lockprobe.simulation.power.simulator import Flags, Needed, Progress, Simulation, detections, needed, played
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.inference.difference import any_difference, each_difference
-from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.differences import any_difference, each_difference
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.running.trial_setup import play_timed
@@ -41,8 +39,6 @@ BATCH = 250
 
 STATED = "as stated"
 """What results call the agent whose success a user states."""
-
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,21 +119,11 @@ class Contrasts:
             solved: Whether each trial was solved, shape (blocks, conditions of the family).
             rng: The stream of the permutations.
         """
-        blocks, many = solved.shape
-        block, nothing = np.repeat(np.arange(1, blocks + 1), many), np.zeros(solved.size, dtype=np.int64)
-        doses = np.array(list(self.family.doses.values()))
-        columns = Outcomes(
-            dose=np.tile(doses, blocks),
-            repetition=np.ones_like(nothing),
-            trial=block,
-            length=nothing,
-            solved=solved.reshape(-1),
-            onset=nothing,
-        )
+        doses = list(self.family.doses.values())
         if self.family.name:
-            tested = any_difference(columns, rng, agents=self.agents)
+            tested = any_difference(played(solved, doses), rng, agents=self.agents)
         else:
-            groups = [columns.at(columns.dose == dose) for dose in doses]
+            groups = [played(solved[:, [i]], [dose]) for i, dose in enumerate(doses)]
             tested = tuple(one for _, one in each_difference(groups, rng, agents=self.agents))
         found = {one.dose for one in tested if one.p_value < ALPHA}
         return [label for label in self.asked if self.family.doses[label] in found]
@@ -190,7 +176,7 @@ def condition_power(
             )
             for family in families
         ]
-    found = zip(effects, detections(effects, sorted(set(how.trials)), how, study.seed), strict=True)
+    found = zip(effects, detections(effects, how, study.seed), strict=True)
     return [
         (replace(one, agent=study.label_of(one.agent)), {label: needed(of, label, how) for label in one.asked})
         for one, of in found

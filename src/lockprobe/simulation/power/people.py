@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.simulation.power.simulator import Needed, Simulation, detections, needed
+from lockprobe.statistics.differences import each_difference
 from lockprobe.statistics.distributions import root
-from lockprobe.statistics.inference.difference import each_difference
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import ALPHA
 
@@ -132,7 +132,7 @@ def people_power(models: list[People], how: Simulation, *, seed: int = 1) -> lis
         if sizes[0] < least:
             raise BadValue("persons", sizes[0], f"{least} or more in all, {FEWEST} under each condition")
     powers = []
-    for model, found in zip(models, detections(models, sizes, how, seed), strict=True):
+    for model, found in zip(models, detections(models, how, seed), strict=True):
         largest = found[sizes[-1]]
         powers.append(needed(found, min(range(1, len(model.success)), key=largest.__getitem__), how))
     return powers

@@ -10,14 +10,16 @@ import math
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.workers import THIS_PROCESS, Pool
+from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import proportion
 
 TRIALS = (15, 30, 60, 120, 240)
@@ -32,6 +34,8 @@ BATCH = 10
 Progress = Callable[[int, int], None]
 """Called with the work done and all work."""
 
+Flags = NDArray[np.bool_]
+
 
 class Effect(Protocol):
     """What is true of an agent. Jobs carry it to other processes."""
@@ -42,6 +46,15 @@ class Effect(Protocol):
 
     def detected(self, trials: int, luck: np.random.Generator, tests: np.random.Generator) -> Iterable[Hashable]:
         """Simulate a study of so many trials per condition: what the report detects in it."""
+
+
+def played(solved: Flags, doses: Sequence[float]) -> Outcomes:
+    """Ended trials, from whether each block was solved at each dose, or under each condition; shape (blocks, doses)."""
+    blocks, nothing = len(solved), np.zeros(solved.size, dtype=np.int64)
+    return Outcomes(
+        dose=np.tile(np.array(doses, dtype=np.float64), blocks), repetition=nothing + 1,
+        trial=np.repeat(np.arange(1, blocks + 1), len(doses)), length=nothing, solved=solved.reshape(-1), onset=nothing,
+    )  # fmt: skip
 
 
 Detections = Mapping[int, Counter[Hashable]]
@@ -116,38 +129,31 @@ class Simulation:
             raise BadValue("trials per condition", list(self.trials), expected)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Job:
-    """Some studies of one effect and size, by their numbers."""
-
-    effect: Effect
-    trials: int
-    seed: int
-    numbers: range
+_Job = tuple[Effect, int, int, range]
+"""Some studies of one effect: its trials per condition, the seed, and the numbers of these studies."""
 
 
-def detections(effects: Sequence[Effect], sizes: Sequence[int], how: Simulation, seed: int) -> list[Detections]:
-    """Simulate studies with so many trials per condition, and count what the report detects of each effect."""
-    places = [(number, size) for number in range(len(effects)) for size in sizes]
-    jobs = [
-        (at, _Job(effect=effects[at[0]], trials=at[1], seed=seed, numbers=range(how.studies)[first : first + BATCH]))
-        for at in places
-        for first in range(0, how.studies, BATCH)
-    ]
-    found, done = {at: Counter[Hashable]() for at in places}, 0
-    for (at, job), detected in zip(jobs, how.workers.map(_simulated, [job for _, job in jobs]), strict=True):
-        found[at] += detected
-        done += len(job.numbers)
+def detections(effects: Sequence[Effect], how: Simulation, seed: int) -> list[Detections]:
+    """Simulate studies, and count what the report detects of each effect."""
+    sizes = sorted(set(how.trials))
+    places, jobs = [*product(range(len(effects)), sizes)], list[_Job]()
+    for number, size in places:
+        starts = range(0, how.studies, BATCH)
+        jobs += [(effects[number], size, seed, range(how.studies)[first : first + BATCH]) for first in starts]
+    found, done, batches = {at: Counter[Hashable]() for at in places}, 0, len(jobs) // len(places)
+    for i, detected in enumerate(how.workers.map(_simulated, jobs)):
+        found[places[i // batches]] += detected
+        done += len(jobs[i][3])
         how.progress(done, how.studies * len(places))
     return [{size: found[number, size] for size in sizes} for number in range(len(effects))]
 
 
 def _simulated(job: _Job) -> Counter[Hashable]:
+    effect, trials, seed, numbers = job
     found = Counter[Hashable]()
-    for number in job.numbers:
-        path: tuple[str | int, ...] = (*job.effect.address, job.trials, number)
-        luck, tests = generator(job.seed, *path), generator(job.seed, *path, "tests")
-        found.update(job.effect.detected(job.trials, luck, tests))
+    for number in numbers:
+        path: tuple[str | int, ...] = (*effect.address, trials, number)
+        found.update(effect.detected(trials, generator(seed, *path), generator(seed, *path, "tests")))
     return found
 
 

@@ -1,1 +1,0 @@
-"""Comparisons of agents: paired on the same boxes with the same false reports."""

@@ -1,1 +1,0 @@
-"""Results of one condition and of all: designs, doses, effects, interactions."""

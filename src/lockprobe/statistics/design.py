@@ -1,0 +1,405 @@
+"""The design of a study, from its conditions alone: controls, dose axes, factors, what is crossed, and families.
+
+Every contrast belongs to one family. The doses of an axis against its control are one: the flip rates of a modality,
+and every dose with three levels or more of another intervention or another kind of flips. All other conditions of a
+modality against its control are one, and so are the controls of the other modalities against that of the first; the
+interactions of all that is crossed are one. So what is said of one family does not depend on the conditions of
+another. Of another intervention a single dose is a condition like any other: with an axis of its own, ten conditions
+would be ten families.
+
+A dose has an order and a zero, a *factor* has levels, such as what becomes of a false report. Every level is compared
+with the first one, all else equal; in each modality the contrasts of one factor are a family.
+
+The interaction of crossed doses is the *linear-by-linear contrast* of all cells: the least-squares slope over the
+product of both doses in a model with an effect for every row and column. It is scaled to the whole range: how much more
+the highest dose of one changes success at the highest than at the lowest dose of the other. In a two-by-two grid it is
+the difference of differences.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cached_property
+from itertools import combinations, product
+from typing import NamedTuple
+
+from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.spec import Spec
+from lockprobe.statistics.arms import Dose, SeriesArm, arms_of
+from lockprobe.trial.doses import can_be_fitted, without_doses
+from lockprobe.trial.record import STATES
+
+AGENT = "agent"
+"""The kind of an axis that is an option of agents, such as their temperature."""
+
+READING_FACTORS = ("flip others", "flip inverts")
+"""Factors that are readings of a false report."""
+
+NO_FEEDBACK = "no feedback"
+"""The factor of false reports against no report at all."""
+
+_FEWEST = 3
+"""Fewest doses, 0 included, that make a series."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Axis:
+    """The one option in which conditions differ.
+
+    Attributes:
+        kind: Name of the intervention, for example ``tremble``; :data:`AGENT` for an option of agents.
+        dose: The option that is its dose.
+        options: Its other options, equal in all conditions, as in a spec: ``others=kept``; empty without any.
+        rest: The other interventions, equal in all conditions, as specs joined by plus signs; empty if there are none.
+    """
+
+    kind: str
+    dose: str
+    options: str = ""
+    rest: str = ""
+
+    @property
+    def name(self) -> str:
+        """The name of the dose.
+
+        >>> Axis(kind="tremble", dose="p").name, FLIPS.name
+        ('tremble p', 'flip rate')
+        """
+        if self.kind == AGENT:
+            return self.dose
+        return "flip rate" if (self.kind, self.dose) == ("flip", "p") else f"{self.kind} {self.dose}"
+
+    @property
+    def of_flips(self) -> bool:
+        """Whether its levels are rates of flips alone, of one reading of a false report."""
+        return (self.kind, self.dose, self.rest) == ("flip", "p", "")
+
+
+FLIPS = Axis(kind="flip", dose="p")
+"""The axis of the paper (Sec. 3.2)."""
+
+
+def axis_key(name: str, options: str = "", rest: str = "", number: int = 1) -> str:
+    """What the column ``axis`` says of a dose: its name, what is equal at all levels, and which of several it is."""
+    said = f"{name} ({options})" if options else name
+    return f"{said}{f', with {rest}' if rest else ''}{f' ({number})' if number > 1 else ''}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Series:
+    """Conditions that differ only in one dose, or agents that differ only in one option.
+
+    Attributes:
+        doses: Condition, or agent -> its dose, ascending; 0 for the condition without the intervention.
+        agent: For a series of agents, what tables call them: their spec or their common name without the option, or all
+            their names; else empty.
+    """
+
+    axis: Axis
+    doses: Mapping[str, float]
+    modality: str
+    agent: str = ""
+
+
+def series_of(arms: Sequence[SeriesArm]) -> Iterator[Series]:
+    """Every series of at least three doses, in the order of the conditions; of equal doses the first counts."""
+    dosed = ((arm, place, option) for arm in arms for place, option in arm.dosed)
+    for members in grouped(dosed, lambda one: one[0].family(one[1:])).values():
+        labels: dict[float, str] = {}
+        for arm, at, name in members:
+            labels.setdefault(arm.dose(at, name), arm.label)
+        first, place, option = members[0]
+        rest, spec = first.without(place), first.specs[place]
+        if option == first.doses[place][0]:
+            zero = (one for one in arms if sorted(one.without()) == sorted(rest) and one.modality == first.modality)
+            if alone := next(zero, None):
+                labels.setdefault(0.0, alone.label)
+        options = str(without_doses(spec, [option])).partition("?")[2]
+        axis = Axis(kind=spec.full_name, dose=option, options=options, rest=" + ".join(rest))
+        if len(labels) >= _FEWEST:
+            doses = {label: dose for dose, label in sorted(labels.items())}
+            yield Series(axis=axis, doses=doses, modality=first.modality)
+
+
+def series_of_agents(agents: Mapping[str, str]) -> Iterator[Series]:
+    """Every series of at least three agents, by name with their specs, that differ only in one number."""
+    families: dict[tuple[str, str], dict[str, float]] = {}
+    for agent, text in agents.items():
+        spec = Spec.parse(text)
+        for option, value in spec.options.items():
+            with suppress(ValueError):  # a word has no place on an axis, nor a number to which no curve can be fitted
+                if can_be_fitted(number := float(value)):
+                    families.setdefault((str(spec.without([option])), option), {})[agent] = number
+    for (_, option), own in families.items():
+        if len(doses := dict(sorted(own.items(), key=lambda both: both[1]))) >= _FEWEST:
+            names = [*dict.fromkeys(str(Spec.parse(agent).without([option])) for agent in doses)]
+            called = ", ".join(names) if len(names) <= _FEWEST else f"{names[0]} to {names[-1]}"
+            yield Series(axis=Axis(kind=AGENT, dose=option), doses=doses, modality=STATES, agent=called)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Crossed:
+    """Conditions that differ only in two doses, or in whether two interventions act.
+
+    Attributes:
+        conditions: (First dose, second dose) -> condition, ascending; combinations that are not played are missing.
+            Dose 0 is without the intervention, dose 1 with one that is crossed whole. Of two doses of one intervention
+            there is no 0: without it, neither has a value.
+        axes: Both doses; none if interventions are crossed whole.
+    """
+
+    conditions: Mapping[tuple[float, float], str]
+    modality: str
+    axes: tuple[Axis, ...] = ()
+
+    @property
+    def doses(self) -> tuple[list[float], list[float]]:
+        """The first doses and the second ones, ascending."""
+        rows, columns = (sorted(set(of)) for of in zip(*self.conditions, strict=True))
+        return rows, columns
+
+    @property
+    def weights(self) -> dict[str, int]:
+        """The weight of each condition in the interaction; none if a combination is not played."""
+        if len(self.conditions) < math.prod(map(len, self.doses)):
+            return {}
+        return dict(zip(self.conditions.values(), trend_weights(*self.doses)[0], strict=True))
+
+    @property
+    def factor(self) -> float:
+        """What the weighted sum is multiplied with."""
+        return float(trend_weights(*self.doses)[1])
+
+
+def crossed_of(arms: Sequence[SeriesArm]) -> Iterator[Crossed]:
+    """What the conditions of one modality cross: interventions, then doses of two or more levels, all else equal."""
+    known: dict[tuple[str, ...], str] = {}
+    for arm in arms:
+        known.setdefault(arm.without(), arm.label)
+    for arm in arms:
+        for i, j in combinations(arm.acting, 2):
+            away = {(0.0, 0.0): (i, j), (0.0, 1.0): (i,), (1.0, 0.0): (j,), (1.0, 1.0): ()}
+            if all(arm.without(*places) in known for places in away.values()):
+                conditions = {at: known[arm.without(*places)] for at, places in away.items()}
+                yield Crossed(conditions=conditions | {(1.0, 1.0): arm.label}, modality=arm.modality)
+    pairs = ((arm, one, other) for arm in arms for one, other in combinations(arm.dosed, 2))
+    for members in grouped(pairs, lambda member: member[0].family(*member[1:])).values():
+        # a dose that no condition says as a number, but a word that stands for one, makes a factor
+        said = all(any(pair[of][1] in arm.specs[pair[of][0]].options for arm, *pair in members) for of in (0, 1))
+        if said and min(map(len, (grid := _grid(members, known)).doses)) > 1:
+            yield grid
+
+
+def _grid(members: Sequence[tuple[SeriesArm, Dose, Dose]], known: Mapping[tuple[str, ...], str]) -> Crossed:
+    first, *pair = members[0]
+    i, j = (at for at, _ in pair)
+    found: dict[tuple[float, float], str] = {}
+    for arm, one, other in members:
+        row, column = arm.dose(*one), arm.dose(*other)
+        found.setdefault((row, column), arm.label)
+        for place, (away, option) in (((row, 0.0), other), ((0.0, column), one)):
+            zero = i != j and option == arm.doses[away][0]  # without an intervention it has no second dose either
+            if zero and (alone := known.get(arm.without(away))):
+                found.setdefault(place, alone)
+    neither = known.get(first.without(i, j)) if i != j else None
+    if neither and any(row == 0 for row, _ in found) and any(column == 0 for _, column in found):
+        found.setdefault((0.0, 0.0), neither)
+    rest = " + ".join(first.without(i, j))
+    axes = tuple(Axis(kind=first.specs[at].full_name, dose=option, rest=rest) for at, option in pair)
+    return Crossed(conditions=dict(sorted(found.items())), modality=first.modality, axes=axes)
+
+
+def trend_weights(row_doses: Sequence[float], column_doses: Sequence[float]) -> tuple[list[int], Fraction]:
+    """The weights of all cells in the linear-by-linear contrast, as whole numbers, and their common factor.
+
+    >>> trend_weights((0, 0.4), (0, 0.1))
+    ([1, -1, -1, 1], Fraction(1, 1))
+    >>> trend_weights((0, 0.1, 0.2), (0, 0.1))
+    ([1, -1, 0, 0, -1, 1], Fraction(1, 1))
+
+    Weights are by row, then by column. Doses are ascending, at least two.
+    """
+    (rows, one), (columns, other) = _trend(row_doses), _trend(column_doses)
+    return [row * column for row, column in product(rows, columns)], one * other
+
+
+def _trend(doses: Sequence[float]) -> tuple[list[int], Fraction]:
+    """The weights of the least-squares slope times the range of the doses."""
+    exact = [Fraction(str(dose)) for dose in doses]
+    away = [dose - sum(exact, Fraction(0)) / len(exact) for dose in exact]
+    most = math.lcm(*(one.denominator for one in away))
+    whole = [int(one * most) for one in away]
+    common = math.gcd(*whole)
+    factor = (exact[-1] - exact[0]) * common / most / sum((one * one for one in away), Fraction(0))
+    return [one // common for one in whole], factor
+
+
+class Factor(NamedTuple):
+    """An option that is no number, and the conditions that differ in it alone.
+
+    The name is that of the intervention and the option, ``flip others``. First of each group comes the condition that
+    does not say it, or else the first of the study, then those that are compared with it.
+    """
+
+    name: str
+    groups: tuple[tuple[str, ...], ...]
+
+
+def factors_of(arms: Sequence[SeriesArm], controls: Collection[str]) -> Iterator[Factor]:
+    """Every factor of a study, in the order of its conditions; with ``controls`` others are compared already."""
+    levels: dict[tuple[str, str], dict[tuple[object, ...], dict[str, str]]] = {}
+    options = {(spec.full_name, option) for arm in arms for spec in arm.specs for option in spec.options}
+    for arm in arms:
+        for place in arm.acting:
+            spec = arm.specs[place]
+            for kind, option in sorted(options):
+                if kind == spec.full_name and option not in arm.doses[place]:
+                    groups = levels.setdefault((f"{kind} {option}", arm.modality), {})
+                    own = groups.setdefault(arm.family((place, option)), {})
+                    own.setdefault(spec.options.get(option, ""), arm.label)
+    for (name, _), groups in levels.items():
+        kept = [own for own in groups.values() if len(own) > 1 and not all(map(_is_number, own))]
+        without_first = [tuple(own[level] for level in sorted(own, key=bool)) for own in kept]
+        if apart := tuple(group for group in without_first if group[0] not in controls):
+            yield Factor(name, apart)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text or "0")
+    except ValueError:
+        return False
+    return True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """The conditions of one modality and what they are compared with.
+
+    Attributes:
+        flips: Labels of the flip rates that act: the family of the flip axis.
+        axes: Doses of other interventions whose lowest level is the control, each a family of its own.
+        others: Labels of all other conditions: another family.
+        controls: In the first modality the labels of the controls of the others: a family too.
+        crossed: Two interventions alone, together and not at all, then crossed doses.
+    """
+
+    control: str
+    flips: tuple[str, ...]
+    axes: tuple[Series, ...]
+    others: tuple[str, ...]
+    controls: tuple[str, ...]
+    crossed: tuple[Crossed, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Design:
+    """What differs between the conditions of a study.
+
+    Attributes:
+        agents: What tables call the agents.
+        axis: Labels of the conditions that differ in flip rate and modality alone, the truth among them.
+        specs: Agent -> its spec, of those that are called otherwise.
+    """
+
+    agents: tuple[str, ...]
+    arms: tuple[SeriesArm, ...]
+    axis: frozenset[str]
+    specs: Mapping[str, str] = field(default_factory=dict)
+
+    def spec_of(self, agent: str) -> str:
+        """The spec of an agent."""
+        return self.specs.get(agent, agent)
+
+    @cached_property
+    def _shown(self) -> Mapping[str, list[SeriesArm]]:
+        return grouped(self.arms, lambda arm: arm.modality)
+
+    def shown(self, modality: str) -> Sequence[SeriesArm]:
+        """The conditions of a modality."""
+        return self._shown[modality]
+
+    @property
+    def modalities(self) -> tuple[str, ...]:
+        """How the box is shown, without doses, each way once."""
+        return tuple(self._shown)
+
+    @cached_property
+    def _controls(self) -> Mapping[str, str]:
+        """Modality -> its control: the condition without interventions, or else the first."""
+        return {name: next((arm for arm in own if not arm.acting), own[0]).label for name, own in self._shown.items()}
+
+    @property
+    def controls(self) -> frozenset[str]:
+        """The labels of all controls."""
+        return frozenset(self._controls.values())
+
+    def control(self, label: str) -> str:
+        """The label of the control of a condition."""
+        return next(self._controls[arm.modality] for arm in self.arms if arm.label == label)
+
+    @cached_property
+    def series(self) -> tuple[Series, ...]:
+        """Other doses than flip rates, of three levels or more, and options of agents."""
+        doses = [one for one in series_of(self.arms) if not one.doses.keys() <= self.axis]
+        # flips without options are of another reading beside the flip axis, which their name says
+        other = replace(FLIPS, options="others=fresh")
+        named = (replace(one, axis=other) if one.axis == FLIPS else one for one in doses)
+        return (*named, *series_of_agents({agent: self.spec_of(agent) for agent in self.agents}))
+
+    @cached_property
+    def comparisons(self) -> Mapping[str, Comparison]:
+        """Modality -> its conditions, by the families of their contrasts with its control."""
+        found = dict[str, Comparison]()
+        for modality, control in self._controls.items():
+            own = self._shown[modality]
+            axes = tuple(
+                one for one in self.series if (one.modality, one.agent) == (modality, "") and control in one.doses
+            )
+            rest = [arm.label for arm in own if arm.label != control]
+            on_axes = self.axis.union(*(one.doses for one in axes))
+            found[modality] = Comparison(
+                control=control,
+                flips=tuple(label for label in rest if label in self.axis),
+                axes=axes,
+                others=tuple(label for label in rest if label not in on_axes),
+                controls=() if found else tuple(self._controls.values())[1:],
+                crossed=tuple(crossed_of(own)),
+            )
+        return found
+
+    @property
+    def other_axes(self) -> tuple[Series, ...]:
+        """The doses of other interventions that are families of their own, in every modality."""
+        return tuple(axis for of in self.comparisons.values() for axis in of.axes)
+
+    @cached_property
+    def factors(self) -> tuple[Factor, ...]:
+        """Options that are no numbers, in which conditions differ alone.
+
+        Those on the axis of a dose are none, nor what the arms of a study of controls say first and last.
+        """
+        dosed = [set(one.doses) for one in self.series if not one.agent]
+        dosed += [set(arms[1].values()) for shown in self._shown.values() if (arms := arms_of(shown))]
+        found = []
+        for name, groups in factors_of(self.arms, self.controls):
+            if apart := tuple(group for group in groups if not any(of >= {*group} for of in dosed)):
+                found.append(Factor(name, apart))
+        return tuple(found)
+
+    @property
+    def no_feedback(self) -> list[Factor]:
+        """False reports alone against every report withheld, in each modality that has both."""
+        found = []
+        for shown in self._shown.values():
+            one_acts = [(arm, arm.acting[0]) for arm in shown if len(arm.acting) == 1]
+            alone = [(arm.label, arm.specs[place], arm.dose(place)) for arm, place in one_acts]
+            none = [label for label, spec, p in alone if spec.full_name == "drop" and p == 1 == len(spec.options)]
+            flipped = [label for label, spec, _ in alone if spec.full_name == "flip"]
+            if none and flipped:
+                found.append(Factor(NO_FEEDBACK, ((none[0], *flipped),)))
+        return found

@@ -1,0 +1,319 @@
+"""Differences in success between the lowest dose and every other, or a control and conditions, corrected together.
+
+An estimate, its interval and its P value use the same sample. An agent's sample holds the trials that both have: trials
+of equal repetition and trial share their luck, and an unfinished study has some of them under one condition only.
+People meet no luck twice; their sample is all trials, clustered by person. What holds at every look uses the blocks
+that both have in the order of the plan; people come as they please, so their trials have no order.
+Several boxes are clusters, which count alike (:mod:`lockprobe.statistics.pairs`). Where trials broke, everything holds
+whatever became of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.statistics.blocks import blocks_of
+from lockprobe.statistics.broken_trials import bounded, whatever_broke
+from lockprobe.statistics.clustered import clustered_difference, share_of
+from lockprobe.statistics.every_look import AtEveryLook, Numbers, at_every_look, held_at_both_ends, share_at_every_look
+from lockprobe.statistics.outcomes import Outcomes, joined
+from lockprobe.statistics.pairs import paired
+from lockprobe.statistics.proportions import Difference, Proportion, between, proportion
+
+PERMUTATIONS = 2000
+
+_PER_AGENT = 400
+"""Permutations for each of the agents that are judged together: the smallest P value is a twentieth of the level."""
+
+_AT_ONCE = 1 << 27
+"""Outcomes that are permuted at once, a byte each."""
+
+FEW_BROKE = 0.05
+"""The share of the trials of a condition that may have broken by the step of an early comparison."""
+
+_TIE = 1e-9
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DifferenceAt(Difference):
+    """The difference in success between one dose and the lowest, or a condition and the control, in one sample.
+
+    Attributes:
+        dose: The dose, or the place of the condition.
+        first, second: Shares of the compared trials solved at the lowest dose, and at this one.
+        low, high: Ends of the interval of the second less the first in trials that ended; its level is 1 - 0.05 /
+            (doses compared with the lowest times agents judged together). If trials broke, it holds whatever became of
+            them.
+        only: Pairs solved at the lowest dose alone, and at this one alone; None for people.
+        exchange: Permutation P value, corrected for all doses (Westfall & Young's single-step maximum of differences in
+            standard errors) and for the agents.
+        p_value: The larger of ``exchange`` and the corrected P value of the interval, so that it is below 0.05 only if
+            the interval excludes 0. If trials broke, the larger of both ends, and 1 if the signs differ.
+        bounds: The least and the largest that the difference in all begun trials can be; None if no trial broke.
+        course: The estimate after each block, if interval and P value hold at every look; None if at one alone.
+    """
+
+    dose: float
+    first: Proportion
+    second: Proportion
+    only: tuple[int, int] | None
+    exchange: float
+    p_value: float
+    bounds: tuple[float, float] | None = None
+    course: AtEveryLook | None = None
+
+
+Found = tuple[DifferenceAt, ...]
+
+
+def any_difference(
+    outcomes: Outcomes, rng: np.random.Generator, permutations: int = PERMUTATIONS, *, agents: int = 1
+) -> Found:
+    """Success at every dose that shares trials with the lowest, ascending: whether it depends on the dose.
+
+    A finding must pass two tests. First a permutation of outcomes between the doses of a cluster: its P value,
+    ``(1 + those at least as extreme) / (1 + permutations)``, is exact for any shared luck if doses change nothing. But
+    if they change which trials are solved and not how many, it rejects in up to a third of studies. So, second, the
+    interval of the difference (Bonferroni over all differences) must exclude 0.
+
+    Several agents are one family: a sentence that says which of them change is false if one of its parts is. P values
+    are multiplied by their number and intervals widened alike (Bonferroni; Hsu 1996, Multiple Comparisons, Ch. 1), so
+    that a P value is below 0.05 only if its interval excludes 0. Holm's steps have no such intervals.
+
+    ``outcomes`` are the trials of one agent; ``agents`` are judged together, and for many more permutations are drawn,
+    as their P values have to be smaller.
+    """
+    begun, permutations = outcomes.at_ended_doses, max(permutations, _PER_AGENT * agents)
+    later = begun.dose > begun.dose.min(initial=math.inf)
+    return whatever_broke(lambda of: _by_dose(of[0], rng, permutations, agents), [begun], [later], _held)
+
+
+def each_difference(
+    groups: Sequence[Outcomes], rng: np.random.Generator, *, agents: int = 1
+) -> tuple[tuple[int, DifferenceAt], ...]:
+    """Each group of trials against the first one, in the pairs of trials that the two share.
+
+    A comparison looks at its own two groups alone, so that a further group changes its P value only by the number that
+    it is corrected for (Bonferroni, with the agents). The P value is the larger of two: McNemar's exact one and that of
+    the interval. With people it is that of a permutation clustered by person in place of McNemar's.
+
+    Args:
+        groups: The trials of one agent by condition, the control first.
+        rng: The stream of the permutations, which only people need.
+        agents: Number of agents that are judged together.
+
+    Returns:
+        The place of each group that shares a trial with the first one, and the difference; its dose is that place.
+    """
+    begun = [one if len(one.ended) else one.ended for one in groups]
+    gains = [i > 0 for i in range(len(groups))]
+    found = whatever_broke(lambda of: _against_first(of, rng, agents), begun, gains, _held)
+    return tuple((int(one.dose), one) for one in found)
+
+
+def few_broke_until(groups: Sequence[Outcomes]) -> int:
+    """The last step, from 0 to the budget, by which at most 5 % of the begun trials of every group broke."""
+    last = max((one.budget for one in groups), default=0)
+    for one in groups:
+        allowed = math.floor(FEW_BROKE * len(one) + 1e-9)
+        last = min([last, *np.sort(one.broken.length)[allowed : allowed + 1].tolist()])  # it broke in the next step
+    return last
+
+
+def differences_before_breaks(
+    groups: Sequence[Outcomes], step: int, rng: np.random.Generator, *, agents: int = 1
+) -> tuple[tuple[int, DifferenceAt], ...]:
+    """Success by an early step, by which few trials had broken, of each group against the first one.
+
+    Where long trials break, success by the last step is decided within wide bounds. By an earlier step most trials have
+    ended or are known to go on, so the same comparison (:func:`each_difference`) decides more. That breaks choose the
+    step (:func:`few_broke_until`) does no harm: with bounds for the few, intervals cover in .944 of studies or more and
+    false effects are found in .044 or less.
+
+    If what is said must hold at every look, breaks choose anew each time: ``agents`` is then the number of agents times
+    that of the steps that could be chosen.
+    """
+    by_then = [
+        replace(one, solved=one.solved & (one.length <= step), broke=one.broke & (one.length < step))
+        if len(one.broke)
+        else replace(one, solved=one.solved & (one.length <= step))
+        for one in groups
+    ]
+    return each_difference(by_then, rng, agents=agents)
+
+
+def _held(found: Found, low: Found, high: Found) -> Found:
+    """The differences without the broken trials, with what holds at both ends of what these can have become."""
+    ends = [{one.dose: one for one in end} for end in (low, high)]
+    return tuple(_bounded(one, *(end[one.dose] for end in ends)) for one in found)
+
+
+def _bounded(found: DifferenceAt, low: DifferenceAt, high: DifferenceAt) -> DifferenceAt:
+    made = bounded(found, low, high)
+    return replace(
+        made,
+        first=between(found.first, high.first, low.first),
+        second=between(found.second, low.second, high.second),
+        course=found.course and low.course and high.course and held_at_both_ends(found.course, low.course, high.course),
+        exchange=1.0 if made.p_value == 1 else max(low.exchange, high.exchange),
+        bounds=(low.value, high.value),
+    )
+
+
+def _against_first(groups: Sequence[Outcomes], rng: np.random.Generator, agents: int) -> Found:
+    pairs = {i: [groups[0], one] for i, one in enumerate(groups) if i and len(one) and len(groups[0])}
+    if any(one.crossed for both in pairs.values() for one in both):
+        many = agents * len(pairs)
+        permutations = max(PERMUTATIONS, _PER_AGENT * many)
+        tested = {i: _by_dose(joined(both), rng, permutations, many) for i, both in pairs.items()}
+        return tuple(replace(one, dose=float(i)) for i, found in tested.items() for one in found)
+    if groups[0].order is not None:
+        return _at_every_look(groups, agents)
+    shared = {i: both for i, both in pairs.items() if len(blocks_of(both).whole([0, 1])[0])}
+    return tuple(_difference(one, two, float(i), choices=agents * len(shared)) for i, (one, two) in shared.items())
+
+
+def _at_every_look(groups: Sequence[Outcomes], agents: int) -> Found:
+    """The same as :func:`_against_first`, as it holds at every look."""
+    blocks, solved, family = blocks_of(groups), {}, []
+    for i in range(1, len(groups)):
+        both = ~np.isnan(blocks.solved[:, [0, i]]).any(axis=1)
+        if both.any():
+            solved[i] = own = blocks.solved[both][:, [0, i]]
+            family.append(Numbers(values=own[:, 1] - own[:, 0], block=blocks.place[both]))
+    margin = groups[0].order.margin if groups[0].order else None
+    courses = at_every_look(family, agents=agents, margin=margin) if family else ()
+    found = []
+    for (i, own), course in zip(solved.items(), courses, strict=True):
+        pairs = paired(own[:, 0] > 0, own[:, 1] > 0)
+        before, after = (share_at_every_look(column) for column in own.T)
+        found.append(
+            DifferenceAt(
+                dose=float(i), first=before, second=after, value=pairs.value, low=course.low, high=course.high,
+                only=(pairs.only_first, pairs.only_second), exchange=course.p_value, p_value=course.p_value,
+                course=course,
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def _difference(
+    before: Outcomes, after: Outcomes, dose: float, exchange: float | None = None, *, choices: int
+) -> DifferenceAt:
+    """The difference of two groups in the trials that can be compared; McNemar's test without a permutation."""
+    if before.crossed or after.crossed:
+        both = joined([before, after])
+        found = clustered_difference(both.solved, both.dose, both.player, both.luck, choices=choices)
+        alone = interval_p = found.p_value or 0.0
+        first, second = (proportion(int(one.solved.sum()), len(one)) for one in (before, after))
+        only = None
+    else:
+        solved, box = blocks_of([before, after]).whole([0, 1])
+        found = pairs = paired(solved[:, 0], solved[:, 1], box, choices=choices)
+        alone, interval_p, only = pairs.p_value, pairs.interval_p, (pairs.only_first, pairs.only_second)
+        first, second = (share_of(column, (), (), box) for column in solved.T)
+    tested = min(1.0, choices * alone) if exchange is None else exchange
+    return DifferenceAt(
+        dose=dose, first=first, second=second, value=found.value, low=found.low, high=found.high, only=only,
+        exchange=tested, p_value=max(tested, min(1.0, choices * interval_p)),
+    )  # fmt: skip
+
+
+def _by_dose(outcomes: Outcomes, rng: np.random.Generator, permutations: int, agents: int) -> Found:
+    values, place = np.unique(outcomes.dose, return_inverse=True)
+    groups = [outcomes.at(outcomes.dose == dose) for dose in values]
+    if outcomes.order is not None and not outcomes.crossed:
+        return tuple(replace(one, dose=float(values[int(one.dose)])) for one in _at_every_look(groups, agents))
+    patterns = _patterns(outcomes, place)
+    apart = not any(len(set(labels)) > 1 for labels in patterns)
+    if apart and not (outcomes.crossed and len(values) > 1):
+        return ()
+    n = np.bincount(place).astype(np.float64)
+    if apart:
+        solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
+        away = compared = error = np.empty(0)
+    else:
+        solved, away, compared, error = _permuted_within_clusters(patterns, len(values), permutations, rng)
+        size = np.broadcast_to(n, solved.shape)
+    if outcomes.crossed:
+        away, compared = solved / size - (solved / size)[:, :1], n
+        # with one more trial that differs at either dose: a dose with few trials, whose differences are large by
+        # chance, would else hide every effect beside it
+        share = float(outcomes.solved.mean())
+        error = np.sqrt(share * (1 - share) * (1 / n + 1 / n[0]) + 1 / n**2 + 1 / n[0] ** 2)
+    tested = np.flatnonzero(compared[1:] > 0) + 1
+    scaled = np.abs(away) / error
+    largest = scaled[1:, tested].max(axis=1, initial=0.0)
+    found = []
+    for i in tested.tolist():
+        exchange = float((1 + np.count_nonzero(largest >= scaled[0, i] - _TIE)) / (1 + len(largest)))
+        corrected, choices = min(1.0, agents * exchange), agents * len(tested)
+        found.append(_difference(groups[0], groups[i], float(values[i]), corrected, choices=choices))
+    return tuple(found)
+
+
+_Patterns = dict[tuple[int, ...], list[NDArray[np.bool_]]]
+
+
+def _patterns(outcomes: Outcomes, place: NDArray[np.intp]) -> _Patterns:
+    """Clusters grouped by the doses at which they have trials: one array of outcomes per cluster."""
+    clusters = outcomes.cluster
+    order = np.lexsort((place, clusters))
+    found: _Patterns = {}
+    for rows in np.split(order, np.flatnonzero(np.diff(clusters[order])) + 1):
+        found.setdefault(tuple(place[rows].tolist()), []).append(outcomes.solved[rows])
+    return found
+
+
+def _permuted_within_clusters(
+    patterns: _Patterns, places: int, permutations: int, rng: np.random.Generator
+) -> tuple[Array, Array, Array, Array]:
+    """Outcomes permuted within clusters; the first row is as observed.
+
+    Returns:
+        Solved trials per dose, shape (1 + permutations, doses); share solved at each dose minus that at the first, over
+        the clusters that have both, of the same shape; number of such clusters, shape (doses,); standard error of
+        these differences, with one more cluster that differs, of the same shape.
+    """
+    solved, away = np.zeros((2, 1 + permutations, places))
+    both, variance = np.zeros((2, places))
+    for labels, rows in patterns.items():
+        members, at = np.array(rows), list(labels)
+        varied = members[members.any(axis=1) & ~members.all(axis=1)].astype(np.uint8)
+        many = max(1, _AT_ONCE // max(1, varied.size))
+        shuffled = (
+            rng.permuted(np.broadcast_to(varied, (min(many, permutations - first), *varied.shape)), axis=2)
+            for first in range(0, permutations, many)
+        )
+        totals = [some.sum(axis=1, dtype=np.float64) + np.count_nonzero(members.all(axis=1)) for some in shuffled]
+        found = np.vstack([members.sum(axis=0), *totals])
+        solved += found @ np.eye(places)[at]
+        if len(at) > 1 and at[0] == 0:
+            away += (found - found[:, :1]) @ np.eye(places)[at]
+            both[at] += len(members)
+            count = members.sum(axis=1)
+            variance[at] += float(np.sum(2 * count * (len(at) - count))) / (len(at) * (len(at) - 1))
+    most = np.maximum(both, 1)
+    return solved, away / most, both, np.sqrt(variance + 1) / most
+
+
+def _permuted_whole_clusters(
+    outcomes: Outcomes, place: NDArray[np.intp], permutations: int, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Solved trials and trials per dose, after shuffling whole clusters among the doses.
+
+    Both have the shape (1 + permutations, doses); the first row is as observed.
+    """
+    clusters = outcomes.cluster
+    _, first, sizes = np.unique(clusters, return_index=True, return_counts=True)
+    labels = place[first]
+    shuffled = np.vstack([labels, rng.permuted(np.broadcast_to(labels, (permutations, len(labels))), axis=1)])
+    member = (shuffled[..., None] == np.arange(int(place.max()) + 1)).swapaxes(1, 2)
+    return member @ np.bincount(clusters, weights=outcomes.solved), member @ (1.0 * sizes)

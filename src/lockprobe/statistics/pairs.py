@@ -1,0 +1,265 @@
+"""Differences of paired proportions on one box and over several, means over boxes, and tests of equivalence.
+
+Pairs are trials of equal luck under two conditions (McNemar's design). The interval is Agresti and Min's (2005). If 18
+pairs of 18 agree it is too narrow, because it estimates a variance from pairs that do not differ: a change of 10 points
+leaves all 18 alike in 15 % of studies. The score statistic (Tango, Statistics in Medicine 1998) uses the variance under
+the difference that is tested, so it has a width even there; where five pairs or fewer differ its interval is held too.
+
+Of several boxes each counts alike. Boxes differ in difficulty and in effect, so an interval that takes their trials as
+independent holds the mean over boxes in as little as .36 of studies, and random-effects methods, whose weights depend
+on a box's own outcome, in .04 to .10 near 0 and 1. The one here holds it in .94 or more with 3 to 50 boxes of 5 to 60
+trials each: Student's over the differences of boxes, *joined* with that of these boxes (the lower of both lows, the
+higher of both highs) and, where few boxes differ at all, with Tango's over boxes. It needs luck that differs between
+boxes: with equal luck in all of them it would hold .13 to .94.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lockprobe.statistics.distributions import (
+    normal_quantile,
+    root,
+    sign_test,
+    student_mean,
+    student_quantile,
+    student_tails,
+)
+from lockprobe.statistics.proportions import LEVEL, Difference
+
+FEW = 5
+"""The most differing pairs with which McNemar's exact test cannot reject at 5 %."""
+
+FEWEST = 5
+"""The fewest boxes for a sentence on boxes like these."""
+
+FEWEST_THAT_DIFFER, FEWEST_PAIRS = 3, 5
+"""The fewest boxes, and pairs of trials on each, for a test of whether the effect differs between boxes."""
+
+MOST_EXACT = 200
+"""Pairs up to which the test of equivalence is exact; beyond, its statistic is approximately normal, and at a margin of
+10 points it is wrong in at most 5.4 % of studies."""
+
+Labels = NDArray[Any]
+
+ONE_BOX: Labels = np.empty(0, dtype=np.str_)
+"""The boxes of pairs that are all on one."""
+
+_SHARES = 60
+"""Shares of pairs that differ for which the exact test is computed; it takes the largest P value."""
+
+_TIE = 1e-9
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Paired(Difference):
+    """The paired difference of two conditions: the share solved under the second minus that under the first.
+
+    Attributes:
+        only_first, only_second: Pairs solved under the first condition alone, and under the second alone.
+        p_value: McNemar's exact test, two-sided; 1 if no pair differs.
+        interval_p: The P value of the interval: below 0.05 if one at 95 % leaves out 0.
+    """
+
+    only_first: int
+    only_second: int
+    p_value: float
+    interval_p: float
+
+
+def _by_box(first: Flags, second: Flags, box: Labels) -> tuple[Array, Array, Array]:
+    """Pairs solved under the first alone, under the second alone, and all, of each box, in the order of their names."""
+    place = np.unique(box, return_inverse=True)[1].reshape(-1) if len(box) else np.zeros(len(first), dtype=np.int64)
+    columns = (first & ~second, second & ~first, np.ones(len(first)))
+    one, two, n = (np.bincount(place, weights=of, minlength=1).astype(np.float64) for of in columns)
+    return one, two, n
+
+
+def paired(first: Flags, second: Flags, box: Labels = ONE_BOX, *, choices: int = 1) -> Paired:
+    """The difference between two conditions on the same trials, shape (pairs,), for any shared luck.
+
+    Of several boxes it is the mean difference: of boxes like these from :data:`FEWEST` boxes on, else of these.
+    ``choices`` differences are judged together: the interval has the level 1 - 0.05 / choices.
+    """
+    lost, gained, pairs = _by_box(first, second, box)
+    k, n, tail = len(pairs), float(pairs.sum()), (1 - LEVEL) / choices
+    weights, effect = np.ones(k), 1.0
+    if k > 1:
+        weights = n / (k * pairs)
+        effect = float(np.sum(pairs * weights**2)) / n
+    only = float(weights @ lost), float(weights @ gained)
+    middle = (only[1] - only[0]) / (n + 2)  # half a pair is added to each of the four cells
+    error = math.sqrt(effect * ((sum(only) + 1) / (n + 2) - middle**2) / (n + 2))
+    half = -normal_quantile(tail / 2) * error
+    ends, tests = [(middle - half, middle + half)], [2 * NormalDist().cdf(-abs(middle) / error)]
+
+    def few_differ(first: int, second: int, all_: int) -> None:
+        ends.append(score_interval(first, second, all_, 1 - tail))
+        tests.append(2 * NormalDist().cdf(-abs(float(score(first, second, all_, 0.0)))))
+
+    one, two = int(lost.sum()), int(gained.sum())
+    if n and one + two <= FEW:
+        few_differ(one, two, int(n))
+    if k >= FEWEST:
+        apart = (gained - lost) / pairs
+        low, high, p_value = student_mean(apart, 1 - tail)
+        ends.append((low, high))
+        tests.append(p_value)
+        if np.sum(lost + gained > 0) <= min(FEW, k / 2):
+            few_differ(int(np.sum(apart < 0)), int(np.sum(apart > 0)), k)
+    lows, highs = zip(*ends, strict=True)
+    return Paired(
+        only_first=one,
+        only_second=two,
+        n=int(n),
+        value=(only[1] - only[0]) / n if n else math.nan,
+        low=max(-1.0, min(lows)),
+        high=min(1.0, max(highs)),
+        p_value=sign_test(one, two),
+        interval_p=min(1.0, max(tests)),
+    )
+
+
+def score(only_first: ArrayLike, only_second: ArrayLike, pairs: int, change: float) -> Array:
+    """Tango's score statistic of a difference, standard normal if it is ``change``, (-1, 1); negative below it."""
+    first, second = np.asarray(only_first, dtype=np.float64), np.asarray(only_second, dtype=np.float64)
+    linear = (2 * pairs + first - second) * change - first - second
+    constant = -first * change * (1 - change)
+    share = (np.sqrt(np.maximum(linear**2 - 8 * pairs * constant, 0.0)) - linear) / (4 * pairs)
+    variance = pairs * (2 * share + change * (1 - change))
+    away = second - first - pairs * change
+    return np.where(variance > 0, away / np.sqrt(np.maximum(variance, 1e-300)), 0.0)
+
+
+def score_interval(only_first: int, only_second: int, pairs: int, level: float) -> tuple[float, float]:
+    """Tango's interval of a paired difference, for at least one pair; level in (0, 1).
+
+    >>> [round(end, 3) for end in score_interval(0, 0, 18, 0.95)]
+    [-0.176, 0.176]
+    """
+    z, value, end = -normal_quantile((1 - level) / 2), (only_second - only_first) / pairs, 1 - 1e-9
+
+    def above(change: float, by: float) -> float:
+        return float(score(only_first, only_second, pairs, change)) - by
+
+    low = root(lambda change: above(change, z), -end, value) if value > -end and above(-end, z) > 0 else -1.0
+    high = root(lambda change: above(change, -z), value, end) if value < end and above(end, -z) < 0 else 1.0
+    return low, high
+
+
+def equivalence(only_first: int, only_second: int, pairs: int, margin: float) -> float:
+    """P value of two one-sided tests that the difference is the margin or more in either direction.
+
+    Up to :data:`MOST_EXACT` pairs each test is exact and unconditional: the largest probability, over all shares of
+    pairs that differ, of a score as far from the margin (Liu, Hsueh, Hsieh and Chen, Statistics in Medicine 2002).
+
+    >>> round(equivalence(0, 0, 18, 0.1), 3), round(equivalence(0, 0, 29, 0.1), 3)
+    (0.15, 0.049)
+    """
+    return max(_at_most(only_first, only_second, pairs, margin), _at_most(only_second, only_first, pairs, margin))
+
+
+@lru_cache(maxsize=4096)
+def _at_most(only_first: int, only_second: int, pairs: int, margin: float) -> float:
+    """P value of the test that the difference is the margin or more, against less."""
+    from scipy.special import gammaln, ndtr, xlogy
+
+    found = float(score(only_first, only_second, pairs, margin))
+    if pairs > MOST_EXACT:
+        return float(ndtr(found))
+    first, second = np.indices((pairs + 1, pairs + 1)).reshape(2, -1).astype(np.float64)  # all possible counts
+    as_far = (first + second <= pairs) & (score(first, second, pairs, margin) <= found + _TIE)
+    first, second = first[as_far], second[as_far]
+    alike = pairs - first - second
+    ways = math.lgamma(pairs + 1) - gammaln(first + 1) - gammaln(second + 1) - gammaln(alike + 1)
+    return max(
+        float(np.exp(ways + xlogy(first, share) + xlogy(second, share + margin) + xlogy(alike, rest)).sum())
+        for share in (1 - margin) / 2 * np.linspace(0, 1, _SHARES) ** 2
+        for rest in [max(0.0, 1 - margin - 2 * share)]
+    )
+
+
+def mean_over_boxes(found: Difference, sums: Array, box: Labels, *, choices: int = 1) -> Difference:
+    """A mean of blocks of luck that holds of boxes like these too, from :data:`FEWEST` boxes on; else unchanged.
+
+    The interval is at least as wide as Student's over the means of boxes and holds the mean over boxes, and the P value
+    is the larger one. ``sums`` and ``box`` are value and box of each block, shape (blocks,); ``choices`` means are
+    judged together.
+    """
+    means = _means(sums, box)
+    if len(means) < FEWEST or found.low is None or found.high is None:
+        return found
+    low, high, p_value = student_mean(means, 1 - (1 - LEVEL) / choices)
+    tested = None if found.p_value is None else max(found.p_value, min(1.0, choices * p_value))
+    return replace(found, low=min(found.low, low), high=max(found.high, high), p_value=tested)
+
+
+def small_over_boxes(values: Array, box: Labels, margin: float) -> float:
+    """P value of two one-sided tests that the mean over boxes is the margin or more; 0 with fewer than enough boxes."""
+    means = _means(values, box)
+    if len(means) < FEWEST:
+        return 0.0
+    error, away = float(means.std(ddof=1)) / math.sqrt(len(means)), margin - abs(float(means.mean()))
+    if not error:
+        return float(away <= 0)
+    tail = float(student_tails(away / error, len(means) - 1)) / 2
+    return tail if away > 0 else 1 - tail
+
+
+def _means(values: Array, box: Labels) -> Array:
+    if not len(box):
+        return np.empty(0)
+    place = np.unique(box, return_inverse=True)[1].reshape(-1)
+    return np.bincount(place, weights=values) / np.bincount(place)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BetweenBoxes(Difference):
+    """Whether an effect differs between boxes, and how much: its mean, and the range in which that of a further lies.
+
+    Attributes:
+        p_value: The larger of those of an F test and of Cochran's Q: each alone finds differences that are not there,
+            in up to .27 and .62 of studies, and the larger in at most .057.
+        deviation: Standard deviation of the effect between boxes, points. It has no interval that holds near 0 and 1.
+    """
+
+    deviation: float
+
+
+def between_boxes(before: Flags, after: Flags, box: Labels) -> BetweenBoxes | None:
+    """Whether an effect differs between boxes; None with too few of them, or of pairs on one."""
+    first, second, n = _by_box(before, after, box)
+    k, many = len(n), float(n.sum())
+    if k < FEWEST_THAT_DIFFER or n.min() < FEWEST_PAIRS:
+        return None
+    from scipy.special import chdtrc, fdtrc
+
+    d = (second - first) / n
+    within = float(np.sum(first + second - n * d**2)) / (many - k)
+    among = float(np.sum(n * (d - n @ d / many) ** 2)) / (k - 1)
+    smooth = (second - first) / (n + 2)
+    variance = ((first + second + 1) / (n + 2) - smooth**2) / (n + 2)
+    pooled = float(np.sum(d / variance) / np.sum(1 / variance))
+    q_test = float(chdtrc(k - 1, np.sum((d - pooled) ** 2 / variance)))
+    f_test = float(fdtrc(k - 1, many - k, among / within)) if within else float(among == 0)
+    noise = float(np.mean(((first + second) / n - d**2) / (n - 1)))
+    half = student_quantile((1 + LEVEL) / 2, k - 1) * float(d.std(ddof=1)) * math.sqrt(1 + 1 / k)
+    return BetweenBoxes(
+        value=float(d.mean()),
+        p_value=max(f_test, q_test),
+        deviation=math.sqrt(max(0.0, float(d.var(ddof=1)) - noise)),
+        low=max(-1.0, float(d.mean()) - half),
+        high=min(1.0, float(d.mean()) + half),
+        n=int(many),
+        clusters=k,
+    )

@@ -1,1 +1,0 @@
-"""Tests and intervals that hold at every look: e-processes and confidence sequences."""

@@ -1,1 +1,0 @@
-"""Through what a false report acts: arms, contrasts, the rule that names a mechanism."""

@@ -1,0 +1,210 @@
+"""Two agents on the same boxes: which are compared, counts by hand, people, broken trials, what noise changes."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from builders import SOLUTION, make_trial
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binomtest
+
+from lockprobe.statistics.agents import STEPS, SUCCESS, changes_of, compared
+from lockprobe.statistics.blocks import blocks_of
+from lockprobe.statistics.course import courses
+from lockprobe.statistics.outcomes import outcomes
+from lockprobe.trial.record import STATES
+
+FAILED = (0,) * 20
+
+
+def trials(agent, solved, of=12, p=(0.0, 0.3), modality=STATES):
+    """So many trials solved at every p, those with the lowest numbers; at once, or not at all."""
+    return [
+        make_trial(SOLUTION if i < n else FAILED, agent=agent, p=value, trial=i + 1, modality=modality)
+        for value, n in zip(p, solved, strict=True)
+        for i in range(of)
+    ]
+
+
+def pair(*groups):
+    """The only pair; its second agent is that of the first group."""
+    (found,) = compared(courses([trial for group in groups for trial in group]))
+    return found
+
+
+def names(found):
+    return [(one.second.agent, one.first.agent, one.baseline) for one in found]
+
+
+def test_models_are_compared_with_each_other_and_with_baselines_in_one_modality():
+    agents = ("llm:a", "llm:b", "human-inspired?lapse=0.1", "random", "round-robin")
+    found = compared(courses([trial for agent in agents for trial in trials(agent, (5, 5))]))
+    baselines = [(model, other, True) for model in agents[:2] for other in agents[2:4]]
+    assert names(found) == [("llm:a", "llm:b", False), *baselines]
+    assert names(compared(courses([*trials("random", (3, 3)), *trials("round-robin", (9, 9))]))) == [
+        ("random", "round-robin", False)
+    ]
+    made = [t for a in ("llm:a", "llm:b") for m in ("rgb", STATES) for t in trials(a, (9, 9), modality=m)]
+    found = compared(courses([*made, *trials("random", (9, 9))]))
+    assert [one.family for one in found if not one.baseline] == [(False, "rgb", "rgb"), (False, STATES, STATES)]
+    assert len(found) == 6
+    apart = [*trials("llm:a", (3,), p=(0.0,)), *trials("llm:b", (3,), p=(0.3,))]
+    assert compared(courses(apart)) == []
+
+
+played = st.lists(st.tuples(*[st.sampled_from([True, False, None])] * 4), min_size=2, max_size=8)
+
+
+@settings(max_examples=40, deadline=None)
+@given(played)
+def test_two_agents_are_compared_over_the_trials_that_both_finished(blocks):
+    """Counted again from the table of who solved what (None: no trial); called in the other order, signs turn."""
+
+    def of(agent, columns):
+        return [
+            make_trial(SOLUTION if row[column] else FAILED, agent=agent, p=p, trial=i + 1)
+            for column, p in zip(columns, (0.0, 0.3), strict=True)
+            for i, row in enumerate(blocks)
+            if row[column] is not None
+        ]
+
+    one, two = of("llm:a", (0, 1)), of("llm:b", (2, 3))
+    found, turned = compared(courses([*one, *two])), compared(courses([*two, *one]))
+    both = {p: [(r[i], r[i + 2]) for r in blocks if None not in (r[i], r[i + 2])] for i, p in ((0, 0.0), (1, 0.3))}
+    every = both[0.0] + both[0.3]
+    assert bool(found) == bool(every)
+    for first, other in zip(found, turned, strict=True):
+        assert first.shares == tuple(np.mean(every, axis=0)[::-1])
+        mean = first.mean(SUCCESS)
+        assert (mean.value, mean.n) == (pytest.approx(np.mean([a - b for a, b in every])), len(every))
+        assert first.mean(STEPS).value == pytest.approx(-16 * mean.value)  # 4 steps, or 20
+        for p in first.met:
+            mean = first.mean(SUCCESS, p)
+            gained, lost = sum(a > b for a, b in both[p]), sum(a < b for a, b in both[p])
+            assert mean.p_value == pytest.approx(binomtest(gained, gained + lost).pvalue if gained + lost else 1)
+        for key in ((SUCCESS,), (STEPS,), *((SUCCESS, p) for p in first.met)):
+            own, its = first.mean(*key), other.mean(*key)
+            assert (own.value, own.p_value) == pytest.approx((-its.value, its.p_value))
+            assert own.low is its.high is None or own.low == pytest.approx(-its.high)
+        changed = [(r[0] - r[2], r[1] - r[3]) for r in blocks if None not in r]
+        if first.changes:
+            assert first.changes[0.3].value == pytest.approx(np.mean([after - before for before, after in changed]))
+
+
+def test_agents_that_act_the_same_play_alike_unless_one_trial_differs_or_broke():
+    one, two = trials("llm:a", (3, 6)), trials("llm:b", (3, 6))
+    assert pair(one, two).plays_alike
+    other = make_trial((1,) * 20, agent="llm:b", p=0.3, trial=12)  # fails too, by another joint
+    broken = make_trial((0,), agent="llm:b", p=0.3, trial=12, broken="model")
+    for last in (other, broken):
+        found = pair(one, [*two[:-1], last])
+        assert (found.plays_alike, found.alike) == (False, {0.0})
+    assert pair(trials("llm:b", (9, 9)), trials("llm:a", (3, 3))).copies
+    assert not pair(trials("llm:b", (9, 8)), trials("llm:a", (3, 3))).copies
+
+
+def test_agents_beside_people_are_compared_with_both_kept_together():
+    own = trials("llm:a", (12, 12), p=(0.0, 0.4))
+    people = [
+        make_trial(SOLUTION if p else FAILED, agent=f"participant:{(block - i) % 12:0>4}", p=p, trial=block + 1)
+        for block in range(12)
+        for i, p in enumerate((0.0, 0.4))
+    ]
+    found = pair(people, own)
+    assert found.people
+    assert found.mean(SUCCESS).value == -0.5
+    assert [found.mean(SUCCESS, p).value for p in (0.0, 0.4)] == [-1.0, 0.0]
+    assert found.mean(SUCCESS, 0.0).p_value == 2 * 0.5**12
+    assert found.changes[0.4].value == 1.0
+    assert found.change_p < 0.01
+    assert found.changes[None].low is None
+
+
+# Broken trials
+
+
+def with_broken(agent, solved, broken=(), n=40, p=0.0):
+    """Trials at one p: those of the given numbers solved or broken, all others failed."""
+    return [
+        make_trial((0, 1, 2), agent=agent, trial=i, p=p, broken="reply")
+        if i in broken
+        else make_trial(SOLUTION if i in solved else FAILED, agent=agent, trial=i, p=p)
+        for i in range(n)
+    ]
+
+
+def some(n, seed):
+    return set(np.random.default_rng(seed).permutation(40)[:n].tolist())
+
+
+def test_an_agent_whose_failures_break_is_not_called_better():
+    """Both solve 20 of 40. Of the second all failures but two break: it solved 20 of 22."""
+    second, first = some(20, 2), with_broken("llm:a", some(20, 1))
+    failures = sorted(set(range(40)) - second)
+    assert not pair(with_broken("llm:b", second), first).bounded
+    found = pair(with_broken("llm:b", second, failures[2:]), first)
+    assert found.bounded
+    assert found.shares[1] > 0.85
+    assert not found.mean(SUCCESS).clear
+
+
+def test_intervals_hold_however_the_broken_trials_of_both_agents_ended_at_both_doses():
+    def of(ways):
+        return pair(
+            *(
+                with_broken(f"llm:{agent}", some(n, i) | {39} if way else some(n, i) - {39}, [39] * (way is None), p=p)
+                for i, (agent, p, n, way) in enumerate(zip("bbaa", (0, 0.3) * 2, (12, 28, 22, 16), ways, strict=True))
+            )
+        )
+
+    held, ends = of([None] * 4), [of(ways) for ways in product((True, False), repeat=4)]
+    for of in (
+        *(lambda one, p=p: one.mean(SUCCESS, p) for p in (None, 0.0, 0.3)),
+        *(lambda one, p=p: one.changes[p] for p in (None, 0.3)),
+    ):
+        own = [of(end) for end in ends]
+        assert of(held).low == pytest.approx(min(one.low for one in own))
+        assert of(held).high == pytest.approx(max(one.high for one in own))
+
+
+def test_a_change_has_the_largest_p_value_of_both_ends():
+    """Of an agent that false reports help and one that they harm; of the first, some trials break at 0.4."""
+
+    def moved(broken, harm=22):
+        helped = [*with_broken("llm:a", some(8, 1)), *with_broken("llm:a", some(30, 3), broken, p=0.4)]
+        harmed = [*with_broken("llm:b", some(30, 2)), *with_broken("llm:b", some(30 - harm, 4), p=0.4)]
+        return pair(helped, harmed).change_p
+
+    assert moved(()) <= moved(some(3, 5)) < 0.05  # it holds however the three ended
+    assert moved((), harm=0) < 0.05
+    assert moved(some(36, 5), harm=0) == 1.0  # if all 36 failed, false reports harm the first more
+
+
+# Does noise help one more: found where it does, not where only base rates differ.
+
+P = (0.0, 0.2, 0.4)
+
+
+def moved_by(first, second, blocks=30, seed=0):
+    """Agents that solve the box with these chances at every p."""
+    one, two = (
+        (np.random.default_rng([seed, i]).random((blocks, 3)) < np.array(chances)) * 1.0
+        for i, chances in enumerate((first, second), start=1)
+    )
+    return changes_of(P, two - one, np.random.default_rng([seed, 3]), blocks_of([outcomes([])]))
+
+
+def test_noise_that_helps_one_agent_only_is_found_and_where():
+    helped = moved_by((0.5, 0.5, 0.5), (0.1, 0.2, 0.9), blocks=60)
+    assert helped.keys() == {0.2, 0.4, None}
+    assert helped[0.4].p_value < 0.01
+    assert helped[0.4].low < 0.8 < helped[0.4].high
+    assert helped[None].p_value is None
+
+
+@pytest.mark.parametrize(("first", "second"), [((0.2,) * 3, (0.9,) * 3), ((0.1, 0.3, 0.5), (0.4, 0.6, 0.8))])
+def test_equal_effects_of_noise_on_unequal_agents_are_rarely_taken_for_different_ones(first, second):
+    """So few rejections, or fewer, come of a level of 5 % in 999 of 1000 cases."""
+    tested = [moved_by(first, second, seed=seed) for seed in range(200)]
+    assert sum(min(one[0.2].p_value, one[0.4].p_value) < 0.05 for one in tested) <= 20

@@ -1,0 +1,141 @@
+"""The contrast over blocks of luck: the test against all signs, intervals that hold the truth, people as clusters."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from builders import make_trial
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import norm
+
+from lockprobe.statistics.blocks import FEWEST, at_one_dose, block_mean, blocks_of, crossed_mean, sign_flip
+from lockprobe.statistics.outcomes import BlockOrder, outcomes
+from lockprobe.statistics.pairs import paired
+from lockprobe.statistics.steps import rare_block
+
+
+@given(st.lists(st.integers(-7, 7), min_size=1, max_size=9))
+def test_the_exact_test_counts_all_signs(sums):
+    flipped = [abs(np.dot(signs, sums)) for signs in product((1, -1), repeat=len(sums))]
+    assert sign_flip(np.array(sums, dtype=float)) == pytest.approx(np.mean(np.array(flipped) >= abs(sum(sums))))
+
+
+def test_copies_of_a_column_are_no_more_than_one_and_one_is_mcnemars_test():
+    rng = np.random.default_rng(2)
+    first, second = rng.random(40) < 0.4, rng.random(40) < 0.7
+    column, mcnemar = (second * 1.0 - first)[:, None], paired(first, second)
+    once, often = block_mean(column, unit=1.0), block_mean(np.tile(column, 7), unit=1.0)
+    for found in (once, often):
+        assert (found.value, found.p_value, found.clusters) == pytest.approx((mcnemar.value, mcnemar.p_value, 40))
+        assert (found.low, found.high) == pytest.approx((mcnemar.low, mcnemar.high), abs=0.05)
+    assert (often.n, once.n) == (280, 40)
+
+
+def test_missing_pairs_are_in_no_number():
+    differences = np.array([[1.0, np.nan], [np.nan, np.nan], [0.0, 1.0], [-1.0, 0.0]])
+    found = block_mean(differences, unit=1.0)
+    assert (found.n, found.clusters, found.value) == (5, 3, pytest.approx(0.2))
+    assert block_mean(np.full((3, 2), np.nan), unit=1.0).p_value is None
+    one = outcomes([make_trial([3, 2, 1, 0], p=0.0), make_trial([0], p=0.3, trial=2, broken="model")])
+    blocks = blocks_of([one.ended, outcomes([make_trial([0] * 20, p=0.3, trial=2)])])
+    assert np.isnan(blocks.solved).tolist() == [[False, True], [True, False]]
+    assert blocks.steps[1, 1] == 20
+    assert len(blocks.whole([0, 1])[0]) == 0
+
+
+def test_the_box_of_a_block_stands_in_its_row_when_blocks_are_in_the_order_of_the_plan():
+    made = outcomes([make_trial([0] * 20, repetition=i, trial=j) for i, j in product((1, 2), (1, 2))])
+    planned = BlockOrder(plans=((2, 1), (2, 2)))  # first trial 1 of both repetitions
+    blocks = blocks_of([replace(made, box=np.array(["a", "b", "c", "d"]), order=planned)])
+    assert blocks.box.tolist() == ["a", "c", "b", "d"]
+    assert blocks.place.tolist() == [0, 1, 2, 3]
+
+
+def test_few_people_are_not_tested_and_one_has_no_interval():
+    def same(of, person):
+        return crossed_mean(np.ones(of), np.arange(of), person, unit=1.0)
+
+    few, enough = (same(n, np.arange(n)) for n in (FEWEST - 1, FEWEST))
+    assert few.p_value is None
+    assert few.low is not None
+    assert 0 < enough.p_value < 0.05
+    one = same(FEWEST, np.zeros(FEWEST))
+    assert (one.low, one.high, one.p_value) == (None, None, None)
+
+
+def test_at_one_dose_whole_people_are_exchanged():
+    found = at_one_dose(np.ones(10), np.repeat(["a", "b", "c", "d", "e"], 2), unit=1.0)
+    assert found.p_value == 2 * 0.5**5  # and not 2 * 0.5**10, as if ten people had played
+    values, person = np.array([1.0] * 20 + [-1, 0, 1, 0, -1, 1, 0, 0]), np.array(["a"] * 20 + list("bcdefghi"))
+    one_of_many = at_one_dose(values, person, unit=1.0)
+    assert one_of_many.value > 0.6
+    assert one_of_many.low < 0 < one_of_many.high
+    assert one_of_many.p_value > 0.05
+
+
+def exchanged_over_doses(rng):
+    """An agent's trials go alike at every dose."""
+    one, two = (np.repeat(rng.random((30, 1)) < 0.5, 7, axis=1) * 1.0 for _ in range(2))
+    return block_mean(two - one, unit=1.0)
+
+
+def people_who_differ(rng, exchange=False):
+    """Thirty people differ much from each other, and each plays seven boxes."""
+    seat = np.array([[(block - column) % 30 for column in range(7)] for block in range(30)])
+    luck = np.repeat(np.arange(30)[:, None], 7, axis=1)
+    people = 0.8 * rng.standard_normal(30)[seat] + 0.6 * rng.standard_normal(seat.shape) > 0
+    apart = people * 1.0 - (rng.random(seat.shape) < 0.5)
+    return (
+        block_mean(apart, unit=1.0) if exchange else crossed_mean(apart.ravel(), luck.ravel(), seat.ravel(), unit=1.0)
+    )
+
+
+def able_people_who_stay(rng):
+    """Sixty people leave by chance after a failure; an agent solves as many boxes. By box, a third of studies err."""
+    chance, rows = norm.cdf(rng.standard_normal(60)), []
+    for i in range(60):
+        for _ in range(6):
+            rows.append((i, rng.random() < chance[i]))
+            if not rows[-1][1] and rng.random() < 0.5:
+                break
+    who, solved = np.array(rows).T
+    return crossed_mean(solved - (rng.random(len(who)) < 0.5) * 1.0, np.arange(len(who)), who, unit=1.0)
+
+
+def rejections(world, studies, **more):
+    found = [world(np.random.default_rng([seed, 9]), **more) for seed in range(studies)]
+    return sum(one.clear and one.p_value < 0.05 for one in found)
+
+
+@pytest.mark.parametrize("world", [exchanged_over_doses, people_who_differ, able_people_who_stay])
+def test_equal_agents_are_rarely_told_apart(world):
+    """So few rejections of 150 come of a level of 5 % in 999 of 1000 cases."""
+    assert rejections(world, 150) <= 17
+
+
+@pytest.mark.parametrize(
+    ("budget", "blocks", "slow"),
+    [
+        (20, 10, 0.05),
+        (20, 18, 0.05),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in [(20, 30, 0.05), (100, 60, 0.037), (100, 100, 0.022)]
+        ),
+    ],
+)
+def test_an_agent_with_rare_long_trials_is_not_called_faster(budget, blocks, slow):
+    """Equal means; every trial is solved, so the budget shows in no failure. Without it, 0.2 to 0.6 of studies err."""
+    wrong = 0
+    usual = (6 - slow * budget) / (1 - slow)
+    for seed in range(200):
+        rng = np.random.default_rng([seed, blocks])
+        first = rng.integers(5, 8, size=(blocks, 7)) * 1.0
+        stuck = rng.random((blocks, 1)) < slow
+        second = np.where(stuck, budget, np.floor(usual + rng.random((blocks, 7))) + rng.integers(-1, 2, (blocks, 7)))
+        rare = rare_block(first.mean(), second.mean(), budget, min(first.min(), second.min()))
+        found = block_mean(second - first, unit=float(budget), rare=rare)
+        wrong += found.clear and found.p_value < 0.05
+    assert wrong / 200 <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 200)

@@ -1,0 +1,119 @@
+"""The design of a study: every contrast has one family, and a condition more changes no other family than its own."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import read_condition
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.study import Study
+from lockprobe.studies.study_design import design_of
+from lockprobe.trial.condition import Condition
+
+TRUTH = Condition()
+FLIPS = [read_condition(f"flip?p={p}") for p in (0.2, 0.4, 0.8)]
+OTHERS = [
+    read_condition(spec)
+    for spec in (
+        "nudge", "tremble?p=0.1", "tremble?p=0.3", "drop?p=0.5", "flip?p=0.4 + nudge", "flip?p=0.4&others=kept",
+        "flip?p=0.4&at=3", "drop?p=0.5 + tremble?p=0.1",
+    )
+]  # fmt: skip
+_CHANGES = "pose_error=0.01", "pose_error=0.02", "friction=0.3", "looks=varied", "tilt=30&friction=2"
+HANDS = [read_condition(f"plant?{options}", plant="twin") for options in _CHANGES]
+OTHERS += HANDS
+SHOWN = "symbolic?tell=state"
+
+
+def designed(conditions, agents=("random",)):
+    return design_of(Study(name="lab", agents=agents, boxes=(box(),), conditions=tuple(conditions), plant="twin"))
+
+
+def dosed(comparison):
+    return {label for axis in comparison.axes for label in axis.doses} - {comparison.control}
+
+
+chosen = st.tuples(
+    st.lists(st.sampled_from(FLIPS), unique_by=lambda one: one.label),
+    st.lists(st.sampled_from(OTHERS), unique_by=lambda one: one.label),
+)
+
+
+@pytest.mark.parametrize(("specs", "control"), [(("nudge", "flip?p=0"), "flip?p=0"), (("nudge", "warn"), "nudge")])
+def test_the_control_is_the_truth_or_else_the_first(specs, control):
+    assert designed(map(read_condition, specs)).controls == {control}
+
+
+@given(chosen)
+def test_every_condition_but_the_control_is_in_one_family(both):
+    flips, others = both
+    found = designed([TRUTH, *flips, *others]).comparisons[SHOWN]
+    assert found.control == "truth"
+    every = [*found.flips, *dosed(found), *found.others]
+    assert sorted(every) == sorted(one.label for one in (*flips, *others))
+
+
+@given(chosen, st.sampled_from([*FLIPS, *OTHERS]))
+def test_a_condition_more_changes_no_other_family(both, more):
+    flips, others = both
+    if more in (*flips, *others) or not flips:  # the first flip that acts says of which kind the axis is
+        return
+    before = designed([TRUTH, *flips, *others]).comparisons[SHOWN]
+    now = designed([TRUTH, *flips, *others, more]).comparisons[SHOWN]
+    if more in FLIPS:
+        assert (now.others, dosed(now)) == (before.others, dosed(before))
+        assert now.flips == (*before.flips, more.label)
+    elif more.label in dosed(now):
+        # the second dose beside the control makes an axis, which takes the first one along
+        assert now.flips == before.flips
+        assert {*before.others} - {*now.others} == dosed(now) - dosed(before) - {more.label}
+    else:
+        assert (now.flips, dosed(now)) == (before.flips, dosed(before))
+        assert now.others == (*before.others, more.label)
+
+
+def test_what_is_kept_is_one_axis_on_which_a_word_and_no_word_are_its_ends():
+    kept = ["flip?p=0.4", "flip?p=0.4&keep=0.5", "flip?p=0.4&others=kept"]
+    found = designed([TRUTH, *map(read_condition, kept)])
+    (axis,) = found.series
+    assert (axis.axis.name, axis.axis.options) == ("flip keep", "p=0.4")
+    assert dict(axis.doses) == dict(zip(kept, (0, 0.5, 1), strict=True))
+    assert found.factors == ()  # its ends are compared once
+
+
+def test_the_first_modality_is_compared_with_the_controls_of_the_others():
+    planned = study("flips", agent="random", p=[0, 0.4], condition=["nudge"], modality=[SHOWN, "symbolic?tell=outcome"])
+    found = design_of(planned)
+    first, second = found.comparisons.values()
+    assert (first.others, first.controls) == (("nudge",), ("symbolic?tell=outcome",))
+    assert second.control == "symbolic?tell=outcome"
+    assert (second.others, second.controls) == (("nudge + symbolic?tell=outcome",), ())
+    assert second.flips == ("flip?p=0.4 + symbolic?tell=outcome",)
+    assert found.controls == {"truth", "symbolic?tell=outcome"}
+    assert found.control("nudge + symbolic?tell=outcome") == "symbolic?tell=outcome"
+
+
+@pytest.mark.parametrize(
+    ("asked", "axes"),
+    [
+        ({"p": [0, 0.2, 0.4]}, []),
+        ({"p": [0], "sweep": "tremble?p=0.1,0.2"}, ["tremble p"]),
+        ({"p": [0], "condition": ["tremble?p=0.1"]}, []),
+        ({"p": [0, 0.2, 0.4], "condition": [f"flip?p={p} + nudge" for p in (0.2, 0.4, 0.6)]}, ["flip rate"]),
+        ({"p": [0], "sweep": "agent.lapse=0,0.1,0.3"}, ["lapse"]),
+    ],
+)
+def test_other_doses_and_options_of_agents_are_series(asked, axes):
+    found = design_of(study("flips", agent="human-inspired", **asked))
+    assert [one.axis.name for one in found.series] == axes
+
+
+def test_a_dose_of_the_plant_is_an_axis_whose_first_level_is_the_plant_of_the_study():
+    stiffness = [read_condition(f"plant?friction={value}", plant="twin") for value in (0.2, 0.3, 2)]
+    found = designed([TRUTH, *HANDS[:2], *stiffness]).comparisons[SHOWN]
+    assert {one.axis.name: dict(one.doses) for one in found.axes} == {
+        "plant pose_error": {"truth": 0, "plant?pose_error=0.01": 0.01, "plant?pose_error=0.02": 0.02},
+        "plant friction below 1": {"truth": 0, "plant?friction=0.3": 0.7, "plant?friction=0.2": 0.8},
+    }
+    assert (found.control, found.others) == ("truth", ("plant?friction=2",))

@@ -1,0 +1,114 @@
+"""Differences and shares at every look: closed testing against all sets of hypotheses, and what was said stays said."""
+
+import math
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from lockprobe.statistics.betting import SHARES, confidence_sequence, log_wealth
+from lockprobe.statistics.every_look import Numbers, adjusted, at_every_look, log_thresholds, share_at_every_look
+
+STUDIES = [
+    ((0.0,), {}),
+    ((0.4,), {"margin": 0.1}),
+    ((0.0, 0.3, 0.5), {}),
+    ((0.0, 0.0, 0.6), {"margin": 0.2, "agents": 3}),
+    ((0.3, 0.3, 0.3, 0.3), {"agents": 10}),
+]
+
+
+def numbers(rng, change, blocks=80, played=1.0, bound=1.0):
+    """Differences of pairs of trials, of which a share is there."""
+    block = np.flatnonzero(rng.random(blocks) < played)
+    values = rng.choice([-1, 0, 1], size=len(block), p=[0.2 - 0.2 * change, 0.6 - 0.6 * change, 0.2 + 0.8 * change])
+    return Numbers(values=bound * values.astype(float), block=block, bound=bound)
+
+
+def family(changes, seed=1, **more):
+    rng = np.random.default_rng(seed)
+    return [numbers(rng, change, **more) for change in changes]
+
+
+def first_blocks(members, blocks):
+    """What was known of them after so many blocks."""
+    kept = [one.block < blocks for one in members]
+    return [
+        Numbers(values=one.values[own], block=one.block[own], bound=one.bound)
+        for one, own in zip(members, kept, strict=True)
+    ]
+
+
+@pytest.mark.parametrize(("changes", "more"), STUDIES)
+def test_a_p_value_is_below_5_percent_exactly_if_the_interval_leaves_out_0(changes, more):
+    for seed, played in enumerate((1.0, 0.7)):
+        for one in at_every_look(family(changes, seed, played=played), **more):
+            away = (one.lows > 0) | (one.highs < 0)
+            assert (one.p_value < 0.05) == away.any() == (one.effect_at is not None)
+            if one.effect_at is not None:
+                assert one.effect_at == one.blocks[away.argmax()]
+
+
+@pytest.mark.parametrize(("changes", "more"), STUDIES)
+def test_what_was_said_after_some_blocks_is_said_after_more(changes, more):
+    members = family(changes, 4, played=0.8)
+    before = at_every_look(first_blocks(members, 1), **more)
+    for blocks in (25, 70):
+        now = at_every_look(first_blocks(members, blocks), **more)
+        for old, new in zip(before, now, strict=True):
+            assert new.p_value <= old.p_value
+            assert new.small_p_value <= old.small_p_value
+            assert old.low <= new.low < new.high <= old.high
+            assert old.effect_at in (None, new.effect_at)
+            assert old.small_at in (None, new.small_at)
+            assert new.lows[: len(old.lows)] == pytest.approx(old.lows)
+        before = now
+
+
+def test_small_is_said_only_with_a_margin_and_beside_the_effects_of_others():
+    same = Numbers(values=np.zeros(100), block=np.arange(100))
+    without, alone = at_every_look([same])[0], at_every_look([same], margin=0.1)[0]
+    assert (without.small_p_value, without.small_at) == (1, None)
+    assert alone.small_at == 49
+    least = log_wealth(np.zeros(100), 0.1, low=-1, high=1, side="below").max()
+    several = at_every_look([same, same], margin=0.1)[0]
+    beside = 2 / (math.exp(least) + 1)  # of the other one the wealth against "no effect" is 1
+    assert several.small_p_value == pytest.approx(beside)
+    assert at_every_look([same, same], margin=0.1, agents=3)[1].small_p_value == pytest.approx(3 * beside)
+
+
+def sets_with(i, many):
+    others = [j for j in range(many) if j != i]
+    return [part for size in range(many) for part in combinations(others, size)]
+
+
+def evidence(many, looks=12):
+    return np.random.default_rng(many).normal(1.5, 2.5, (looks, many))
+
+
+@pytest.mark.parametrize("many", [1, 2, 3, 5])
+def test_adjusted_e_values_and_thresholds_are_those_of_all_sets_of_hypotheses(many):
+    """The smallest mean of all sets with a hypothesis, and what the hardest of all sets asks for."""
+    log_e = evidence(many)
+    adjusted_e, thresholds = np.exp(adjusted(log_e)), np.exp(log_thresholds(log_e, 0.05))
+    for row, limits, e in zip(adjusted_e, thresholds, np.exp(log_e), strict=True):
+        for i in range(many):
+            sets = [e[list(part)] for part in sets_with(i, many)]
+            assert row[i] == pytest.approx(min(np.mean([e[i], *part]) for part in sets))
+            assert limits[i] == pytest.approx(max(20 * (1 + len(part)) - part.sum() for part in sets))
+
+
+def test_a_threshold_is_reached_exactly_where_closed_testing_rejects():
+    log_e, level = evidence(4, looks=400), 0.01
+    rejected = adjusted(log_e) >= np.log(1 / level)
+    assert (rejected == (log_e >= log_thresholds(log_e, level))).all()
+    assert 0.02 < rejected.mean() < 0.98
+    assert (log_thresholds(log_e, level) >= np.log(1 / level) - 1e-12).all()
+
+
+def test_the_interval_is_the_last_of_the_sequence_in_the_order_of_trials():
+    solved = np.random.default_rng(1).random(60) < 0.3
+    found = share_at_every_look(solved)
+    lows, highs = confidence_sequence(solved * 1.0, math.log(20), bets=SHARES)
+    assert (found.low, found.high) == pytest.approx((lows[-1], highs[-1]))
+    assert (found.count, found.n, found.value) == (solved.sum(), 60, solved.mean())

@@ -1,0 +1,101 @@
+"""Action loops: brute force over their definition on every short trial, the paper's programme and laws on longer ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from loop_definition import copies, patterns, truth
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.statistics.loops import LoopCover, Solver, any_loop, cover, measure, onset, onset_batch
+
+SOLVERS: tuple[Solver, ...] = ("dp", "ilp")
+
+TRIALS = st.integers(2, 4).flatmap(lambda k: st.lists(st.integers(0, k - 1), max_size=20)) | st.tuples(
+    st.lists(st.integers(0, 3), min_size=1, max_size=6), st.integers(2, 6)
+).map(lambda cycle: (cycle[0] * cycle[1])[:20])
+
+
+@pytest.mark.parametrize(
+    ("actions", "longest", "overlap", "least"),
+    [
+        *[(2, 10, False, 3), (3, 9, False, 3), (4, 7, False, 3), (2, 9, True, 3), (3, 7, True, 3), (4, 7, True, 3)],
+        *[(3, 7, False, 1), (3, 7, False, 2), (3, 9, False, 4)],
+    ],
+)
+def test_every_short_trial_is_as_brute_force_has_it(actions: int, longest: int, overlap: bool, least: int) -> None:
+    trials = list(patterns(actions, longest))
+    covered, pieces, first = np.array([truth(trial, overlap, least) for trial in trials]).T
+    found = measure(trials, overlap=overlap, min_length=least)
+    assert np.array_equal(found.covered, covered)
+    assert np.array_equal(found.onset, first)
+    full = [trial for trial in trials if len(trial) == longest]
+    assert np.array_equal(onset_batch(np.array(full), overlap=overlap, min_length=least), first[-len(full) :])
+    if (actions, least, overlap) == (2, 3, False):
+        assert [len(cover(trial).intervals) for trial in trials] == pieces.tolist()
+
+
+def assert_lawful(trial: Sequence[int], found: LoopCover, overlap: bool, min_length: int) -> None:
+    """What holds of every cover: disjoint pieces, each a copy of a loop."""
+    words = copies(trial, min_length, overlap)
+    assert found.n == len(trial)
+    assert found.any_loop == bool(words) == any_loop(trial, overlap=overlap, min_length=min_length)
+    assert found.covered == sum(length for _, length in found.intervals)
+    ends = [0] + [start + length for start, length in found.intervals]
+    assert all(start >= end for (start, _), end in zip(found.intervals, ends, strict=False))
+    chosen = dict.fromkeys(tuple(trial[start : start + length]) for start, length in found.intervals)
+    assert tuple(chosen) == found.words
+    assert chosen.keys() <= words.keys()
+
+
+@settings(deadline=None, max_examples=60)
+@given(trial=TRIALS, overlap=st.booleans(), min_length=st.integers(1, 5), names=st.permutations("wxyz"))
+def test_both_solvers_cover_equally_much_whatever_actions_are_called(trial, overlap, min_length, names) -> None:
+    how = {"overlap": overlap, "min_length": min_length}
+    exact, literal = (cover(trial, solver=solver, **how) for solver in SOLVERS)
+    assert exact.covered == literal.covered
+    for found in (exact, literal):
+        assert_lawful(trial, found, overlap, min_length)
+    assert cover([names[action] for action in trial], **how).intervals == exact.intervals
+    assert cover(trial[::-1], **how).covered == exact.covered
+    assert measure([trial], **how).onset == [onset(np.array(trial, dtype=np.int8), **how)]
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_worked_examples(solver: Solver) -> None:
+    for trial, covered in {"001001010": 9, "000010010000": 12, "010101010": 9, "AAAA": 0, "ABCDABDC": 0}.items():
+        assert cover(trial, solver=solver).covered == covered
+    for trial, pieces in {"AABBBAABABBBABBB": 4, "BBBABBBBABBAAB": 3, "AABABBABABBBBB": 2}.items():
+        assert len(cover(trial, solver=solver).intervals) == pieces  # as few as any greatest cover
+    assert cover("ABCDE" * 3, solver=solver).intervals == ((0, 5), (5, 5), (10, 5))  # a cycle as its period
+    assert cover("AAAA", solver=solver, overlap=True).intervals == ((0, 3),)
+
+
+def test_sequences_far_beyond_a_trial() -> None:
+    half = np.random.default_rng(5).integers(0, 1000, 1500).tolist()
+    assert cover(half + half).intervals == ((0, 1500), (1500, 1500))
+    assert cover("ABC" * 70_000).covered == 210_000
+    assert not cover("ABC" * 2000, min_length=10**20).any_loop
+
+
+def test_what_is_no_trial_is_refused() -> None:
+    nan = float("nan")
+    for call, said in {
+        lambda: cover("ABC", solver="cp"): "dp or ilp",  # type: ignore[arg-type]
+        lambda: cover("A" * 121, solver="ilp"): "got 121, expected at most 120; dp has no limit",
+        lambda: cover("ABC", min_length=0): "at least 1",
+        lambda: onset("ABC", min_length=0): "at least 1",
+        lambda: cover(np.zeros((2, 2), dtype=int)): r"\(n,\)",
+        lambda: measure(np.zeros(3, dtype=int)): "trials, n",
+        lambda: onset_batch(np.zeros(4, dtype=int)): "trials, n",
+        lambda: measure([[1.0, 2.0, nan], [1.0, 2.0, 3.0]]): "trials of different length as a list",
+        lambda: onset(np.array([1.0, nan, nan])): "trials of different length as a list",
+    }.items():
+        with pytest.raises(BadValue, match=said):
+            call()
+    assert cover(()).share == len(measure([])) == 0
+    assert measure(np.zeros((2, 0), dtype=int)).share.tolist() == [0, 0]

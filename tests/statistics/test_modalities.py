@@ -1,0 +1,113 @@
+"""Modalities of one agent are compared from low to high fidelity, with trials that share their luck kept together."""
+
+import numpy as np
+import pytest
+from builders import SOLUTION, make_trial
+
+from lockprobe.statistics.course import courses
+from lockprobe.statistics.hazards import modality_effects
+from lockprobe.statistics.modalities import by_fidelity, spoken
+
+
+def trials_of(modality, waits, agent="viewer"):
+    """Trials that solve the box after so many wasted steps, or never."""
+    return [
+        make_trial([0] * (20 if wait is None else wait) + list(SOLUTION) * (wait is not None), agent=agent,
+                   modality=modality, study="modalities", trial=i)
+        for i, wait in enumerate(waits, 1)
+    ]  # fmt: skip
+
+
+def effects(*groups):
+    return {one.agent: one for one in modality_effects(courses([trial for group in groups for trial in group]))}
+
+
+def effect_of(**waits):
+    """The effect on an agent that solves the box after these waits, by modality."""
+    return effects(*(trials_of(modality, own) for modality, own in waits.items())).get("viewer")
+
+
+SOON, MIDDLE, LATE = ([wait + i % 4 for i in range(10)] for wait in (0, 4, 8))
+
+
+def test_the_papers_order_is_found_where_it_is():
+    effect = effect_of(symbolic=LATE, rgb=SOON, rgbd=MIDDLE)
+    assert effect.modalities == ("rgb", "rgbd", "symbolic")
+    assert (effect.trend.direction, effect.trend.p_value < 0.05) == (-1, True)
+    pairs = [("rgb", "rgbd"), ("rgb", "symbolic"), ("rgbd", "symbolic")]
+    assert [(pair.first, pair.second) for pair in effect.pairs] == pairs
+    assert all(pair.hazard.value < 1 and pair.final.value == 0 for pair in effect.pairs)
+    alone = effect_of(symbolic=LATE, rgb=SOON).pairs[0].hazard.p_value
+    assert alone < effect.pairs[1].hazard.p_value <= 3 * alone
+
+
+def test_the_trend_scores_fidelity_and_not_places_in_a_list():
+    """Two variants of RGB-D are of equal fidelity: one soon and one late, it does not matter which is named first."""
+    gray, height = "rgbd?depth=gray", "rgbd?depth=height"
+    first, second = (
+        effect_of(rgb=MIDDLE, symbolic=LATE, **{gray: one, height: other})
+        for one, other in ((SOON, LATE), (LATE, SOON))
+    )
+    assert first.trend.p_value == pytest.approx(second.trend.p_value)
+    assert first.trend.direction == second.trend.direction == -1
+    variants = effect_of(**{gray: SOON, height: LATE})
+    assert (variants.trend.direction, variants.trend.p_value) == (0, None)
+    assert variants.pairs[0].hazard.p_value < 0.05
+
+
+def test_a_modality_without_a_rank_stays_out_of_the_trend():
+    alone, beside = effect_of(rgb=SOON, symbolic=LATE), effect_of(rgb=SOON, symbolic=LATE, smell=MIDDLE)
+    assert (beside.trend.direction, beside.trend.p_value) == (alone.trend.direction, alone.trend.p_value)
+    assert beside.modalities == ("rgb", "symbolic", "smell")
+    assert len(beside.pairs) == 3
+    assert effect_of(rgb=SOON, smell=MIDDLE).trend.p_value is None
+
+
+def test_too_few_trials_are_not_tested_and_one_modality_not_compared():
+    effect = effect_of(rgb=SOON[:3], symbolic=LATE[:3])
+    assert (effect.trend.p_value, effect.pairs[0].hazard.p_value) == (None, None)
+    assert effect_of(rgb=SOON) is None
+    broken = [make_trial([0], agent="viewer", modality="rgb", broken="plant")]
+    assert effects(broken, trials_of("symbolic", SOON)) == {}
+
+
+def test_a_trend_that_broken_trials_may_have_made_is_none():
+    """Half of the trials of the lowest fidelity broke in the second step, and may have been solved then, or never."""
+    how = {"agent": "viewer", "modality": "rgb", "study": "modalities", "broken": "plant"}
+    broken = [make_trial([0], trial=i, **how) for i in range(1, 11, 2)]
+    whole, bounded = (
+        effects(broken * broke + trials_of("rgb", MIDDLE)[broke :: 1 + broke], trials_of("symbolic", LATE))["viewer"]
+        for broke in (False, True)
+    )
+    assert whole.trend.p_value < 0.05
+    assert (bounded.trend.direction, bounded.trend.p_value, bounded.pairs[0].hazard.p_value) == (-1, 1.0, 1.0)
+
+
+def test_where_nothing_is_a_trend_is_seldom_found():
+    """The docstring has figures of more studies; here fewer, at half the luck shared."""
+    rng, found = np.random.default_rng(7), []
+    for _ in range(40):
+        shared = rng.geometric(0.12, 10)
+        waits = [np.where(rng.random(10) < 0.5, shared, rng.geometric(0.12, 10)) for _ in range(3)]
+        rgb, rgbd, symbolic = ([int(w) if w <= 16 else None for w in wait] for wait in waits)
+        found.append((effect_of(rgb=rgb, rgbd=rgbd, symbolic=symbolic).trend.p_value or 1) < 0.05)
+    assert sum(found) <= 5  # 2.2 standard errors above 5 %, if it rejected that often
+
+
+def test_modalities_are_named_and_ordered_as_in_the_paper():
+    shown = ["symbolic", "rgbd?depth=gray&near=0.5", "symbolic?source=verdict", "rgb"]
+    assert [spoken(one) for one in sorted(shown, key=by_fidelity)] == [
+        "RGB", "RGB-D, depth=gray, near=0.5", "positions and outcomes in words", "verdicts of the arm",
+    ]  # fmt: skip
+
+
+def test_several_agents_are_one_family_and_baselines_another():
+    def found(*agents):
+        shown = (("rgb", SOON), ("symbolic", MIDDLE))
+        return effects(*(trials_of(*one, agent=agent) for agent in agents for one in shown))
+
+    (alone,), three = found("viewer").values(), found("viewer", "observer", "random")
+    assert {agent: one.agents for agent, one in three.items()} == {"viewer": 2, "observer": 2, "random": 1}
+    assert three["viewer"].trend.p_value == pytest.approx(min(1.0, 2 * alone.trend.p_value))
+    assert three["viewer"].pairs[0].hazard.p_value == pytest.approx(min(1.0, 2 * alone.pairs[0].hazard.p_value))
+    assert three["random"].trend.p_value == alone.trend.p_value
