@@ -61,7 +61,7 @@ def test_lines_are_counted_and_only_line_ends_end_them():
 
 
 def test_actions_do_not_steer_the_terminal():
-    line = "\x1b[31m \u202eX é " * 2
+    line = json.dumps(["\x1b[31m", "\u202eX", "é"] * 2)
     assert loops(stdin=line).stdout.endswith(": ?[31m ?X é at 0+3, 3+3\n")
     assert rows(stdin=line)[0]["words"] == [["\x1b[31m", "\u202eX", "é"]]
 
@@ -89,7 +89,7 @@ def test_the_level_of_sequences():
         (loops, [""], "", BadValue, "file: got '', expected the name of a file"),
         (loops, ["none.txt"], "", BadFile, "none.txt: cannot be read"),
         (loops, ["-"], b"\xff\xfe\x00", BadFile, "not text in UTF-8"),
-        (loops, [], "ABC\nA/B/C\n", BadFile, "-: line 2: sequence: got 'A/B/C', expected one with blanks, commas"),
+        (loops, [], "ABC\nA/B/C\n", BadFile, "-: line 2: sequence: got 'A/B/C', expected actions with blanks, commas"),
         (loops, ["--solver", "ilp"], "ABC\n" + "A" * 121, BadFile, "line 2: actions for the solver ilp: got 121"),
         (chance, ["--sequences", "-"], "\n \n", BadFile, "no action sequence"),
         (chance, ["--sequences", "-"], "ABCD\nEFGH", BadFile, "8 distinct actions, but --actions is 4"),

@@ -5,8 +5,7 @@ from dataclasses import replace
 import pytest
 
 import lockprobe
-from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.branch import RULES, branch_effects, check_rule, continuation, fork_steps
+from lockprobe.statistics.branch import branch_effects, continuation, fork_steps
 from lockprobe.trial.trial_name import ForkName
 
 
@@ -57,12 +56,6 @@ def test_a_place_is_one_after_which_the_trial_goes_on():
     assert all(not steps or steps[0] >= 3 for steps in drawn)
 
 
-@pytest.mark.parametrize("rule", ["0", "-1", "x", "4.5", "", "²"])
-def test_what_names_no_place_is_refused(rule):
-    with pytest.raises(BadValue, match=f"one of {', '.join(RULES)}"):
-        check_rule(rule)
-
-
 def test_continuations_are_paired_and_a_trial_counts_once():
     """Two trials, two continuations: +1 and 0 in the first, +1 and +1 in the second."""
     parents = [trial(1), trial(2)]
@@ -102,18 +95,6 @@ def test_chances_of_the_next_choice_are_compared_without_sampling():
     assert change.value == pytest.approx(0.5)
     assert change.p_value is None
     assert "next choice" not in {one.outcome for one in effects_of(bare, parents)}
-
-
-def test_places_that_were_not_asked_for_need_every_trial():
-    """A trial forked elsewhere alone shows that step 4 is not finished, so that nothing is said of it."""
-    parents = [trial(1), trial(2), trial(3)]
-    forks = both(parents[:2])
-    assert {one.where for one in effects_of(forks, parents)} >= {"4"}
-    forks += both(parents[2:], at=9)
-    assert effects_of(forks, parents) == []
-    assert {one.where for one in effects_of(forks, parents, ["4"])} == {"4"}
-    broken = [replace(one, ending="error") for one in forks]  # which count nowhere, as other records
-    assert effects_of(broken, parents) == effects_of(parents, parents) == effects_of(forks, []) == []
 
 
 def test_p_values_of_success_are_corrected_for_all_of_an_agent():

@@ -12,6 +12,7 @@ from net import unpacked
 from reported import found_in
 from solved import columns
 
+from lockprobe.cli.result import result_lines
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
 from lockprobe.report.questions.claims import judged, paper_claims
@@ -221,6 +222,24 @@ def test_by_an_early_step_an_effect_is_found_that_later_breaks_hide():
     truth = paired(*solved)
     assert (early.value, early.low, early.high) == (truth.value, truth.low, truth.high)
     assert early.p_value < 0.001
+
+
+def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth(tmp_path):
+    """Eighteen trials of an agent that solves 39.3 %; every one that comes to step 19 breaks there, and is owed."""
+    ends = [SOLUTION, (0,) * 18, (0,) * 18] * 6
+    trials = [
+        make_trial(joints, agent="llm:a", trial=i, broken=None if joints is SOLUTION else "model")
+        for i, joints in enumerate(ends, 1)
+    ]
+    found = found_in(tmp_path, small_study(["llm:a"], (0.0,), 1, 18), trials)
+    share = found.one("success", agent="llm:a", of="")
+    assert (share.count, share.n) == (6, 6)
+    assert share.low <= 6 / 18 <= 0.393 <= share.high
+    assert [found.one("success", agent="llm:a", of=of).value for of in ("at least", "at most")] == [6 / 18, 1.0]
+    assert found.answer.endswith("; 12 more broke, so of all trials it is between 33 % and 100 %.")
+    (told,) = [line for line in result_lines(found, tmp_path) if line.startswith("  llm:a: ")]
+    assert "12 of 18 trials broke, 6 of the other 6 opened the box" in told
+    assert "half of the breaks came at step 19" in told
 
 
 @pytest.mark.parametrize(("name", "boundary"), [("flips", "reply"), ("crossed", "model"), ("why", "reply")])

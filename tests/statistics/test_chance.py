@@ -15,8 +15,8 @@ import pytest
 from loop_definition import patterns
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.loops import any_loop, chance, onset_batch
-from lockprobe.statistics.loops.chance import Null, chance_level, expected_loop_rate, first_loops
+from lockprobe.statistics.loops import chance, onset
+from lockprobe.statistics.loops.chance import Null, chance_level, expected_loop_rate
 
 ROOT = Path(__file__).parents[2]
 NULLS: tuple[Null, ...] = ("uniform", "no-repeat")
@@ -40,7 +40,7 @@ def test_every_short_trial_counted_by_hand(null: Null, overlap: bool, actions: i
             if len(trial) == length and (null == "uniform" or all(a != b for a, b in pairwise(trial)))
         }
         for min_length in (2, 3):
-            looping = sum(n for trial, n in trials.items() if any_loop(trial, overlap=overlap, min_length=min_length))
+            looping = sum(n for trial, n in trials.items() if onset(trial, overlap=overlap, min_length=min_length))
             level = chance_level(length, actions, null=null, overlap=overlap, min_length=min_length)
             assert (level.probability, level.method) == (looping / sum(trials.values()), "exact"), length
 
@@ -51,14 +51,9 @@ def test_what_cannot_be_counted_is_simulated_alike_at_every_call_and_always_with
     assert 0 < level.error < 0.001
     chance._onsets.cache_clear()
     assert chance_level(24) == level
-    trials = np.random.default_rng(5).integers(0, 12, (200, 130))
-    assert first_loops(trials).tolist() == onset_batch(trials).tolist()
 
 
 def test_beyond_the_decisive_length_nothing_is_left_to_decide() -> None:
-    for actions in (4, 6, 10):
-        trials = np.random.default_rng(6).integers(0, actions, (4_000, chance.decisive_length(actions, 3)))
-        assert first_loops(trials).min() > 0
     assert (always := chance_level(10_000, 24)).probability == 1.0
     assert always.error > 0
     assert chance_level(2100, 64, min_length=1000).probability == 0.0  # more words than a float can count

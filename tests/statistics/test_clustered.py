@@ -38,13 +38,6 @@ def test_the_clustered_interval_covers_where_wilsons_does_not(k):
     assert naive < 0.85
 
 
-def test_many_alike_clusters_give_wilsons_interval():
-    found = clustered_proportion([3] * 4000, [10] * 4000)
-    wilson = proportion(12000, 40000)
-    assert found.design_effect == 1.0
-    assert (found.low, found.high) == pytest.approx((wilson.low, wilson.high), abs=1e-5)
-
-
 def test_clusters_at_the_edge():
     assert clustered_proportion([3], [10]) == clustered_proportion([3, 0], [10, 0])
     one = clustered_proportion([3], [10])
@@ -53,23 +46,6 @@ def test_clusters_at_the_edge():
     assert (none.low, none.design_effect) == (0.0, pytest.approx(6.0))
     assert none.high > proportion(0, 5).high
     assert math.isnan(clustered_proportion([], []).value)
-
-
-def test_it_is_never_narrower_than_with_either_kind():
-    rng = np.random.default_rng(2)
-    for _ in range(50):
-        solved, person, luck = rng.random(40) < 0.4, rng.integers(0, 8, 40), rng.integers(0, 10, 40)
-        both = crossed_proportion(solved, np.ones(40), person, luck)
-        for kind in (person, luck):
-            one = clustered_proportion(np.bincount(kind, weights=solved), np.bincount(kind))
-            assert both.high - both.low >= one.high - one.low - 1e-9
-
-
-def test_order_does_not_matter_and_trials_without_claims_do_not_count():
-    counts, sizes = [1, 0, 2, 0], [2, 1, 2, 0]
-    found = crossed_proportion(counts, sizes, ["a", "a", "b", "c"], [1, 2, 1, 3])
-    assert (found.count, found.n, found.clusters) == (3, 5, 2)
-    assert found == crossed_proportion(counts[::-1], sizes[::-1], ["c", "b", "a", "a"], [3, 1, 2, 1])
 
 
 def ends(counts, sizes):
@@ -85,16 +61,6 @@ def test_where_all_or_none_succeed_a_cluster_counts_as_one_trial(copies, success
     both = crossed_proportion(np.full(30 * copies, success), np.ones(30 * copies), np.arange(30 * copies) // copies,
                               np.arange(30 * copies))  # fmt: skip
     assert (both.low, both.high) == pytest.approx(ends(sizes * success, sizes))
-
-
-def test_the_half_cluster_is_forgotten_as_failures_show_how_they_come():
-    """One failure in each of f clusters of four: the more there are, the nearer to independent trials."""
-    effects = [clustered_proportion([3] * f + [4] * (100 - f), [4] * 100).design_effect for f in (0, 1, 5, 20, 60)]
-    assert effects == sorted(effects, reverse=True)
-    assert effects[0] == pytest.approx(4)
-    assert effects[-1] < 1.05
-    wholly = clustered_proportion([0] * 50 + [4] * 50, [4] * 100)
-    assert wholly.design_effect == pytest.approx(4 * 100 / 99)
 
 
 @pytest.mark.parametrize(("copied", "truth"), [(1.0, 0.9), (0.5, 0.98), (0.0, 0.98)])

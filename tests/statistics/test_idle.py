@@ -52,12 +52,6 @@ def test_a_dose_that_never_acted_is_in_no_test_of_its_series(tmp_path):
     assert compared(rates) == {("human-inspired", "flip?p=0.4")}
 
 
-def test_it_is_idle_for_the_agent_for_which_nothing_was_changed(tmp_path):
-    results = found(tmp_path, "nudge", agents=("human-inspired", "random"))
-    assert never(results) == {("human-inspired", "nudge")}
-    assert compared(results) == {("random", "nudge")}
-
-
 def test_what_was_changed_is_counted_by_intervention_and_records_that_do_not_say_are_taken_as_they_are():
     trials = play_trials("random", 3, condition="nudge?after=9")
     assert set(steps_changed(trials)) == {"", "nudge?after=9"}

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from loop_definition import copies, patterns, truth
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.loops import LoopCover, Solver, any_loop, cover, measure, onset, onset_batch
+from lockprobe.statistics.loops import LoopCover, Solver, cover, onset, onset_batch
 
 SOLVERS: tuple[Solver, ...] = ("dp", "ilp")
 
@@ -30,9 +30,9 @@ TRIALS = st.integers(2, 4).flatmap(lambda k: st.lists(st.integers(0, k - 1), max
 def test_every_short_trial_is_as_brute_force_has_it(actions: int, longest: int, overlap: bool, least: int) -> None:
     trials = list(patterns(actions, longest))
     covered, pieces, first = np.array([truth(trial, overlap, least) for trial in trials]).T
-    found = measure(trials, overlap=overlap, min_length=least)
-    assert np.array_equal(found.covered, covered)
-    assert np.array_equal(found.onset, first)
+    how = {"overlap": overlap, "min_length": least}
+    assert [cover(trial, **how).covered for trial in trials] == covered.tolist()
+    assert [onset(trial, **how) for trial in trials] == first.tolist()
     full = [trial for trial in trials if len(trial) == longest]
     assert np.array_equal(onset_batch(np.array(full), overlap=overlap, min_length=least), first[-len(full) :])
     if (actions, least, overlap) == (2, 3, False):
@@ -43,7 +43,7 @@ def assert_lawful(trial: Sequence[int], found: LoopCover, overlap: bool, min_len
     """What holds of every cover: disjoint pieces, each a copy of a loop."""
     words = copies(trial, min_length, overlap)
     assert found.n == len(trial)
-    assert found.any_loop == bool(words) == any_loop(trial, overlap=overlap, min_length=min_length)
+    assert found.any_loop == bool(words) == (onset(trial, overlap=overlap, min_length=min_length) > 0)
     assert found.covered == sum(length for _, length in found.intervals)
     ends = [0] + [start + length for start, length in found.intervals]
     assert all(start >= end for (start, _), end in zip(found.intervals, ends, strict=False))
@@ -62,7 +62,7 @@ def test_both_solvers_cover_equally_much_whatever_actions_are_called(trial, over
         assert_lawful(trial, found, overlap, min_length)
     assert cover([names[action] for action in trial], **how).intervals == exact.intervals
     assert cover(trial[::-1], **how).covered == exact.covered
-    assert measure([trial], **how).onset == [onset(np.array(trial, dtype=np.int8), **how)]
+    assert onset(trial, **how) == onset(np.array(trial, dtype=np.int8), **how)
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -83,19 +83,11 @@ def test_sequences_far_beyond_a_trial() -> None:
 
 
 def test_what_is_no_trial_is_refused() -> None:
-    nan = float("nan")
     for call, said in {
         lambda: cover("ABC", solver="cp"): "dp or ilp",  # type: ignore[arg-type]
         lambda: cover("A" * 121, solver="ilp"): "got 121, expected at most 120; dp has no limit",
-        lambda: cover("ABC", min_length=0): "at least 1",
         lambda: onset("ABC", min_length=0): "at least 1",
-        lambda: cover(np.zeros((2, 2), dtype=int)): r"\(n,\)",
-        lambda: measure(np.zeros(3, dtype=int)): "trials, n",
-        lambda: onset_batch(np.zeros(4, dtype=int)): "trials, n",
-        lambda: measure([[1.0, 2.0, nan], [1.0, 2.0, 3.0]]): "trials of different length as a list",
-        lambda: onset(np.array([1.0, nan, nan])): "trials of different length as a list",
     }.items():
         with pytest.raises(BadValue, match=said):
             call()
-    assert cover(()).share == len(measure([])) == 0
-    assert measure(np.zeros((2, 0), dtype=int)).share.tolist() == [0, 0]
+    assert cover(()).share == 0

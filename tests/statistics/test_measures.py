@@ -9,7 +9,7 @@ from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.statistics.clustered import clustered_proportion
-from lockprobe.statistics.loops import any_loop
+from lockprobe.statistics.loops import onset
 from lockprobe.statistics.measures import MEASURES, find_measure, measured
 from lockprobe.statistics.proportions import proportion
 from lockprobe.trial.record import Trial
@@ -32,15 +32,10 @@ def test_those_that_ship_are_counted_by_hand():
     assert of("repeated", slip) == 1
 
 
-def test_a_trial_without_steps_is_measured_where_that_has_a_meaning():
-    nothing = make_trial([], broken="model")
-    assert [name for name in MEASURES if of(name, nothing) is not None] == ["solved", "loop"]
-
-
 def test_shares_of_one_condition_have_the_intervals_of_the_report():
     trials = [trial for trial in play_study(small_study(["random"], p=[0.3], trials=9)) if trial.p == 0.3]
     (loops,) = measured(trials, ["loop"])
-    expected = proportion(sum(any_loop(trial.actions) for trial in trials), 18)
+    expected = proportion(sum(onset(trial.actions) > 0 for trial in trials), 18)
     assert (loops.kind, loops.n, loops.left_out) == ("share", 18, 0)
     assert (loops.value, loops.low, loops.high) == (expected.value, expected.low, expected.high)
 

@@ -10,7 +10,7 @@ from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.families import box
 from lockprobe.statistics import rationality as module
-from lockprobe.statistics.rationality import optimal_actions, prior_for
+from lockprobe.statistics.rationality import optimal_actions
 from lockprobe.statistics.rules import Rules, unbroken
 from lockprobe.testing import play_trials
 
@@ -36,14 +36,6 @@ def test_a_trial_is_a_cluster_and_broken_trials_are_left_out():
     share, _ = optimal_actions([*trials, make_trial([1], broken="model")])
     assert (share.clusters, share.n) == (6, sum(len(trial.steps) for trial in trials))
     assert share.count == sum(counts([trial])[0] for trial in trials)
-
-
-def test_boxes_have_their_prior_or_are_not_judged():
-    assert [prior_for(joints) for joints in range(2, 9)] == ["single-parent"] * 3 + ["chains"] * 2 + [None] * 2
-    assert optimal_actions(played("random", 2, box="chain-5"))
-    assert optimal_actions(played("random", 2, box="chain-7")) is None
-    assert optimal_actions([make_trial([], broken="model")]) is None
-    assert optimal_actions([]) is None
 
 
 def test_what_other_trials_left_behind_changes_nothing(monkeypatch):

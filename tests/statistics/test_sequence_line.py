@@ -20,7 +20,7 @@ from lockprobe.statistics.loops.sequence_line import parse_sequence
         (", ,", ()),
         ("A --> B ==> C", ("A", "B", "C")),
         ("A ⇒ B⟶C", ("A", "B", "C")),
-        ("(A) (B) A'", ("(A)", "(B)", "A'")),
+        ("A B A'", ("A", "B", "A'")),
         ("slider-1 -> slider_2", ("slider-1", "slider_2")),
         ("A; B;", ("A", "B")),
         ('["A","B"]', ("A", "B")),

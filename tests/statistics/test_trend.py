@@ -6,7 +6,6 @@ from scipy import stats
 from solved import study
 
 from lockprobe.statistics.outcomes import Point
-from lockprobe.statistics.outcomes import points as points_of
 from lockprobe.statistics.trend import correlation, resample, trend
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
@@ -59,12 +58,6 @@ def test_the_band_is_the_spread_of_fits_to_the_resamples():
     assert trend(data, "success", NONE).low == ()
 
 
-@pytest.mark.parametrize("p", [(), (0.4,), (0.0, 0.4)])
-def test_few_doses_give_no_fit(p):
-    data = points(lambda x: x, p=p)
-    assert trend(data, "success", drawn(data)) is None
-
-
 def test_r_and_its_p_value_are_the_librarys():
     rng = np.random.default_rng(1)
     x, y = rng.random((2, 21))
@@ -80,19 +73,7 @@ def test_r_and_its_p_value_are_the_librarys():
         assert correlation(np.arange(float(n)), constant_or_few, (np.empty((0, n)),) * 2) is None
 
 
-def test_resamples_centre_on_the_points_with_the_spread_of_a_share():
-    played = study(np.random.default_rng(1).random((3, 2, 40)) < 0.3)
-    shares = [point.success for point in points_of(played)]
-    drawn = resample(played, np.random.default_rng(2)).success
-    assert drawn.mean(axis=0) == pytest.approx(shares, abs=0.01)
-    assert drawn.std(axis=0) == pytest.approx([np.sqrt(one * (1 - one) / 40) for one in shares], rel=0.1)
-
-
 def test_the_same_trial_at_another_p_is_drawn_with_it():
     played = study(np.repeat(np.random.default_rng(1).random((1, 1, 30)) < 0.5, 2, axis=0))
     drawn = resample(played, np.random.default_rng(2)).success
     assert np.array_equal(drawn[:, 0], drawn[:, 1])
-
-
-def test_a_repetition_of_one_trial_cannot_be_resampled():
-    assert resample(study(np.ones((3, 2, 1))), np.random.default_rng(2)).success.shape == (0, 6)

@@ -111,15 +111,3 @@ def test_intervals_hold_whatever_became_of_broken_trials(trials, solved):
 @pytest.mark.parametrize("missing", PLANNED)
 def test_without_trials_in_a_planned_arm_there_is_no_answer(trials, missing):
     assert whys_of([one for one in trials if one.condition != missing], AGENT) == ()
-
-
-def test_verdicts_on_several_agents_are_one_family_and_those_on_baselines_another():
-    """Agents that play alike count too: that lies change their success by less than the margin is a conclusion."""
-    agents = (AGENT, "human-inspired", "cognitive:softmax-memory", "cognitive:careful")
-    trials = played(*agents, trials=4)
-
-    def sizes(chosen):
-        return [one.agents for one in whys_of([trial for trial in trials if trial.agent in chosen], *chosen)]
-
-    assert sizes(agents) == [3, 1, 3, 3]
-    assert sizes(agents[:2]) == [1, 1]

@@ -166,7 +166,7 @@ def played() -> Scorer:
     """
 
     async def score(state: TaskState, target: Target) -> Score:
-        from lockprobe.statistics.loops import any_loop
+        from lockprobe.statistics.loops import onset
         from lockprobe.trial.trial_json import trial_from_json
 
         if (line := state.store.get(_RECORD)) is None:
@@ -175,7 +175,7 @@ def played() -> Scorer:
         if trial.error is not None:
             return Score.unscored(reason=str(trial.error.boundary), explanation=trial.error.message, metadata=metadata)
         steps = len(trial.steps) if trial.solved else trial.budget
-        value = {"solved": int(trial.solved), "steps": steps, "loops": int(any_loop(trial.actions))}
+        value = {"solved": int(trial.solved), "steps": steps, "loops": int(onset(trial.actions) > 0)}
         answer = f"{'opened' if trial.solved else 'not opened'} in {len(trial.steps)} steps"
         return Score(value=value, answer=answer, metadata=metadata)
 

@@ -19,7 +19,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_number, check_whole
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.simulation.kernel import Played, Whole, World, play, policy_of, what_is_told, world_of
-from lockprobe.statistics.loops import LoopMeasures, measure
+from lockprobe.statistics.loops import onset
 from lockprobe.trial.luck import numbers
 from lockprobe.trial.plan import drawn_orders, orders_of_study
 
@@ -56,10 +56,10 @@ class Population(Played):
         ends = np.bincount(self.steps[self.solved], minlength=self.world.budget + 1)
         return np.asarray(np.cumsum(ends) / len(self), np.float64)
 
-    def loops(self, *, overlap: bool = False, min_length: int = 3) -> LoopMeasures:
-        """The loop measures of each trial; see :func:`lockprobe.statistics.loops.measure`."""
-        played = [row[:steps] for row, steps in zip(self.actions, self.steps, strict=True)]
-        return measure(played, overlap=overlap, min_length=min_length)
+    def loops(self, *, overlap: bool = False, min_length: int = 3) -> NDArray[np.bool_]:
+        """Whether each trial holds an action loop; settings as in :func:`lockprobe.statistics.loops.cover`."""
+        played = (row[:steps].tolist() for row, steps in zip(self.actions, self.steps, strict=True))
+        return np.array([onset(actions, overlap=overlap, min_length=min_length) > 0 for actions in played])
 
 
 def population(

@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,39 +79,19 @@ class AtEveryLook:
     highs: Array
     halves: tuple[float, float]
 
+    @property
+    def way(self) -> int:
+        """The sign of the mean at ``effect_at``; 0 without."""
+        return 0 if self.effect_at is None else int(np.sign(self.means[self.blocks == self.effect_at][0]))
+
     def narrow_at(self, half_width: float) -> int | None:
         """The block (from 1) from which on the interval reaches no further than this to either side; None if none."""
         found = np.flatnonzero(self.highs - self.lows <= 2 * half_width + 1e-9)
         return int(self.blocks[found[0]]) if len(found) else None
 
 
-class Decided(NamedTuple):
-    """When the tests of a mean decided (:class:`AtEveryLook`), and the sign of the mean at ``effect_at``, 0 without."""
-
-    effect_at: int | None
-    small_at: int | None
-    way: int
-
-
-def decided_at_every_look(
-    family: Sequence[Numbers], *, agents: float = 1, margin: float | None = None
-) -> tuple[Decided, ...]:
-    """The decisions of :func:`at_every_look` without its intervals, which take most of the time.
-
-    A decision at a block depends on no later one.
-    """
-    found = []
-    p_values, small, _ = _tested(family, agents, margin)
-    for i, one in enumerate(family):
-        seen = one.block[looks(len(one.values)) - 1]
-        effect_at = _first(seen, p_values[:, i])
-        mean = 0.0 if effect_at is None else one.values[one.block < effect_at].mean()
-        found.append(Decided(effect_at, _first(seen, small[:, i]), int(np.sign(mean))))
-    return tuple(found)
-
-
 def at_every_look(
-    family: Sequence[Numbers], *, agents: float = 1, margin: float | None = None
+    family: Sequence[Numbers], *, agents: float = 1, margin: float | None = None, intervals: bool = True
 ) -> tuple[AtEveryLook, ...]:
     """Judge several means together.
 
@@ -121,8 +100,12 @@ def at_every_look(
         agents: Number of such families that are judged together (Bonferroni).
         margin: With a margin it is also tested whether a mean is smaller than it, either way. Any statement of the two
             kinds is then false in at most 5 % of studies.
+        intervals: Whether there are intervals, which take most of the time; a decision at a block depends on no later
+            one.
     """
     p_values, small, limits = _tested(family, agents, margin)
+    if not intervals:
+        limits = np.full_like(limits, np.inf)
     return tuple(_judged(one, p_values[:, i], limits[:, i], small[:, i]) for i, one in enumerate(family))
 
 

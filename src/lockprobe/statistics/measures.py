@@ -16,7 +16,6 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName
@@ -26,7 +25,7 @@ from lockprobe.statistics.clustered import clustered_proportion, crossed_proport
 from lockprobe.statistics.distributions import student_quantile
 from lockprobe.statistics.loops import cover, onset
 from lockprobe.statistics.outcomes import ended
-from lockprobe.statistics.proportions import LEVEL, proportion
+from lockprobe.statistics.proportions import LEVEL, Difference, proportion
 from lockprobe.trial.record import Trial
 
 Measure = Callable[[Trial], float | bool | None]
@@ -86,14 +85,7 @@ MEASURES: Mapping[str, Measure] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedMeasure:
-    """A measure with the name that users call it by.
-
-    Attributes:
-        name: Its spec; of a function, its name.
-        what: The first line of its description.
-        of: The function.
-        plugin: Its origin, if it does not ship.
-    """
+    """A measure with the spec by which users call it, the first line of its description, and its origin elsewhere."""
 
     name: str
     what: str
@@ -116,8 +108,6 @@ class Measured:
     """The mean of one measure over some trials, with its interval. Error trials are left out.
 
     Attributes:
-        name: Its spec.
-        what: Its description in a line.
         kind: ``share`` for a yes or no; ``mean`` for a number.
         n: Trials to which it applies.
         left_out: Ended trials (solved or out of budget) to which it does not apply.
@@ -189,45 +179,26 @@ def _measured(trials: Sequence[Trial], measure: NamedMeasure) -> Measured:
     kinds = {isinstance(value, bool) for _, value in found}
     if len(kinds) > 1:
         raise BadValue(f"measure {measure.name}", [value for _, value in found][:4], "numbers, or True and False")
-    share = kinds == {True}
-    values = np.array([value for _, value in found], dtype=np.float64)
-    luck = [f"{trial.repetition}/{trial.trial}" for trial, _ in found]
-    player = [trial.player or f"/{same}" for (trial, _), same in zip(found, luck, strict=True)]
-    clusters = [np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (luck, player)]
-    value, low, high = (_share if share else _mean)(values, *clusters) if found else (None, None, None)
+    share, n, mean = kinds == {True}, len(found), Difference(value=math.nan)
+    if found:
+        values = np.array([value for _, value in found], dtype=np.float64)
+        same = [f"{trial.repetition}/{trial.trial}" for trial, _ in found]
+        names = same, [trial.player or f"/{own}" for (trial, _), own in zip(found, same, strict=True)]
+        luck, player = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in names)
+        alone, clusters = np.array_equal(luck, player), min(len(np.unique(kind)) for kind in (luck, player))
+        mean = Difference(value=float(values.mean()))
+        if share:
+            of = proportion(int(values.sum()), n)
+            if clusters < n and alone:
+                of = clustered_proportion(np.bincount(luck, values), np.bincount(luck))
+            elif clusters < n:
+                of = crossed_proportion(values, np.ones(n), player, luck)
+            mean = Difference(value=of.value, low=of.low, high=of.high)
+        elif clusters > 1 and np.ptp(values):
+            error = math.sqrt(two_way_variance(values - mean.value, luck, np.arange(n) if alone else player)) / n
+            half = student_quantile((1 + LEVEL) / 2, clusters - 1) * error
+            mean = Difference(value=mean.value, low=mean.value - half, high=mean.value + half)
     return Measured(
-        name=measure.name,
-        what=measure.what,
-        kind="share" if share else "mean",
-        n=len(found),
-        left_out=len(trials) - len(found),
-        value=value,
-        low=low,
-        high=high,
-    )
-
-
-_Interval = tuple[float, float | None, float | None]
-_Place = NDArray[np.int64]
-"""The cluster of each trial, from 0: its luck, or its player, without one its luck again."""
-
-
-def _share(values: NDArray[np.float64], luck: _Place, player: _Place) -> _Interval:
-    if len(np.unique(luck)) == len(np.unique(player)) == len(values):
-        found = proportion(int(values.sum()), len(values))
-    elif np.array_equal(luck, player):
-        found = clustered_proportion(np.bincount(luck, values), np.bincount(luck))
-    else:
-        found = crossed_proportion(values, np.ones(len(values)), player, luck)
-    return found.value, found.low, found.high
-
-
-def _mean(values: NDArray[np.float64], luck: _Place, player: _Place) -> _Interval:
-    mean = float(values.mean())
-    clusters = min(len(np.unique(luck)), len(np.unique(player)))
-    if clusters < 2 or np.ptp(values) == 0:
-        return mean, None, None
-    second = np.arange(len(values)) if np.array_equal(luck, player) else player
-    error = math.sqrt(two_way_variance(values - mean, luck, second)) / len(values)
-    half = student_quantile((1 + LEVEL) / 2, clusters - 1) * error
-    return mean, mean - half, mean + half
+        name=measure.name, what=measure.what, kind="share" if share else "mean", n=n, left_out=len(trials) - n,
+        value=mean.value if found else None, low=mean.low, high=mean.high,
+    )  # fmt: skip

@@ -21,7 +21,6 @@ from lockprobe.statistics.every_look import (
     AtEveryLook,
     Numbers,
     at_every_look,
-    decided_at_every_look,
     held_at_both_ends,
 )
 from lockprobe.statistics.outcomes import BlockOrder
@@ -166,7 +165,7 @@ def _decided(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decis
         yield from _narrow(family, outcomes, until)
         return
     tried = [
-        decided_at_every_look(numbers_of(family, *case), agents=family.choices, margin=until.margin)
+        at_every_look(numbers_of(family, *case), agents=family.choices, margin=until.margin, intervals=False)
         for case in cases(outcomes)
     ]
     for i, question in enumerate(family.questions):

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interfaces.export.table import Cell, Column, Table, count, mark, number, text
 from lockprobe.people.diary import Attempt, Did
-from lockprobe.statistics.loops import measure
+from lockprobe.statistics.loops import cover
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.trial.record import Outcome, Step, Trial
 from lockprobe.trial.source import CAMERA, VERDICT
@@ -176,10 +176,9 @@ def steps_table(trials: Sequence[Trial], acts: Mapping[tuple[str, int], Did] = N
 
 def trials_table(trials: Sequence[Trial], seconds: Mapping[str, float] = MappingProxyType({})) -> Table:
     """A row per finished trial, also of those that broke before their first step; ``seconds`` of people, by key."""
-    loops = measure([trial.actions for trial in trials])
     rows = [
-        TrialRow(trial, bool(loops.any_loop[at]), float(loops.share[at]), seconds.get(trial.key))
-        for at, trial in enumerate(trials)
+        TrialRow(trial, (loops := cover(trial.actions)).any_loop, loops.share, seconds.get(trial.key))
+        for trial in trials
     ]
     about = "a finished trial: whether the box was opened, in how many steps, with which claims and loops"
     return Table(about, TRIALS, lambda: rows)
@@ -189,7 +188,7 @@ def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, Cell]]:
     """The steps of one or several trials as a table for pandas, polars or R: one row per step, truth and report.
 
     ``pandas.DataFrame(lockprobe.tidy(trials))``. The columns are those of ``lockprobe export``: ``moved`` (the truth),
-    ``told`` (what the report implied), ``claimed`` (what the agent said of this step in its next decision) and
+    ``told_moved`` (what the report implied), ``claimed`` (what the agent said of this step in its next decision) and
     ``misread`` (whether that contradicts the report) are 0, 1 or empty.
     """
     return list(steps_table(_several(trials)).rows())

@@ -11,6 +11,7 @@ import asyncio
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -166,15 +167,10 @@ def condition_power(
         raise BadValue("shared", shared, "a share from 0 to 1")
     else:
         at, agents = dict(zip(labels, success, strict=True)), sum(not is_baseline(agent) for agent in study.agents)
+        stated = [(family, tuple(at[label] for label in family.doses)) for family in families]
         effects = [
-            Contrasts(
-                agent=STATED,
-                family=family,
-                success=tuple(at[label] for label in family.doses),
-                agents=max(1, agents),
-                shared=shared,
-            )
-            for family in families
+            Contrasts(agent=STATED, family=family, success=shares, agents=max(1, agents), shared=shared)
+            for family, shares in stated
         ]
     found = zip(effects, detections(effects, how, study.seed), strict=True)
     return [
@@ -204,14 +200,8 @@ def _played(study: Study, families: Sequence[Family], workers: Pool, progress: P
     return [replace(one, agents=max(1, heeding[judged(one)])) for one in found]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Trials:
-    """Some trials of a study, by their numbers; all of them where the kernel plays them."""
-
-    study: Study
-    agent: str
-    condition: Condition
-    numbers: range
+_Job = tuple[Study, str, Condition, range]
+"""Some trials of an agent under a condition, by their numbers; all of them where the kernel plays them."""
 
 
 def played_blocks(
@@ -228,49 +218,41 @@ def played_blocks(
     Returns:
         For each agent, whether each trial was solved, shape (blocks, conditions).
     """
-    jobs = []
-    for agent in study.agents:
-        for condition in study.conditions:
-            of = _Trials(study=study, agent=agent, condition=condition, numbers=range(1, blocks + 1))
-            many = blocks if _flip_alone(of) else BATCH
-            jobs += [replace(of, numbers=of.numbers[first : first + many]) for first in range(0, blocks, many)]
-    parts, done = list[list[bool]](), 0
+    jobs = list[_Job]()
+    for agent, condition in product(study.agents, study.conditions):
+        many = blocks if _flip_alone(study, condition) else BATCH
+        numbers = range(1, blocks + 1)
+        jobs += [(study, agent, condition, numbers[first : first + many]) for first in range(0, blocks, many)]
+    solved = list[bool]()
     for part in workers.map(_solved, jobs):
-        parts.append(part)
-        done += len(part)
-        progress(done, blocks * len(study.agents) * len(study.conditions))
-    solved = np.array([one for part in parts for one in part])
-    return list(solved.reshape(len(study.agents), len(study.conditions), blocks).swapaxes(1, 2))
+        solved += part
+        progress(len(solved), blocks * len(study.agents) * len(study.conditions))
+    table = np.array(solved).reshape(len(study.agents), len(study.conditions), blocks)
+    return list(table.swapaxes(1, 2))
 
 
-def _solved(job: _Trials) -> list[bool]:
+def _solved(job: _Job) -> list[bool]:
     """Whether each trial was solved. The kernel plays all at once where it can, and the same as the loop."""
-    study, agent = job.study, resolve(job.agent).make()
-    if isinstance(agent, Policy) and (flip := _flip_alone(job)) is not None:
+    study, name, condition, numbers = job
+    agent = resolve(name).make()
+    if isinstance(agent, Policy) and (flip := _flip_alone(study, condition)) is not None:
         found = population(
-            agent,
-            study.box,
-            p=flip.p,
-            flip=flip,
-            modality=job.condition.modality,
-            trials=len(job.numbers),
-            seed=study.seed,
-            max_steps=study.max_steps,
-            shuffle=study.shuffle,
-        )
+            agent, study.box, p=flip.p, flip=flip, modality=condition.modality, trials=len(numbers), seed=study.seed,
+            max_steps=study.max_steps, shuffle=study.shuffle,
+        )  # fmt: skip
         return [bool(solved) for solved in found.solved]
 
     async def play() -> list[bool]:
-        plans = (study.plan(job.agent, job.condition, 1, number) for number in job.numbers)
+        plans = (study.plan(name, condition, 1, number) for number in numbers)
         return [(await play_timed(plan, agent))[0].solved for plan in plans]
 
     return asyncio.run(play())
 
 
-def _flip_alone(job: _Trials) -> OutcomeFlip | None:
+def _flip_alone(study: Study, condition: Condition) -> OutcomeFlip | None:
     """The flip, if nothing else acts in the trials; None if something does."""
-    *acting, channel = interventions_for(job.condition)
-    if (job.study.plant_of(job.condition), job.study.layout, len(job.study.boxes)) != ("symbolic", "fixed", 1):
+    *acting, channel = interventions_for(condition)
+    if (study.plant_of(condition), study.layout, len(study.boxes)) != ("symbolic", "fixed", 1):
         return None
     if type(channel) is not TextChannel or len(acting) > 1:
         return None

@@ -1,29 +1,227 @@
-"""Action loops: their definition, their onset, and covers of a trial by them (paper, Sec. 3.3)."""
+"""Action loops: the first one of a trial, and covers of a trial by them (paper, Sec. 3.3).
+
+An *action loop* is a run of three or more consecutive actions that stands at least twice in one trial. The paper
+reports the share of trials that hold one, and covers a trial by disjoint loops of greatest total length, by a binary
+integer linear programme. It does not say whether the two copies may overlap (here by default not: ``A A A A`` holds no
+loop), which changes how many trials loop.
+
+Choosing disjoint pieces of greatest total length is interval scheduling: the best cover of the trial from action i on
+follows from the best covers from later actions on.
+"""
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
-if TYPE_CHECKING:
-    from lockprobe.statistics.loops.covering import (
-        LoopCover,
-        LoopMeasures,
-        any_loop,
-        cover,
-        measure,
-        onset,
-        onset_batch,
-    )
+from lockprobe.foundation.errors import BadValue, LockprobeError
 
-__all__ = ["LoopCover", "LoopMeasures", "Solver", "any_loop", "cover", "measure", "onset", "onset_batch"]
+if TYPE_CHECKING:  # `lockprobe loops --help` does without NumPy
+    import numpy as np
+    from numpy.typing import NDArray
 
 Solver = Literal["dp", "ilp"]
-"""Both are exact. ``dp``: our own dynamic programme. ``ilp``: the paper's linear programme."""
+"""Both are exact. ``dp``: our own dynamic programme. ``ilp``: the paper's linear programme, the reference."""
+
+LONGEST_ILP = 120
+
+TRIAL_LENGTH = 5000
+"""Up to here a sequence is a trial, and loops of any length are its pieces; above it those of less than twice the
+shortest length, which cover as much: a longer loop is two loops in a row."""
+
+Interval = tuple[int, int]
+"""A piece of a trial: its first action (from 0) and its length."""
 
 
-def __getattr__(name: str) -> object:
-    """Names are imported when they are first used, so that ``lockprobe loops --help`` does without NumPy."""
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.covering"), name)
+def _letters(trial: Sequence[Hashable], min_length: int) -> str:
+    """A string of one letter per action, whose searches run in C."""
+    if min_length < 1:
+        raise BadValue("shortest loop", min_length, "at least 1 action")
+    names: dict[Hashable, str] = {}
+    return "".join([names.setdefault(action, chr(len(names))) for action in trial])
+
+
+def onset(trial: Sequence[Hashable], *, min_length: int = 3, overlap: bool = False) -> int:
+    """The step at which the first loop of a trial is complete, from 1; 0 if it holds none.
+
+    >>> onset("ABCDABC")
+    7
+    """
+    text, apart = _letters(trial, min_length), 1 if overlap else min_length
+    first: dict[str, int] = {}
+    for start in range(len(text) - min_length + 1):
+        if start - first.setdefault(text[start : start + min_length], start) >= apart:
+            return start + min_length
+    return 0
+
+
+def onset_batch(trials: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False) -> NDArray[np.int64]:
+    """:func:`onset` of many trials, integers of shape (trials, n); shape (trials,).
+
+    A trial of length L holds a loop exactly if its onset is at most L, so one call answers every length.
+    """
+    import numpy as np
+
+    steps = np.ascontiguousarray(trials.T)
+    n = len(steps)
+    first = np.full(len(trials), n + 1)
+    for distance in range(1 if overlap else min_length, n - min_length + 1):
+        run, size = steps[:-distance] == steps[distance:], 1
+        while size < min_length:  # runs of equal steps, each made of two shorter ones
+            more = min(size, min_length - size)
+            run = run[:-more] & run[more:]
+            size += more
+        np.minimum(first, np.where(run.any(axis=0), run.argmax(axis=0) + distance + min_length, n + 1), out=first)
+    return np.where(first > n, 0, first)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopCover:
+    """One cover of a trial by action loops.
+
+    Attributes:
+        n: Actions in the trial.
+        words: The distinct loops of the cover, in order of first appearance.
+        intervals: Where they stand, as (start from 0, length), sorted and disjoint.
+    """
+
+    n: int
+    words: tuple[tuple[Hashable, ...], ...]
+    intervals: tuple[Interval, ...]
+
+    @property
+    def any_loop(self) -> bool:
+        """Whether the trial holds a loop."""
+        return bool(self.intervals)
+
+    @property
+    def covered(self) -> int:
+        """Actions inside the cover, 0 to n."""
+        return sum(length for _, length in self.intervals)
+
+    @property
+    def share(self) -> float:
+        """Covered share of the trial, 0 to 1 (0 for an empty trial)."""
+        return self.covered / self.n if self.n else 0.0
+
+
+def cover(trial: Sequence[Hashable], *, solver: Solver = "dp", overlap: bool = False, min_length: int = 3) -> LoopCover:
+    """Cover as much of a trial as possible by disjoint copies of its action loops (maximum coverage).
+
+    Of several greatest covers it is one of fewest pieces. A piece that is itself a repetition is then written as its
+    copies, ``ABCABC`` as ``ABC ABC``: loops on the same actions.
+
+    Args:
+        trial: The actions in order.
+        solver: Our exact solver, or the paper's integer linear programme, of at most ``LONGEST_ILP`` actions.
+        overlap: Whether the two copies that make a loop may share actions. Chosen pieces never do.
+        min_length: Fewest actions in a loop (at least 1; 3 in the paper).
+
+    >>> found = cover("ABCABCABC")
+    >>> found.words, found.intervals, found.share
+    ((('A', 'B', 'C'),), ((0, 3), (3, 3), (6, 3)), 1.0)
+    """
+    if solver not in get_args(Solver):
+        raise BadValue("solver", solver, "dp or ilp")
+    text = _letters(trial, min_length)
+    if solver == "ilp" and len(text) > LONGEST_ILP:
+        raise BadValue("actions for the solver ilp", len(text), f"at most {LONGEST_ILP}; dp has no limit")
+    chosen = (_programme if solver == "ilp" else _scheduled)(text, min_length, overlap=overlap)
+    pieces = [part for piece in chosen for part in _copies(text, piece, min_length)]
+    words = dict.fromkeys(tuple(trial[start : start + length]) for start, length in pieces)
+    return LoopCover(n=len(text), words=tuple(words), intervals=tuple(pieces))
+
+
+def _loops(text: str, min_length: int, *, overlap: bool, below: int) -> dict[str, list[int]]:
+    """All loops of less than ``below`` actions with the starts of all their copies, short ones first."""
+    loops: dict[str, list[int]] = {}
+    for length in range(min_length, min(below, len(text))):
+        starts: dict[str, list[int]] = {}
+        for start in range(len(text) - length + 1):
+            starts.setdefault(text[start : start + length], []).append(start)
+        apart = 1 if overlap else length
+        found = {word: at for word, at in starts.items() if at[-1] - at[0] >= apart}
+        if not found:
+            break
+        loops.update(found)
+    return loops
+
+
+def _programme(text: str, min_length: int, *, overlap: bool) -> list[Interval]:
+    """The pieces of a greatest cover by the paper's binary integer linear programme, solved by HiGHS: the reference.
+
+    Each action is covered at most once. The gain is the covered length, less a bit per piece, plus a smaller bit for
+    long pieces.
+    """
+    import numpy as np
+    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.sparse import csr_array
+
+    n, loops = len(text), _loops(text, min_length, overlap=overlap, below=len(text))
+    if not (choices := [(start, len(word)) for word, starts in loops.items() for start in starts]):
+        return []
+    rows, columns = zip(*((start + k, c) for c, (start, size) in enumerate(choices) for k in range(size)), strict=True)
+    matrix = csr_array((np.ones(len(rows)), (rows, columns)), shape=(n, len(choices)))
+    gains = np.array([size - 1 / (n + 1) + size**2 / (n + 1) ** 3 for _, size in choices])
+    solution = milp(
+        -gains,
+        integrality=np.ones(len(choices), dtype=np.int64),
+        bounds=Bounds(0, 1),
+        constraints=LinearConstraint(matrix, ub=1),
+        options={"mip_rel_gap": 0.0},
+    )
+    if not solution.success:
+        raise LockprobeError(f"the loop cover of a trial of {n} actions was not found: {solution.message}")
+    return sorted(piece for piece, x in zip(choices, solution.x, strict=True) if x > 0.5)
+
+
+def _copies(text: str, piece: Interval, min_length: int) -> list[Interval]:
+    """A piece as the copies of its shortest loop that it repeats; itself if it repeats none."""
+    start, length = piece
+    word = text[start : start + length]
+    for size in range(min_length, length // 2 + 1):
+        if length % size == 0 and word == word[:size] * (length // size):
+            return [(at, size) for at in range(start, start + length, size)]
+    return [piece]
+
+
+def _longest_loops(text: str, min_length: int, *, overlap: bool) -> list[int]:
+    """For each start the length of the longest loop there that may be a piece, 0 for none.
+
+    Every part of a loop (of ``min_length`` or more) is a loop. So as the start goes left the end of the longest never
+    goes right: at most 2 n searches of a trial.
+    """
+    reach, end = [0] * len(text), len(text)
+    if len(text) > TRIAL_LENGTH:
+        for word, starts in _loops(text, min_length, overlap=overlap, below=2 * min_length).items():
+            for start in starts:
+                reach[start] = len(word)
+        return reach
+    for start in range(len(text) - min_length, -1, -1):
+        while end - start >= min_length:
+            word = text[start:end]
+            if text.rfind(word) > text.find(word) if overlap else text.count(word) > 1:
+                reach[start] = len(word)
+                break
+            end -= 1
+    return reach
+
+
+def _scheduled(text: str, min_length: int, *, overlap: bool) -> list[Interval]:
+    """The pieces of a greatest cover of fewest pieces, the first of them as early and as long as they can be."""
+    reach = _longest_loops(text, min_length, overlap=overlap)
+    n, length = len(text), [0] * len(text)
+    worth = [0] * (n + 1)  # of what is covered from an action on; one action counts more than all pieces together
+    for start in range(n - 1, -1, -1):
+        worth[start] = worth[start + 1]
+        for size in range(min_length, reach[start] + 1):
+            found = size * (n + 1) - 1 + worth[start + size]
+            if found >= worth[start]:
+                worth[start], length[start] = found, size
+    pieces, start = [], 0
+    while start < n:
+        if length[start]:
+            pieces.append((start, length[start]))
+        start += length[start] or 1
+    return pieces

@@ -16,7 +16,7 @@ from collections.abc import Hashable, Sequence
 from functools import cache
 from importlib.resources import files
 from math import perm, sqrt
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,12 +74,14 @@ def chance_level(
     """
     if null not in get_args(Null):
         raise BadValue("null", null, " or ".join(get_args(Null)))
-    if length < 0:
-        raise BadValue("length of the trial", length, "at least 0 steps")
-    if actions < (fewest := 1 if null == "uniform" else 2):
-        raise BadValue("actions", actions, f"at least {fewest} for the null {null}")
-    if min_length < 1:
-        raise BadValue("shortest loop", min_length, "at least 1 action")
+    fewest = 1 if null == "uniform" else 2
+    for name, value, least in (
+        ("length of the trial", length, 0),
+        ("actions", actions, fewest),
+        ("shortest loop", min_length, 1),
+    ):
+        if value < least:
+            raise BadValue(name, value, f"at least {least}")
     starts, apart = length - min_length + 1, 1 if overlap else min_length
     if starts <= apart:
         return Chance(0.0)
@@ -96,7 +98,16 @@ def chance_level(
             sequences = sequences[(sequences[:, 1:] != sequences[:, :-1]).all(axis=1)]
         looping = np.count_nonzero(onset_batch(sequences, min_length=min_length, overlap=overlap))
         return Chance(looping / total)
-    return _simulated(length, actions, null, min_length, overlap=overlap)
+    # simulated trials are the same for all lengths up to 20, 40, 80 ... steps; beyond about n = 6.5 sqrt(words) steps,
+    # where n^2 / 2 pairs of words match with a probability of 1 / words each, none is without a loop (below 1e-9)
+    steps = FIRST
+    while steps < length:
+        steps *= 2
+    decisive = 2 * min_length + int(6.5 * sqrt(min(actions**min_length, 10**300)))  # a float ends at 10**308
+    onsets = _onsets(min(steps, decisive), actions, null, min_length, overlap=overlap)
+    found = ((onsets > 0) & (onsets <= length)).astype(np.float64)
+    error = np.append(found, (0.0, 1.0)).std() / sqrt(len(found))  # with one trial of each kind more: never 0
+    return Chance(float(found.mean()), float(error))
 
 
 def expected_loop_rate(
@@ -142,23 +153,12 @@ def _loop_free(length: int, actions: int, null: Null, *, overlap: bool) -> int |
     return sum(patterns * perm(actions, distinct) for distinct, patterns in enumerate(counted))
 
 
-def _simulated(length: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> Chance:
-    """The chance level from simulated trials, which are the same for all lengths up to 20, 40, 80 ... steps.
-
-    The standard error counts one extra trial with a loop and one without, so it is never 0.
-    """
-    steps = FIRST
-    while steps < length:
-        steps *= 2
-    onsets = _onsets(min(steps, decisive_length(actions, min_length)), actions, null, min_length, overlap=overlap)
-    found = ((onsets > 0) & (onsets <= length)).astype(np.float64)
-    error = np.append(found, (0.0, 1.0)).std() / sqrt(len(found))
-    return Chance(float(found.mean()), float(error))
-
-
 @cache
 def _onsets(steps: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> NDArray[np.int64]:
-    """Steps at which seeded trials complete their first loop. The trials do not depend on the definition of a loop."""
+    """Steps at which seeded trials complete their first loop. The trials do not depend on the definition of a loop.
+
+    Most loop early: of each trial 20 steps are examined, then 40, 80 ...
+    """
     rng = generator(0, "chance", null, actions)
     chunk = min(CHUNK, max(FEWEST, CELLS // steps**2))
     found = []
@@ -166,28 +166,13 @@ def _onsets(steps: int, actions: int, null: Null, min_length: int, *, overlap: b
         sequences = rng.integers(null == "no-repeat", actions, (chunk, steps))
         if null == "no-repeat":
             sequences = sequences.cumsum(axis=1) % actions
-        found.append(first_loops(sequences.astype(np.min_scalar_type(actions)), min_length=min_length, overlap=overlap))
+        sequences = sequences.astype(np.min_scalar_type(actions))
+        onsets, undecided, examined = np.zeros(chunk, dtype=np.int64), np.arange(chunk), FIRST
+        while True:
+            onsets[undecided] = onset_batch(sequences[undecided, :examined], min_length=min_length, overlap=overlap)
+            undecided = undecided[onsets[undecided] == 0]
+            if examined >= steps or not len(undecided):
+                break
+            examined *= 2
+        found.append(onsets)
     return np.concatenate(found)
-
-
-def decisive_length(actions: int, min_length: int) -> int:
-    """Steps after which a blind agent's trial has no loop with a probability below 1e-9.
-
-    About n^2 / 2 pairs of words match with a probability of at least 1 / actions^min_length each, so the probability
-    of no loop falls as exp(-n^2 / 2 actions^min_length).
-    """
-    return 2 * min_length + int(6.5 * sqrt(min(actions**min_length, 10**300)))  # a float ends at 10**308
-
-
-def first_loops(
-    sequences: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False
-) -> NDArray[np.int64]:
-    """As :func:`onset_batch`, faster for trials that mostly loop early: it examines 20 steps, then 40, 80 ..."""
-    onsets = np.zeros(len(sequences), dtype=np.int64)
-    undecided, steps = np.arange(len(sequences)), FIRST
-    while True:
-        onsets[undecided] = onset_batch(sequences[undecided, :steps], min_length=min_length, overlap=overlap)
-        undecided = undecided[onsets[undecided] == 0]
-        if steps >= sequences.shape[1] or not len(undecided):
-            return onsets
-        steps *= 2
