@@ -10,21 +10,11 @@ from lockprobe.boxes.solve import optimum
 from lockprobe.people.assignment import Given, assigned, boxes_each, trials_for
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.practice import practice_plan
+from lockprobe.report.questions.places import steps_from_right
 from lockprobe.studies.options.studyfile import study
 
 PERSONS = 200
 FIXED = {"box": "chain-4", "layout": "fixed"}, Experiment(practice="chain-3")
-
-
-def steps_from_right(box, budget):
-    """The steps in which a box opens whose joints are attempted from right to left, again and again."""
-    order = sorted(range(len(box.joints)), key=lambda joint: box.joints[joint].place, reverse=True)
-    here = box.initial
-    for step in range(budget):
-        here, moved = box.attempt(here, order[step % len(order)])
-        if moved and order[step % len(order)] == box.target_index:
-            return step + 1
-    return budget
 
 
 def persons(asked=None, experiment=None, p=(0, 0.4), people=PERSONS):
