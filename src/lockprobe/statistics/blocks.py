@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.broken_trials import whatever_broke
-from lockprobe.statistics.clustered import alike_weights, two_way_variance
-from lockprobe.statistics.distributions import student_quantile, student_tails
+from lockprobe.statistics.clustered import alike_weights, student, two_way_variance
 from lockprobe.statistics.every_look import Numbers, at_every_look
 from lockprobe.statistics.outcomes import BlockOrder, Outcomes
 from lockprobe.statistics.pairs import FEW, mean_over_boxes, paired, score_interval
@@ -220,8 +219,9 @@ def block_mean(
     spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
     if unit is None and spread < TIE:
         return found
-    widest, small = float(sizes.max()), n / max(1, n - 1)
-    found = _student(found, spread, widest, n, unit=unit, most=unit, rare=rare, choices=choices, small=small)
+    more = _more(spread, float(sizes.max()), pairs, unit, rare, small=n / max(1, n - 1))
+    limit = math.inf if unit is None else unit
+    found = student(found, spread / pairs**2, n, more=more, most=limit, choices=choices, fewest=FEWEST)
     if found.low is None or found.high is None or unit != 1.0 or pairs != n:
         return found
     first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
@@ -231,37 +231,18 @@ def block_mean(
     return replace(found, low=min(found.low, low), high=max(found.high, high))
 
 
-def _student(
-    found: Difference,
-    spread: float,
-    widest: float,
-    clusters: int,
-    *,
-    unit: float | None,
-    most: float | None,
-    rare: RareBlock | None,
-    choices: int,
-    small: float = 1.0,
-) -> Difference:
-    """The mean with Student's interval, and with Student's P value if it has none and there are clusters enough.
+def _more(
+    spread: float, widest: float, pairs: int, unit: float | None, rare: RareBlock | None, small: float = 1.0
+) -> tuple[float, float]:
+    """What is added to the variance of a mean of so many pairs, below and above it.
 
-    ``spread`` is the variance of the sum of its pairs, ``widest`` the pairs of the largest cluster, ``most`` the
-    largest mean and ``small`` the factor of the widening in small samples; the rest is as in :func:`block_mean`.
+    ``spread`` is the variance of their sum, ``widest`` the pairs of the largest cluster and ``small`` the factor of the
+    widening in small samples; the rest is as in :func:`block_mean`.
     """
-    if clusters < 2:
-        return found
-    value, share, level = found.value, widest / found.n, 1 - ALPHA / choices
-    if rare is None:
-        more = widest**2 if spread < TIE else widest
-        se = math.sqrt(spread + small * (unit or 0.0) ** 2 * more) / found.n
-        half = student_quantile((1 + level) / 2, clusters - 1) * se
-        low, high, p_value = value - half, value + half, float(student_tails(value / se, clusters - 1))
-    else:
-        se = math.sqrt(spread) / found.n
-        low, high = rare.interval(value, se, clusters, share=share, level=level)
-        p_value = rare.p_value(value, se, clusters, share=share)
-    tested = p_value if found.p_value is None and clusters >= FEWEST else found.p_value
-    return replace(found, low=max(-(most or math.inf), low), high=min(most or math.inf, high), p_value=tested)
+    if rare is not None:
+        return rare.more(widest / pairs)
+    one = small * (unit or 0.0) ** 2 * (widest**2 if spread < TIE else widest) / pairs**2
+    return one, one
 
 
 def two_way(
@@ -285,7 +266,8 @@ def two_way(
     found = Difference(value=value, n=pairs, clusters=len(sizes[0]))
     fewest, widest = min(map(len, sizes)), float(max(of.max() for of in sizes))
     spread = two_way_variance(residuals, luck, person) if fewest > 1 else 0.0
-    return _student(found, spread, widest, fewest, unit=unit, most=most, rare=rare, choices=choices)
+    more = _more(spread, widest, pairs, unit, rare)
+    return student(found, spread / pairs**2, fewest, more=more, most=most, choices=choices, fewest=FEWEST)
 
 
 def crossed_mean(

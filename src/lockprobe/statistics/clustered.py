@@ -19,6 +19,38 @@ _TIE = 1e-9
 Array = NDArray[np.float64]
 
 
+def student(
+    found: Difference,
+    variance: float,
+    clusters: int,
+    *,
+    more: tuple[float, float] = (0.0, 0.0),
+    most: float = math.inf,
+    choices: int = 1,
+    fewest: int = 2,
+) -> Difference:
+    """A mean with Student's interval, and with Student's P value if it has none and there are clusters enough.
+
+    Args:
+        found: The mean, of so many clusters; with fewer than two it stays as it is.
+        variance: That of the mean.
+        clusters: One more than the degrees of freedom.
+        more: What is added to the variance below and above the mean.
+        most: The largest mean, at which the interval ends.
+        choices: Number of means examined; the interval has the level 1 - 0.05 / choices.
+        fewest: The fewest clusters for a test.
+    """
+    if clusters < 2:
+        return found
+    below, above = (math.sqrt(variance + one) for one in more)
+    reach = student_quantile(1 - (1 - LEVEL) / choices / 2, clusters - 1)
+    tested = found.p_value
+    if tested is None and clusters >= fewest:
+        tested = float(student_tails(found.value / (below if found.value > 0 else above), clusters - 1))
+    low, high = max(-most, found.value - reach * below), min(most, found.value + reach * above)
+    return replace(found, low=low, high=high, p_value=tested)
+
+
 def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> Proportion:
     """A pooled share, from successes and trials per cluster, with Wilson's interval on the effective number of trials.
 

@@ -73,6 +73,10 @@ class Difference:
         """Whether there is an interval and it excludes 0."""
         return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
+    def detected(self, level: float = ALPHA) -> bool:
+        """Whether the test rejects and the interval excludes 0."""
+        return self.p_value is not None and self.p_value < level and self.clear
+
 
 class Ratio(NamedTuple):
     """The ratio of two shares, second over first, with its 95 % interval."""

@@ -22,10 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.broken_trials import bounded, whatever_broke
-from lockprobe.statistics.clustered import two_way_variance
-from lockprobe.statistics.distributions import student_quantile, student_tails
+from lockprobe.statistics.clustered import student, two_way_variance
 from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.statistics.proportions import LEVEL, Difference
+from lockprobe.statistics.proportions import Difference
 
 BLOCKS = 3
 """Blocks that are added to the variance."""
@@ -37,25 +36,12 @@ class RareBlock(NamedTuple):
     below: float
     above: float
 
-    def interval(
-        self, value: float, se: float, clusters: int, *, share: float | None = None, level: float = LEVEL
-    ) -> tuple[float, float]:
-        """Student's interval of a mean difference with this standard error, with rare blocks in its variance.
+    def more(self, share: float) -> tuple[float, float]:
+        """What rare blocks add to the variance of a mean below and above it.
 
-        ``clusters`` are the blocks of the sample, or people where there are fewer; at least two. ``share`` is the size
-        of a rare block as a share of the sample, by default that of one of equal blocks.
+        ``share`` is the size of a rare block as a share of the sample.
         """
-        quantile, share = student_quantile((1 + level) / 2, clusters - 1), share or 1 / clusters
-        return value - quantile * _wider(se, share * self.below), value + quantile * _wider(se, share * self.above)
-
-    def p_value(self, value: float, se: float, clusters: int, *, share: float | None = None) -> float:
-        """That the difference is 0, two-sided; below 0.05 if the interval at 95 % excludes 0."""
-        error = _wider(se, (share or 1 / clusters) * (self.below if value > 0 else self.above))
-        return float(student_tails(value / error, clusters - 1))
-
-
-def _wider(se: float, one: float) -> float:
-    return math.sqrt(se**2 + BLOCKS * one**2)
+        return BLOCKS * (share * self.below) ** 2, BLOCKS * (share * self.above) ** 2
 
 
 def rare_block(first: float, second: float, budget: float, shortest: float) -> RareBlock:
@@ -92,13 +78,11 @@ def _over_doses(outcomes: Outcomes) -> Difference:
     if not later.any():
         return Difference(value=math.nan)
     lowest, higher, variance, clusters, n = (_of_people if outcomes.crossed else _of_pairs)(outcomes, later)
-    change, budget = higher - lowest, float(outcomes.budget)
+    budget, found = float(outcomes.budget), Difference(value=higher - lowest, n=n)
     if clusters < 2:
-        return Difference(value=change, n=n)
-    error, rare = math.sqrt(variance), rare_block(lowest, higher, budget, float(outcomes.length.min()))
-    low, high = rare.interval(change, error, clusters)
-    tested = rare.p_value(change, error, clusters)
-    return Difference(value=change, low=max(-budget, low), high=min(budget, high), p_value=tested, n=n)
+        return found
+    rare = rare_block(lowest, higher, budget, float(outcomes.length.min()))
+    return student(found, variance, clusters, more=rare.more(1 / clusters), most=budget)
 
 
 _Compared = tuple[float, float, float, int, int]

@@ -123,7 +123,7 @@ def decide(groups: Mapping[str, Outcomes], *, agents: int = 1) -> Decision:
     """
     total = contrast(groups, *weights_of(TOTAL), choices=agents)
     found = {}
-    for name, pairs in CONTRASTS.items() if _detected(total) else ():
+    for name, pairs in CONTRASTS.items() if total.detected() else ():
         if {arm for pair in pairs for arm in pair} <= groups.keys():
             found[name] = contrast(groups, *weights_of(pairs), choices=agents)
     ends = ends_of([groups["lie"], groups["truth"]], [True, False])
@@ -137,7 +137,7 @@ def weights_of(pairs: Pairs) -> list[Weights]:
 
 def decision_of(total: Difference, contrasts: Mapping[str, Difference], small: float) -> Decision:
     """The decision from means over blocks, as in :class:`Decision`; contrasts count only if the total is detected."""
-    if not _detected(total):
+    if not total.detected():
         none: Verdict = "no change" if small < ALPHA else "inconclusive"
         return Decision(total=total, contrasts={}, claims=(), equivalence=small, verdict=none)
     way = 1 if total.value > 0 else -1
@@ -165,7 +165,7 @@ def _goes(contrasts: Mapping[str, Difference], name: str, way: int) -> bool:
     """Whether a contrast is detected in this direction; a minus sign before it turns it round."""
     name, way = (name[1:], -way) if name.startswith("-") else (name, way)
     found = contrasts.get(name)
-    return found is not None and _detected(found, PART) and found.value * way > 0
+    return found is not None and found.detected(PART) and found.value * way > 0
 
 
 def _one_exceeds_both(contrasts: Mapping[str, Difference], way: int) -> bool:
@@ -176,10 +176,6 @@ def _one_exceeds_both(contrasts: Mapping[str, Difference], way: int) -> bool:
     both = way * contrasts["both false"].value
     one = way * (contrasts["false first before true"].value + contrasts["false last after true"].value) / 2
     return one - both > max(0.0, both) / 4
-
-
-def _detected(found: Difference, level: float = ALPHA) -> bool:
-    return found.p_value is not None and found.p_value < level and found.clear
 
 
 def _equivalence(groups: Sequence[Outcomes], agents: int) -> float:
