@@ -44,7 +44,7 @@ def people(tmp_path):
 def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, played, people):
     status, said, _ = lockprobe("import", played, people)
     assert status == 0
-    assert "2 trials imported, 0 already there, 0 unfinished. New agents: participant. 2 participants." in said
+    assert "2 trials imported, 0 already there, 0 unfinished. 2 participants. New agents: participant." in said
     again = json.loads(lockprobe("import", played, people, "--json")[1])
     assert (again["taken"], again["there"], again["participants"]) == (0, 2, 0)
     rows = [json.loads(line) for line in lockprobe("export", played, "--format", "jsonl")[1].splitlines()]

@@ -53,24 +53,19 @@ def take(
     if json:
         print(json_.dumps({**asdict(gathered), "participants": len(coming)}))
         return
-    kept = (
-        f" {gathered.replies} replies of unfinished trials were imported; these trials continue from them."
-        if gathered.replies
-        else ""
-    )
-    otherwise = (
-        f" {gathered.different} trials differ between SOURCE and {directory}, which keeps its own."
-        if gathered.different
-        else ""
-    )
-    agents = f" New agents: {', '.join(gathered.agents)}." if gathered.agents else ""
-    joined = f" {len(coming)} participants." if coming else ""
-    missing = f" {gathered.pictures_missing} pictures were not found." if gathered.pictures_missing else ""
-    said = (
-        f"{gathered.taken} trials imported, {gathered.there} already there, {gathered.unfinished} unfinished."
-        f"{otherwise}{kept}{agents}{joined}{missing} Report: lockprobe report {directory}"
-    )
-    print(printable(said))
+    said = [f"{gathered.taken} trials imported, {gathered.there} already there, {gathered.unfinished} unfinished."]
+    said += [
+        f"{number} {what}"
+        for number, what in (
+            (gathered.different, f"trials differ between SOURCE and {directory}, which keeps its own."),
+            (gathered.replies, "replies of unfinished trials were imported; these trials continue from them."),
+            (gathered.pictures_missing, "pictures were not found."),
+            (len(coming), "participants."),
+        )
+        if number
+    ]
+    said += [f"New agents: {', '.join(gathered.agents)}."] if gathered.agents else []
+    print(printable(" ".join([*said, f"Report: lockprobe report {directory}"])))
 
 
 def _source(path: Path, directory: Path, held: ExitStack) -> MergeSource:
