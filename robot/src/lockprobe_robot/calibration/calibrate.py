@@ -82,6 +82,7 @@ def calibrate(folder: Path, panel: PanelLayout, box: str, *, side: float = TAG_S
         BadValue: If there are too few views, the hand rotates too little, or no pose is found.
         Missing: If OpenCV is not installed.
     """
+    _opencv()  # a missing package is said before anything is read
     views, middles = read_views(folder), place_tags(panel)
     seen: list[BoardView] = []
     refused: dict[str, str] = {}
