@@ -35,10 +35,10 @@ class Image(NamedTuple):
 
 
 def image(svg: bytes) -> Image:
-    """A figure of Matplotlib for a page, without what only a file of its own needs."""
+    """A figure of Matplotlib for a page, without what only a file of its own needs; to a hundredth of a point."""
     small = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->|<\?xml.*?\?>|<!DOCTYPE.*?>", "", svg.decode(), flags=re.DOTALL)
     wide = re.search(r'width="([\d.]+)pt"', small)
-    text = re.sub(r"\s+", " ", small).replace('"', "'")
+    text = re.sub(r"(?<!scale\()(\b\d+\.\d\d)\d+", r"\1", re.sub(r"\s+", " ", small)).replace('"', "'")
     source = quote(text, safe=" !$&'()*+,-./:;=?@[]^_`{|}~")
     return Image(f"data:image/svg+xml,{source}", round(float(wide[1]) * _PIXELS) if wide else 0)
 
