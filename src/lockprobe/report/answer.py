@@ -90,7 +90,10 @@ def solved_said(found: Results, lines: Sequence[Line]) -> str:
     rest = f" {broke} trials broke and are in no share." * bool(broke)
     if len(shares) == 1:
         alike = " under every condition: it plays alike whatever it is told" * best[0].alike
-        return f"{capital(who(best[0].label)) if best[0].agent == PEOPLE else best[0].label} solved {of}{alike}.{rest}"
+        ends = [found.get("success", **best[0].of_first, of=part) for part in ("at least", "at most")]
+        between = " and ".join(percent(row.value) for row in ends if row)
+        rest = f"; {broke} more broke, so of all trials it is between {between}" * bool(broke)
+        return f"{capital(who(best[0].label)) if best[0].agent == PEOPLE else best[0].label} solved {of}{alike}{rest}."
     if len(best) == len(shares):
         return f"The {len(shares)} agents solved the same share: {of}.{rest}"
     return f"Of {len(shares)} agents {listed([line.label for line in best], named=3)} solved the most: {of}.{rest}"
