@@ -335,7 +335,7 @@ def test_an_edited_fork_is_found(played, tmp_path, name):
     for record in files.records if name == "another arm" else files.records[:1]:
         FORK_EDITS[name](record)
     files.save()
-    assert "forks" in failing(directory)
+    assert failing(directory).keys() & {"forks", "records"}  # a trial that the study has not is refused when it is read
 
 
 def test_a_plant_of_the_directory_runs_nothing(played, tmp_path, monkeypatch):
