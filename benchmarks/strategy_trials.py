@@ -24,8 +24,6 @@ from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from lockprobe.cli.live_report import LiveReport
-
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.cli.progress import Progress
@@ -130,7 +128,7 @@ def kept(agent: str, trials: int, directory: Path, workers: int = 1) -> float:
     of = planned(agent, trials)
     with Journal.open(directory, of) as journal, redirect_stdout(io.StringIO()):
         began = clock()
-        run(of, journal, limits=Limits(workers=workers), observer=LiveReport(Progress(report=False), None))
+        run(of, journal, limits=Limits(workers=workers), observer=Progress())
         return clock() - began
 
 
