@@ -48,6 +48,7 @@ WITHIN = {
     "film": {"twin", "film"},
     "calibrate": {"twin", "calibrate"},
     "realsense": {"twin"},
+    "inspect": {"inspect", "web"},
     "mcp": {"web", "mcp"},
     "fr3": {"twin", "fr3"},
 }
