@@ -318,9 +318,7 @@ NAMES = sorted(
 AS_TYPED = """
 import sys
 del sys.path[0]  # as with the command
-import lockprobe.cli.live_report
 import lockprobe.studies.running.runner
-lockprobe.cli.live_report.PAUSE = 0  # a report during a run is due at once
 lockprobe.studies.running.runner._ALONE = 1e-3
 from lockprobe.cli import main
 main()
@@ -331,7 +329,7 @@ STARTING = {
         *("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", "20", "--no-report", "--workers", "2"),
         *("--out", "st2"),
     ),
-    "a report during the run, worker processes, a probe of the pictures": (
+    "worker processes, a probe of the pictures": (
         *("run", "modalities", "--agent", "viewer", "--modality", "rgb", "--plant", "fast-twin?width=64&height=64"),
         *("--p", "0,0.4", "--trials", "2", "--max-steps", "1", "--workers", "2", "--out", "seen"),
     ),
@@ -385,5 +383,5 @@ def test_every_place_that_starts_an_interpreter_does_so_safely():
     starts = re.compile(r"\.Popen\(|subprocess\.(run|check_)|get_context\(|sys\.executable")
     safe = re.compile(r"with .*(safe_path|held_back)\(\)")
     found = {path.name: bool(safe.search(text)) for path in SOURCES if starts.search(text := path.read_text("utf-8"))}
-    assert {"live_report.py", "processes.py"} <= found.keys()
+    assert {"processes.py"} <= found.keys()
     assert [name for name, is_safe in found.items() if not is_safe and name != "safe_path.py"] == []

@@ -58,7 +58,7 @@ def test_export_is_tidy(directory):
     rows = list(csv.DictReader(io.StringIO(typed("export", directory, "--format", "csv").stdout)))
     assert list(rows[0]) == [
         "key", "agent", "box", "modality", "condition", "p", "repetition", "trial", "step", "joint", "label", "moved",
-        "told", "claimed", "misread", "state", "target", "ending", "panel",
+        "told_moved", "claimed", "misread", "state", "target", "ending", "panel",
     ]  # fmt: skip
     lines = typed("export", directory, "--format", "jsonl").stdout.splitlines()
     assert len(lines) == len(rows)

@@ -125,8 +125,6 @@ def test_the_shell_completes():
         (["mine.toml"], "lockprobe run mine.toml"),
         (["statsu"], "status"),
         (["run", "flips", "--agent", "openai/gpt-4o"], "llm:openai/gpt-4o"),
-        (["run", "flips", "--agent", "perseverent?decay=0.5"], "cognitive:perseverant?decay=0.5"),
-        (["run", "flips", "--agent", "target-last"], "human-inspired:target-last"),
         (["run", "flips", "--agent", "local"], "llm:local"),
     ],
 )

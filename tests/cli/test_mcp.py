@@ -258,7 +258,7 @@ def test_the_other_commands_read_what_was_played(lockprobe, project):
     assert "mcp:scripted" in lockprobe("export", out, "--format", "jsonl", "--out", "-")[1]
     status, _, err = lockprobe("run", *OPTIONS, "--agent", "mcp:scripted", "--out", out)
     assert (status, "lockprobe mcp" in err) == (2, True)
-    found = {one.agent: len(one.ended) for one in courses(load(out))}
+    found = {one.agent: len(one.tested.ended) for one in courses(load(out))}
     assert found == {"random": 6, "mcp:scripted": 5}  # never pooled
 
 

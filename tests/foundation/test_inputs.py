@@ -5,6 +5,7 @@ import socket
 from pathlib import Path
 
 import pytest
+from builders import small_study, write_study
 
 from lockprobe.boxes.boxfile import read_box
 from lockprobe.cli.loops import _sequences
@@ -55,6 +56,8 @@ def test_json_that_is_none_or_too_deep_is_one_line(content):
 def test_pipes_as_boxes_and_stores_are_refused_and_as_sequences_welcome(tmp_path, pipe, monkeypatch):
     with pytest.raises(BadFile, match="a pipe, not a regular file"):
         read_box(pipe)
+    write_study(tmp_path, small_study(), [])
+    (tmp_path / "study.db").unlink(missing_ok=True)
     os.mkfifo(tmp_path / "study.db")
     for read in (read_diaries, read_calls, load):
         with pytest.raises(BadFile, match="study.db: a pipe, not a regular file"):

@@ -269,7 +269,7 @@ ROWS = {
 """A column -> what somebody puts there in the row of a failure under flips."""
 
 SAID = dict.fromkeys(["key", "record"], "its record is damaged (it is of small/")
-SAID |= {"identity": "flip?p=0.4 did something else there", "current": "its last record does not count"}
+SAID |= {"identity": "which is no trial of the study in study.json", "current": "its last record does not count"}
 
 
 @pytest.mark.parametrize("column", ROWS)

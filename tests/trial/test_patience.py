@@ -99,7 +99,7 @@ def test_a_worker_in_which_an_agent_hangs_is_replaced(tmp_path):
         plans,
         Processes(2),
         lambda key, step: None,
-        lambda trial, timing: trials.append(trial),
+        lambda trial, *_: trials.append(trial),
         identities={},
         album=album,
     )

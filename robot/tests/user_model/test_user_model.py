@@ -209,7 +209,7 @@ def test_a_rule_changed_in_either_direction_is_found_and_said_as_the_page_says_i
         "(door 0.00, bar 0.00, pin 1.00)"
     )
     said = refused(OWN, replace(puzzle, interlock={**puzzle.interlock, "pin": ({},)}))
-    assert f"\nbox.xml: {said}\n" in (EXAMPLES.parent / "robot" / "docs" / "twin.md").read_text("utf-8")
+    assert f"\nlockprobe: own_box.xml: {said}\n" in (EXAMPLES.parent / "docs" / "boxes.md").read_text("utf-8")
 
 
 def test_joints_that_move_together_stop_half_way_fall_back_or_explode_are_found(tmp_path, monkeypatch):
