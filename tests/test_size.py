@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 65_100,
-    "lines of code": 40_780,
-    "lines of tests": 54_370,
-    "words of docs": 37_830,
+    "lines of source": 55_280,
+    "lines of code": 34_580,
+    "lines of tests": 41_030,
+    "words of docs": 30_260,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
 

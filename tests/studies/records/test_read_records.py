@@ -49,10 +49,14 @@ def test_records_of_other_settings_are_refused_wherever_they_are_read(tmp_path, 
     settings = (tmp_path / "study.json").read_bytes()
     (tmp_path / "study.json").unlink()
     write_settings(tmp_path, here)
-    with read(tmp_path) as store:
-        for use in (partial(load, tmp_path), partial(on_record, store, here), partial(run_study, here, tmp_path)):
-            with pytest.raises(BadFile, match="which is no trial of the study in study.json: put back the one"):
-                use()
+
+    def counted():
+        with read(tmp_path) as store:
+            on_record(store, here)
+
+    for use in (partial(load, tmp_path), counted, partial(run_study, here, tmp_path)):
+        with pytest.raises(BadFile, match="which is no trial of the study in study.json: put back the one"):
+            use()
     (tmp_path / "study.json").write_bytes(settings)
     assert len(run_study(there, tmp_path)) == there.size
 

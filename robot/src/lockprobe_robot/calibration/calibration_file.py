@@ -10,7 +10,7 @@
       ]
     }
 
-robot/docs/calibration.md describes every key.
+robot/docs/robot.md describes every key.
 """
 
 from __future__ import annotations

@@ -109,7 +109,7 @@ def check(
 @app.command()
 def calibrate(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (robot/docs/calibration.md).")
+        Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (robot/docs/robot.md).")
     ],
     box: options.Box = DEFAULT_BOX,
     tag_size: Annotated[
