@@ -76,7 +76,7 @@ def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     assert "The paper does not say which of these false reports it has" in said
     assert f"Against no feedback at all, the success of {AGENT} changed with " in said
     assert f"False reports that stay lower the success of {AGENT}" in said or "No effect of false reports that" in said
-    assert f"false reports that stay {AGENT} solved fewer trials than with flip rate 0." in part.answer
+    assert f"false reports that stay, {AGENT} solved fewer trials than with flip rate 0." in part.answer
     assert found.answer.startswith(f"False reports raise the success of {AGENT}")
     assert "false reports that stay" in Page(found=found).text()
 

@@ -83,7 +83,7 @@ def _answer(found: Results) -> str:
         return what
     largest, words = max(detected, key=lambda row: abs(row.value or 0.0)), condition_words(found)
     more = "more" if (largest.value or 0.0) > 0 else "fewer"
-    said = f"With {words[largest.condition]} {who(largest.agent)} solved {more} trials than with"
+    said = f"With {words[largest.condition]}, {who(largest.agent)} solved {more} trials than with"
     return f"{what} {said} {words[largest.control]} ({entry_text(largest)} points)."
 
 
