@@ -108,9 +108,7 @@ def check(
 
 @app.command()
 def calibrate(
-    folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (robot/docs/robot.md).")
-    ],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (robot/docs/robot.md).")],
     box: options.Box = DEFAULT_BOX,
     tag_size: Annotated[
         float, typer.Option(metavar="MM", help="Measured side of a printed tag's black square.")
