@@ -6,9 +6,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 55_280,
-    "lines of code": 34_580,
-    "lines of tests": 41_030,
+    "lines of source": 55_250,
+    "lines of code": 34_560,
+    "lines of tests": 41_000,
     "words of docs": 30_260,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.

@@ -9,10 +9,8 @@ from typed import typed
 
 from lockprobe.cli.report import report
 from lockprobe.cli.result import read_result, result_facts, result_lines
-from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.rows import Estimate, Fact, Results
 
-HOW = "--readings fresh,kept"
 STUDY = ("run", "flips", "--agent", "cognitive:perseverant", "--agent", "random", "--p", "0,0.6", "--trials", 20,
          "--repetitions", 1)  # fmt: skip
 
@@ -83,35 +81,10 @@ def test_without_results_that_can_be_read_nothing_is_said(tmp_path):
     assert read_result(tmp_path) is None
 
 
-def test_what_is_open_is_the_next_step(played):
+def test_a_trial_to_look_at_and_its_forks_are_the_next_steps(played):
     directory, _ = played
     found = read_result(directory)
-    kept = [one for one in found.facts if one.name not in ("untested", "needed")]
-    for kind, command in (("untested", "--readings fresh,kept"), ("needed", "more --trials"), ("", "lockprobe branch")):
-        more = [
-            found.facts[0].model_copy(
-                update={
-                    "about": "overview",
-                    "name": kind,
-                    "text": f"Not tested for a:b: whether false reports that stay do the same ({HOW}: 8 trials more).",
-                }
-            )
-        ]
-        steps = result_facts(found.changed(facts=(*kept, *more)), directory)["next"]
-        assert command in steps[-1]["command"]
-
-    def of_people(one):
-        design = one.design.model_copy(
-            update={
-                "players": (
-                    *one.design.players,
-                    one.design.players[0].model_copy(update={"agent": PEOPLE}),
-                )
-            }
-        )
-        return one.changed(facts=(*kept, more[0].model_copy(update={"name": "needed"})), design=design)
-
-    assert "--trials" not in str(result_facts(of_people(found), directory)["next"])
+    assert [step["command"].split()[1] for step in result_facts(found, directory)["next"]] == ["replay", "branch"]
     nothing = Results.model_validate({**json.loads((directory / "results.json").read_text("utf-8")), "answer": ""})
     assert not result_lines(nothing, directory)[0].startswith("Answer")
 

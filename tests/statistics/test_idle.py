@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from reported import found_in
 
-from lockprobe.statistics.idle import idle_interventions, never_acted, steps_changed, unheeded
+from lockprobe.statistics.idle import idle_interventions, never_acted, steps_changed
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing import play_trials
 
@@ -65,14 +65,3 @@ def test_what_was_changed_is_counted_by_intervention_and_records_that_do_not_say
     assert idle_interventions(unsaid, ["nudge?after=9"]) == []
     assert not never_acted(unsaid)
     assert steps_changed([*trials, *unsaid]) is steps_changed([]) is None
-
-
-def test_an_agent_that_chose_as_under_the_control_is_named_and_people_are_not():
-    truth, warned = (play_trials("random", 4, condition=acts) for acts in ("truth", "warn"))
-    assert unheeded(warned, truth) == sum(len(trial.steps) for trial in warned)
-    trembling = play_trials("human-inspired", 4, condition="tremble?p=0.5")
-    assert unheeded(trembling, play_trials("human-inspired", 4)) == 0
-    few = [[replace(trial, steps=trial.steps[:1], changed_steps=1) for trial in own] for own in (warned, truth)]
-    assert unheeded(*few) == 0
-    people = [replace(trial, agent="participant:1") for trial in truth]
-    assert unheeded(warned, people) == 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
@@ -20,9 +19,6 @@ _LARGEST = 2**28
 
 _LINES = 6
 """Lines on trials that broke."""
-
-_UNTESTED = re.compile(r"Not tested for (?P<agents>.+): whether .*\((?P<option>--[^:)]+): ")
-"""Who has not played false reports that stay, and what plays them, in the sentence that says so."""
 
 
 def read_result(directory: Path) -> Results | None:
@@ -86,20 +82,10 @@ def _next(found: Results, directory: Path) -> list[tuple[str, str]]:
     """What is worth typing next, or adding to the command that was typed, and what it shows."""
     if again := _all_broken(found):
         return [again]
-    said = found.facts_about("overview")
     where, steps = quote(str(directory)), list[tuple[str, str]]()
     if trial := found.fact("trials", "first"):
         steps.append((f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told"))
-    if untested := _UNTESTED.search(said.get("untested", "")):
-        played = any(one.doses.get("flip.keep", 0) > 0 for one in found.design.conditions)
-        whose = f", for {untested['agents']}" if played else ""
-        shows = f"whether false reports that stay do the same{whose}"
-        steps.append((f"the same command with {untested['option']}", shows))
-    elif "needed" in said:  # a study with people gets no more of them once it has begun
-        of_people = any(player.agent == PEOPLE for player in found.design.players)
-        more = "lockprobe power --people, and a new study" if of_people else "the same command with more --trials"
-        steps.append((more, said["needed"]))
-    elif any("flip.p" in one.doses for one in found.design.conditions) and any(
+    if any("flip.p" in one.doses for one in found.design.conditions) and any(
         row.n and spec_kind(row.agent) not in (PEOPLE, MCP)  # neither of these can be asked again
         for row in found.where("success")
     ):

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from lockprobe.foundation.spec import spec_name
-from lockprobe.statistics.outcomes import REPORTS, ended
+from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.record import Trial
 
@@ -42,19 +42,3 @@ def idle_interventions(trials: Sequence[Trial], acting: Sequence[str]) -> list[s
     if not found[""] and not any(spec_name(spec) == PLANT for spec in acting):
         return [""]
     return [spec for spec in acting if found.get(spec) == 0]
-
-
-def unheeded(trials: Sequence[Trial], control: Sequence[Trial]) -> int:
-    """The steps that were changed, if an agent chose as under the control nevertheless; 0 if not, or they are few.
-
-    At least :data:`REPORTS` have to be. Trials of equal luck are compared. People are left out: different people play
-    the conditions.
-    """
-    alone = {(trial.repetition, trial.trial): trial for trial in ended(control) if not trial.player}
-    pairs = [(trial, other) for trial in ended(trials) if (other := alone.get((trial.repetition, trial.trial)))]
-
-    def chosen(trial: Trial) -> list[str]:
-        return [step.chosen or step.joint for step in trial.steps]
-
-    changed = sum(trial.changed_steps for trial, _ in pairs)
-    return changed if changed >= REPORTS and all(chosen(trial) == chosen(other) for trial, other in pairs) else 0
