@@ -98,6 +98,8 @@ def test_a_text_with_one_reading_is_a_decision_and_what_was_tidied_is_named(text
         ('{"set": ["A"]} B', "not one JSON object"),
         (f"{OBJECT}\n{OTHER}", "JSON objects that differ"),
         (f"The form is {OTHER}, so {OBJECT}", "JSON objects that differ"),
+        (f"{OBJECT} or C", "a JSON object and an alternative"),
+        (f"C or {OBJECT}", "a JSON object and an alternative"),
         (f"```json\n{OTHER}\n```\nor rather\n```json\n{OBJECT}\n```", "JSON objects that differ"),
         (f'{{"joint" "C"}} {OBJECT}', "not one JSON object"),
         (f'Like {{"joint": "A" or "B"}}: {OBJECT}', "not one JSON object"),

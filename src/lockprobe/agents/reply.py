@@ -65,6 +65,10 @@ _TURN = re.compile(
 )
 """Tokens between two turns; what follows one is no longer part of the reply."""
 
+_OR_BEFORE = re.compile(r"\bor\s*$", re.IGNORECASE)
+_OR_AFTER = re.compile(r"\s*(?:or|alternatively)\b", re.IGNORECASE)
+"""Words beside an object that say that it is one of two answers."""
+
 _TOKEN = re.compile(
     r"<\|[^|<>\s]{1,40}\|?>|<[^|<>\s]{1,40}\|>|<\uff5c[^\uff5c<>\s]{1,40}\uff5c>|</?s>|<(?:start|end)_of_turn>|<(?:bos|eos|pad)>|\[/?INST\]"
 )
@@ -221,6 +225,8 @@ def _object_in(text: str, names: Sequence[str]) -> Found:
     readings = {json.dumps({name: plain_form(str(of)) for name, of in sorted(one.items())}) for one, _ in found}
     if broken or len(readings) > 1:
         raise ReplyFault("JSON objects that differ")
+    if _OR_BEFORE.search(around[0]) or _OR_AFTER.match(around[-1]):
+        raise ReplyFault("a JSON object and an alternative")
     fields, tidied = found[0]
     tidied = tidied.union(marks, ["repeated"] if len(found) > 1 else ())
     left = _NO_WIDTH.sub("", "".join(around))
