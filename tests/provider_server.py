@@ -1,4 +1,4 @@
-"""The scripted provider that ships, with latency, faults, and an account of both.
+"""A scripted provider on loopback that answers chat completions, with latency, faults, and an account of both.
 
 ``here`` serves from a thread, ``elsewhere`` from a process of its own, and so does
 ``python tests/provider_server.py '{"median": 0.5}'``, which prints its URL and serves until its input ends.
@@ -14,22 +14,16 @@ import hashlib
 import json
 import math
 import random
+import re
 import subprocess
 import sys
+import threading
 import urllib.request
 from collections import Counter
 from dataclasses import asdict, dataclass, field
 
-from lockprobe.testing.provider import (
-    ScriptedProvider,
-    completion,
-    failure,
-    in_turn,
-    joints,
-    replying,
-    send,
-    words,
-)
+LARGEST = 2**26
+"""Bytes of a request, at most."""
 
 HTTP_FAULTS = (
     "429 with Retry-After",
@@ -128,10 +122,16 @@ ASKED = ("ANTHROPIC", "FAKE", "OPENAI", "OPENROUTER")
 """How the variables of those begin that are asked at a server here."""
 
 
-class Server(ScriptedProvider):
-    """Answers chat completions with latency and faults, and counts.
+class Server:
+    """Answers chat completions by a function, with latency and faults, and counts.
+
+    It serves from a thread while its ``with`` block runs, because the caller's thread may run an event loop. What the
+    function raises is answered with status 400 and raised again at the end of the block.
 
     Attributes:
+        url: Base URL, once it runs.
+        requests: The body of every request, in order, where they are kept.
+        headers: Every header line received, each once.
         arrived: How often each conversation came.
         replied: How often each got a whole reply, good or bad, onto the wire.
         left: Requests whose client had left before there was a reply.
@@ -143,11 +143,73 @@ class Server(ScriptedProvider):
 
     def __init__(self, answer=None, manner=None, *, keep=False):
         self.manner = manner or Manner()
-        super().__init__(answer or ANSWERS[self.manner.answer], name="unused", keep=keep)
+        self._answer, self._keep = answer or ANSWERS[self.manner.answer], keep
+        self.url, self.requests, self.headers = "", [], set()
+        self._open, self._raised = set(), None
         self.arrived, self.replied, self.faults = Counter(), Counter(), Counter()
         self.left = self.peak = self._on_their_way = 0
         self.latency = 0.0
         self.chain = {}
+
+    def __enter__(self):
+        self._loop = asyncio.new_event_loop()
+        ready, self._end = threading.Event(), self._loop.create_future()
+        serving = self.serve(lambda url: ready.set(), self._end)
+        self._thread = threading.Thread(target=self._run, args=(serving,), daemon=True)
+        self._thread.start()
+        ready.wait()
+        return self
+
+    def __exit__(self, kind, error, trace):
+        self._loop.call_soon_threadsafe(self._end.set_result, None)
+        self._thread.join()
+        if self._raised is not None and error is None:
+            raise self._raised
+
+    def _run(self, serving):
+        with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+            runner.run(serving)
+
+    async def serve(self, started, until):
+        """Serve on a free port until ``until`` is done; ``started`` is called with the base URL."""
+        server = await asyncio.start_server(self._connection, "127.0.0.1", 0, limit=LARGEST, backlog=1024)
+        self.url = f"http://127.0.0.1:{server.sockets[0].getsockname()[1]}/v1"
+        started(self.url)
+        await until
+        server.close()
+        for writer in list(self._open):
+            writer.transport.abort()
+        await asyncio.sleep(0.01)
+
+    async def _connection(self, reader, writer):
+        self._open.add(writer)
+        try:
+            with contextlib.suppress(ConnectionError, asyncio.IncompleteReadError):
+                while await self._exchange(reader, writer):
+                    pass
+        finally:
+            self._open.discard(writer)
+            writer.close()
+
+    async def _exchange(self, reader, writer):
+        """One request and its answer; whether the connection stays open."""
+        head = (await reader.readuntil(b"\r\n\r\n")).decode("latin-1")
+        first, *lines = head.strip().split("\r\n")
+        self.headers.update(lines)
+        headers = {name.lower(): value for name, _, value in (line.partition(": ") for line in lines)}
+        body = await reader.readexactly(int(headers.get("content-length", 0)))
+        if first.startswith("GET"):
+            send(writer, 200, self.account())
+            return True
+        request = json.loads(body)
+        if self._keep:
+            self.requests.append(request)
+        self._on_their_way += 1
+        self.peak = max(self.peak, self._on_their_way)
+        try:
+            return await self._late(request, reader, writer)
+        finally:
+            self._on_their_way -= 1
 
     def account(self):
         """All counts as one JSON object; conversations by their hash."""
@@ -162,16 +224,6 @@ class Server(ScriptedProvider):
             "longest_chain": max(self.chain.values(), default=0.0),
             "conversations": {key: [times, self.replied[key]] for key, times in self.arrived.items()},
         }
-
-    told = account
-
-    async def answered(self, request, reader, writer):
-        self._on_their_way += 1
-        self.peak = max(self.peak, self._on_their_way)
-        try:
-            return await self._late(request, reader, writer)
-        finally:
-            self._on_their_way -= 1
 
     async def _late(self, request, reader, writer):
         before, name = names(request["input"] if "input" in request else request["messages"])
@@ -212,7 +264,11 @@ class Server(ScriptedProvider):
             return *failure(500, "The server had an error"), []
         if fault == "a string":
             return 200, "service unavailable", []
-        status, content = self.answer(request)
+        try:
+            status, content = self._answer(request)
+        except (AssertionError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            self._raised = self._raised or error
+            return *failure(400, f"{type(error).__name__}: {error}"), []
         if fault in SPOILT:
             content = SPOILT[fault](content)
         if fault in ("truncated", "malformed"):
@@ -240,6 +296,75 @@ def account(url):
     """What the server at a base URL has counted."""
     with urllib.request.urlopen(url.removesuffix("/v1") + "/account", timeout=60) as answer:
         return json.loads(answer.read())
+
+
+def send(writer, status, body, more=(), *, midway=False):
+    """Write an answer: bytes as they are, everything else as JSON. ``midway`` leaves out half of it."""
+    content = body if isinstance(body, bytes) else json.dumps(body).encode()
+    lines = [f"HTTP/1.1 {status} x", "content-type: application/json", f"content-length: {len(content)}", *more]
+    writer.write("\r\n".join([*lines, "", ""]).encode() + (content[: len(content) // 2] if midway else content))
+
+
+def completion(text, *, stop="stop", refusal=None):
+    """A successful answer with this text, or with that of a model that refuses."""
+    message = {"role": "assistant", "content": text} | ({} if refusal is None else {"refusal": refusal})
+    return 200, {
+        "id": "x",
+        "object": "chat.completion",
+        "created": 1,
+        "model": "fake",
+        "choices": [{"index": 0, "message": message, "finish_reason": stop}],
+        "usage": {"prompt_tokens": 11, "completion_tokens": 5, "total_tokens": 16},
+    }
+
+
+def failure(status, message):
+    """An error of the provider. Lockprobe asks again after 429 and those from 500 on; others end a trial."""
+    return status, {"error": {"message": message, "type": "error", "code": status}}
+
+
+def words(message):
+    """The text of a message, with or without pictures."""
+    content = message["content"] or ""
+    return content if isinstance(content, str) else " ".join(part["text"] for part in content if part["type"] == "text")
+
+
+def joints(request):
+    """The joints in listed order, from the reply form or else from the text."""
+    with contextlib.suppress(KeyError):
+        return list(form(request)["joint"]["enum"])
+    return re.search(r"joints?: (\w+(?:, \w+)+)", words(request["messages"][0]))[1].split(", ")
+
+
+def form(request):
+    """The parts of the reply that is asked for."""
+    return request["response_format"]["json_schema"]["schema"]["properties"]
+
+
+def replying(request, joint, hypothesis="in turn"):
+    """A reply in the requested form that names a joint and repeats the last report."""
+    turn, told = turns(request)
+    last = "none" if turn == 0 else "did not move" if "did not move" in told else "moved"
+    all_said = {"last_action": last, "hypothesis": hypothesis, "joint": joint}
+    asked = ["last_action", "hypothesis", "joint"]
+    with contextlib.suppress(KeyError):
+        asked = list(form(request))
+    return completion(json.dumps({key: all_said[key] for key in asked}))
+
+
+def turns(request):
+    """The number of steps played and the last report; replies that could not be used do not count."""
+    turn, told = 0, request["messages"][0]
+    for reply, after in zip(request["messages"], request["messages"][1:], strict=False):
+        if reply["role"] == "assistant" and "could not be used" not in words(after):
+            turn, told = turn + 1, after
+    return turn, words(told)
+
+
+def truthful(request):
+    """A well-formed reply: it repeats what it was told and goes through the joints in the order listed."""
+    listing, (turn, _) = joints(request), turns(request)
+    return replying(request, listing[turn % len(listing)])
 
 
 def pictures(message):
@@ -296,10 +421,6 @@ def blind(request):
     """A well-formed reply of one who keeps to two joints, which open no box of a chain: every trial takes its budget."""
     luck = int(names(request["messages"])[1], 16)
     return replying(request, joints(request)[luck % 2])
-
-
-truthful = in_turn
-"""A well-formed reply: it repeats what it was told and goes through the joints in the order listed."""
 
 
 def stubborn(request):

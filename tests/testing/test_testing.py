@@ -1,11 +1,6 @@
-"""The contracts hold for ours and find who breaks them; the builders and the scripted provider do as they are told."""
+"""The contracts hold for ours and find who breaks them; the builders do as they are told."""
 
-import json
-import os
 import random
-import urllib.error
-import urllib.request
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import count, cycle
 from types import MappingProxyType
@@ -21,17 +16,12 @@ from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.statistics.measures import MEASURES
 from lockprobe.testing import (
     ScriptedAgent,
-    ScriptedProvider,
     check_agent,
     check_box,
     check_intervention,
     check_measure,
     check_plant,
-    completion,
-    failure,
-    joints,
     make_trial,
-    replying,
 )
 from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
@@ -349,59 +339,3 @@ def test_it_ends_with_its_list_or_breaks():
     slipping = make_trial([0] * 9, box="fork", condition=[Tremble(p=1)])
     assert slipping.box == "fork"
     assert all(step.chosen == "revolute-left" for step in slipping.steps)
-
-
-BODY = {"messages": [{"role": "user", "content": "The panel's joints: A, B, C. The target joint: A."}]}
-
-
-def posted(provider, body=BODY):
-    """Status and body of the answer to a request."""
-    request = urllib.request.Request(f"{provider.url}/chat/completions", json.dumps(body).encode())
-    try:
-        with urllib.request.urlopen(request, timeout=10) as answer:
-            return answer.status, json.loads(answer.read())
-    except urllib.error.HTTPError as error:
-        return error.code, json.loads(error.read())
-
-
-def said(answer):
-    return answer[1]["choices"][0]["message"]["content"]
-
-
-def test_answers_come_in_the_order_of_the_list_and_a_request_after_the_last_fails_the_test():
-    with ExitStack() as stack:
-        provider = stack.enter_context(ScriptedProvider(["one", {"joint": "B"}, failure(503, "full")]))
-        assert said(posted(provider)) == "one"
-        assert json.loads(said(posted(provider))) == {"joint": "B"}
-        assert posted(provider)[0] == 503
-        assert provider.requests == [BODY] * 3
-        status, body = posted(provider)
-        assert (status, body["error"]["message"]) == (400, "LookupError: a request came after the last of 3 answers")
-        with pytest.raises(LookupError, match="after the last of 3 answers"):
-            stack.close()
-
-
-def test_a_function_answers_each_request_and_what_it_asserts_reaches_the_test():
-    def answer(request):
-        assert len(request["messages"]) == 1, "the conversation grew"
-        return replying(request, joints(request)[-1])
-
-    with ExitStack() as stack:
-        provider = stack.enter_context(ScriptedProvider(answer))
-        assert json.loads(said(posted(provider)))["joint"] == "C"
-        posted(provider, {"messages": [*BODY["messages"], *BODY["messages"]]})
-        with pytest.raises(AssertionError, match="the conversation grew"):
-            stack.close()
-
-
-def test_the_environment_says_where_it_is_as_long_as_it_runs(monkeypatch):
-    monkeypatch.setenv("MINE_BASE_URL", "before")
-    monkeypatch.delenv("MINE_API_KEY", raising=False)
-    with ScriptedProvider(lambda request: completion("x"), name="mine", keep=False) as provider:
-        assert provider.agent == "llm:openai-api/mine/model"
-        assert os.environ["MINE_BASE_URL"] == provider.url
-        assert os.environ["MINE_API_KEY"]
-        posted(provider)
-    assert os.environ["MINE_BASE_URL"] == "before"
-    assert "MINE_API_KEY" not in os.environ
-    assert provider.requests == []  # a long run need not be kept

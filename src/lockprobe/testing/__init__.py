@@ -1,4 +1,4 @@
-"""Contract tests, builders and fakes for the tests of a package that extends Lockprobe.
+"""Contract tests and builders for the tests of a package that extends Lockprobe.
 
 ::
 
@@ -14,23 +14,15 @@
 from __future__ import annotations
 
 from lockprobe.testing.contracts import check_agent, check_box, check_intervention, check_measure, check_plant
-from lockprobe.testing.provider import ScriptedProvider, completion, failure, in_turn, joints, replying, words
 from lockprobe.testing.trials import ScriptedAgent, make_trial, play_trials
 
 __all__ = [
     "ScriptedAgent",
-    "ScriptedProvider",
     "check_agent",
     "check_box",
     "check_intervention",
     "check_measure",
     "check_plant",
-    "completion",
-    "failure",
-    "in_turn",
-    "joints",
     "make_trial",
     "play_trials",
-    "replying",
-    "words",
 ]

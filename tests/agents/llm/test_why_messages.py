@@ -4,12 +4,14 @@ import json
 import re
 
 import pytest
+from provider_server import here, words
 
 import lockprobe
 from lockprobe.interventions.asked import ASIDES
 from lockprobe.statistics.arms import ARMS
 from lockprobe.studies.options.studyfile import study
-from lockprobe.testing.provider import ScriptedProvider, words
+
+AGENT = "llm:openai-api/fake/model"
 
 NAMING = re.compile(r"\b(truth|true|lies?|false|flips?|distract|condition|arms?|retract)|[?&]\w+=")
 """What would tell a model which arm it is in: a word, or an option of a spec."""
@@ -19,9 +21,11 @@ NAMING = re.compile(r"\b(truth|true|lies?|false|flips?|distract|condition|arms?|
 def asked():
     """Arm -> the last request of one trial, which holds all messages of it; the model acts alike in every arm."""
     found = {}
-    with ScriptedProvider() as provider:
-        for condition in study("why", agent=provider.agent).conditions:
-            trial = lockprobe.run_trial(agent=provider.agent, condition=condition, trial=2, seed=2)
+    with here(keep=True) as provider, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FAKE_BASE_URL", provider.url)
+        patch.setenv("FAKE_API_KEY", "nobody-asks-for-one")
+        for condition in study("why", agent=AGENT).conditions:
+            trial = lockprobe.run_trial(agent=AGENT, condition=condition, trial=2, seed=2)
             assert trial.ending in ("solved", "max_steps")
             found[condition.label] = provider.requests[-1]
     return found

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from builders import SOLUTION, make_trial
-from provider_server import here, joints, names, truthful
+from provider_server import here, joints, names, replying, truthful, words
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, ModelFacts
 from lockprobe.agents.llm.settings import Model, ModelSettings
@@ -20,8 +20,6 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.trial_rows import Timing, row_of
 from lockprobe.studies.running.runner import run_study
 from lockprobe.studies.running.single import run_trial
-from lockprobe.testing import ScriptedProvider, replying, words
-from lockprobe.testing import joints as joints_of
 
 SPEC, THINKS = "llm:openai-api/fake/model", "llm:openai-api/fake/thinks"
 FACTS = """
@@ -116,13 +114,15 @@ def model(images=0, **facts):
     "spec",
     ["truth", "hypothesis?ask=off", "hypothesis?ask=after", "distract?p=1", "history?last=3", f"prompt?file={CURT} + warn"],
 )  # fmt: skip
-def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(spec):
+def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(spec, monkeypatch):
     """At every step, held against a provider that answers as the made-up trial does; labels are of equal length."""
-    with ScriptedProvider(lambda request: replying(request, joints_of(request)[0], REPLY["hypothesis"])) as provider:
-        trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
+    with here(lambda request: replying(request, joints(request)[0], REPLY["hypothesis"]), keep=True) as provider:
+        monkeypatch.setenv("FAKE_BASE_URL", provider.url)
+        monkeypatch.setenv("FAKE_API_KEY", "nobody-asks-for-one")
+        trial = run_trial(agent=SPEC, condition=spec, max_steps=12)
     assert trial.error is None
-    plan = study("flips", agent=provider.agent, condition=spec, max_steps=12)
-    sizes = request_sizes(plan.plan(provider.agent, plan.conditions[-1], 1, 1), model())[1]
+    plan = study("flips", agent=SPEC, condition=spec, max_steps=12)
+    sizes = request_sizes(plan.plan(SPEC, plan.conditions[-1], 1, 1), model())[1]
     sent = [sum(tokens(words(message)) + 4 for message in request["messages"]) for request in provider.requests]
     form = tokens(json.dumps(provider.requests[-1]["response_format"]["json_schema"]["schema"]))
     taken = (sizes - form)[: len(sent)]

@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from provider_server import here
+from provider_server import here, replying, words
 
 from lockprobe.agents.llm.settings import Access
 from lockprobe.boxes.layouts import locking_pairs, neighbours
@@ -12,7 +12,6 @@ from lockprobe.foundation.errors import Conflict
 from lockprobe.report.verify.verification import verify
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import Limits, run_study
-from lockprobe.testing.provider import replying, words
 from lockprobe.trial.plan import Names
 
 ONE_BY_ONE = {
