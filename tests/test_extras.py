@@ -1,19 +1,111 @@
-"""With any extra alone, and with none, every command works or says in one line which extra it lacks."""
+"""With no extra at all, every command works or says in one line which extra it lacks.
 
+Nothing is installed for that: a process in which what the core does not require cannot be imported plays the commands.
+"""
+
+import contextlib
+import io
 import json
 import os
 import subprocess
 import sys
+import tomllib
+from importlib.machinery import PathFinder
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from pathlib import Path
 
-import extras
 import numpy as np
 import pytest
 from builders import small_study, write_study
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+SITE = {"cmeel_pth"}
+"""What a package imports by itself when any interpreter starts, by a file in site-packages."""
+
+KEY = "flips/random/truth/rep=1/trial=1"
+PLAIN = ("chance", "list agents", "export S", "status S", "doctor llm:ollama/x")
+"""Commands that need no extra. The last asks over HTTP, and says that nobody is there."""
+
+NEEDS = {
+    "run flips --agent llm:local --p 0 --trials 1 --out R": "lockprobe[local]",
+    "box show chain-4 --out b.xml": "lockprobe[twin]",
+    "box check chain-4 b.xml": "lockprobe[twin]",
+    "run modalities --agent viewer --plant fast-twin --trials 1 --out M": "lockprobe[twin]",
+    f"replay S {KEY} --out f.gif": "lockprobe[twin]",
+    f"replay S {KEY} --out f.mp4": "lockprobe[twin]",
+    "export S --format parquet --out e.parquet": "lockprobe[parquet]",
+    "serve flips --out P": "lockprobe[web]",
+    "mcp flips": "lockprobe[mcp]",
+    "run flips --agent random --p 0 --trials 1 --cluster auto --out C": "lockprobe[cluster]",
+    "rig calibrate V": "lockprobe[twin]",
+}
+"""Command -> the extra that it asks for."""
+
+ROOT = Path(__file__).parents[1]
+PROJECTS = {
+    name: tomllib.loads((ROOT / folder / "pyproject.toml").read_text("utf-8"))["project"]
+    for name, folder in {"lockprobe": ".", "lockprobe-robot": "robot"}.items()
+}
+
+
+def distributions(requirements):
+    """The names of what is installed with these requirements, with all that they require in turn."""
+    found, waiting = {}, [Requirement(one) for one in requirements]
+    while waiting:
+        one = waiting.pop()
+        name, extras = canonicalize_name(one.name), frozenset(one.extras)
+        if name in found and found[name] >= extras:
+            continue
+        found[name] = extras | found.get(name, frozenset())
+        if name in PROJECTS:
+            own = PROJECTS[name]
+            inner = [*own["dependencies"], *(each for extra in extras for each in own["optional-dependencies"][extra])]
+        else:
+            with contextlib.suppress(PackageNotFoundError):
+                inner = requires(name) or ()
+        for each in map(Requirement, inner):
+            if not each.marker or any(each.marker.evaluate({"extra": extra}) for extra in ("", *extras)):
+                waiting.append(each)
+    return found.keys()
+
+
+class OnlyCore:
+    """Finds modules and distributions as usual, but for those that the core does not require."""
+
+    def __init__(self):
+        self._core = distributions(["lockprobe"])
+        tops = packages_distributions().items()
+        self.hidden = {top for top, names in tops if not {canonicalize_name(name) for name in names} & self._core}
+        self.hidden -= {*SITE, *sys.stdlib_module_names}
+
+    def find_distributions(self, context):
+        return [one for one in PathFinder.find_distributions(context) if canonicalize_name(one.name) in self._core]
+
+    def find_spec(self, name, path=None, target=None):
+        return None if name.partition(".")[0] in self.hidden else PathFinder.find_spec(name, path, target)
+
+
+def came_to(command):
+    """Exit status and lines on standard error of one command."""
+    from lockprobe.cli import main
+
+    said = io.StringIO()
+    sys.argv = ["lockprobe", *command.split()]
+    status = 0
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+        try:
+            main()
+        except SystemExit as end:
+            status = end.code or 0
+        except BaseException as error:  # noqa: BLE001 - a traceback is what this is about
+            status, said = "traceback", io.StringIO(f"{type(error).__name__}: {error}")
+    return status, said.getvalue().splitlines()
 
 
 @pytest.fixture(scope="module")
-def matrix(tmp_path_factory):
+def found(tmp_path_factory):
+    """What every command came to."""
     directory = tmp_path_factory.mktemp("extras")
     write_study(directory / "S", small_study(["random"], p=[0.0], repetitions=1, trials=1))
     (directory / "V").mkdir()
@@ -21,31 +113,41 @@ def matrix(tmp_path_factory):
     camera = {"width": 64, "height": 64, "focal": [64, 64], "centre": [4, 4]}
     view = {"picture": "0.png", "hand": np.eye(4).tolist()}
     (directory / "V" / "views.json").write_text(json.dumps({"camera": camera, "views": [view]}))
-    without = {name: value for name, value in os.environ.items() if not name.endswith("_API_KEY")}
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_API_KEY")}
+    environment["PYTHONPATH"] = str(Path(__file__).parent)
     done = subprocess.run(
-        [sys.executable, str(Path(extras.__file__)), str(directory)], capture_output=True, text=True, env=without
+        [sys.executable, "-c", ALONE], cwd=directory, capture_output=True, text=True, check=False, env=environment
     )
     assert done.returncode == 0, done.stderr
-    return dict(json.loads(line) for line in done.stdout.splitlines())
+    return json.loads(done.stdout)
 
 
-@pytest.mark.parametrize("extra", ["", *extras.EXTRAS])
-def test_every_command_works_or_says_in_one_line_what_is_missing(matrix, extra):
-    found = matrix[extra]
-    for command in extras.PLAIN:
+ALONE = """
+import json, sys
+from importlib.machinery import PathFinder
+from test_extras import NEEDS, PLAIN, OnlyCore, came_to
+finder = OnlyCore()
+for name in [name for name in sys.modules if name.partition(".")[0] in {"lockprobe", *finder.hidden}]:
+    del sys.modules[name]
+sys.meta_path[sys.meta_path.index(PathFinder)] = finder
+print(json.dumps({command: came_to(command) for command in (*PLAIN, *NEEDS)}))
+"""
+
+
+def test_every_command_works_or_says_in_one_line_what_is_missing(found):
+    for command in PLAIN:
         assert found[command][0] == 0, (command, found[command])
-    for need, those in extras.NEEDS.items():
-        for command in (command for command in those if command in found):
-            status, lines = found[command]
-            assert (status, len(lines)) == (2, 1), (command, status, lines)
-            assert any(extras.EXTRAS[name] in lines[0] for name in (need, "twin")), (command, lines)
+    for command, extra in NEEDS.items():
+        status, lines = found[command]
+        assert (status, len(lines)) == (2, 1), (command, status, lines)
+        assert extra in lines[0], (command, lines)
 
 
 def test_what_an_extra_brings_is_read_from_the_projects():
-    core = extras.distributions(["lockprobe"])
+    core = distributions(["lockprobe"])
     assert {"lockprobe", "numpy", "pydantic-core", "matplotlib"} <= core
     assert not {"openai", "inspect-ai", "starlette", "mujoco", "pandas", "statsmodels", "lockprobe-robot"} & core
-    assert {"lockprobe", "lockprobe-robot", "mujoco"} <= extras.distributions(["lockprobe[twin]"])
-    assert {"mujoco", "imageio-ffmpeg"} <= extras.distributions(["lockprobe-robot[film]"])
-    assert "tenacity" in extras.distributions(["lockprobe[inspect]"])
-    assert len(extras.EXTRAS) <= 16
+    assert {"lockprobe", "lockprobe-robot", "mujoco"} <= distributions(["lockprobe[twin]"])
+    assert {"mujoco", "imageio-ffmpeg"} <= distributions(["lockprobe-robot[film]"])
+    assert "tenacity" in distributions(["lockprobe[inspect]"])
+    assert sum(len(project["optional-dependencies"]) for project in PROJECTS.values()) <= 16
