@@ -64,9 +64,11 @@ def distributions(requirements):
         else:
             with contextlib.suppress(PackageNotFoundError):
                 inner = requires(name) or ()
-        for each in map(Requirement, inner):
-            if not each.marker or any(each.marker.evaluate({"extra": extra}) for extra in ("", *extras)):
-                waiting.append(each)
+        waiting += [
+            each
+            for each in map(Requirement, inner)
+            if not each.marker or any(each.marker.evaluate({"extra": extra}) for extra in ("", *extras))
+        ]
     return found.keys()
 
 
