@@ -140,7 +140,7 @@ class StudyOptions(BaseModel):
     trials: Annotated[
         Whole | None,
         _about(
-            "Trials per condition and box (in each repetition: 2; 10 with --full, or if --p or --repetitions is given; "
+            "Trials per condition and box (in each repetition: 1; 10 with --full, or if --p or --repetitions is given; "
             "50 with why; 5 with several boxes)."
         ),
     ] = None
