@@ -64,9 +64,6 @@ class Lockbox:
             clause holds *entirely*. A joint that is always free has one empty clause and may be left out.
         initial: The configuration at the start of every trial.
         target: The joint whose movement solves the box.
-
-    Raises:
-        BadValue: If names repeat, a clause names an unknown joint or the joint itself, or lengths differ.
     """
 
     name: str

@@ -66,11 +66,7 @@ class _BoxTable(BaseModel):
 
 
 def read_box(path: Path) -> Lockbox:
-    """Read the box in a TOML file of the form above.
-
-    Raises:
-        BadFile: If the file has another form, or its box cannot be played (:func:`.fault_of`).
-    """
+    """Read the box in a TOML file of the form above."""
     box = _box_of(read_toml(path), path)
     if fault := fault_of(box):
         raise BadFile(path, fault)
@@ -78,11 +74,7 @@ def read_box(path: Path) -> Lockbox:
 
 
 def toml_of(box: Lockbox) -> str:
-    """The text of a TOML file from which :func:`read_box` reads the same box.
-
-    Raises:
-        BadFile: If a name or a size is not allowed in a file.
-    """
+    """The text of a TOML file from which :func:`read_box` reads the same box."""
     _box_of(box.as_data(), box.name)
     joints = (
         f'[[joints]]\nname = "{joint.name}"\nkind = "{joint.kind}"\nplace = [{joint.place[0]}, {joint.place[1]}]\n'
@@ -104,11 +96,7 @@ def _box_of(data: object, source: Path | str) -> Lockbox:
 
 
 def box_from_data(data: object) -> Lockbox:
-    """Build a box from parsed tables of the form above; the inverse of ``Lockbox.as_data``.
-
-    Raises:
-        UserMistake: If they describe no box.
-    """
+    """Build a box from parsed tables of the form above; the inverse of ``Lockbox.as_data``."""
     try:
         table = _BoxTable.model_validate(data)
         return Lockbox(

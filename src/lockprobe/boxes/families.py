@@ -40,9 +40,6 @@ def sized(family: str, joints: int | None) -> str:
     Args:
         family: A family with or without its number, or ``random``.
         joints: Number of joints; by default the number in the name, or else 4.
-
-    Raises:
-        BadValue: If the family has no box of that size; the message lists the sizes that it has.
     """
     known = {name: len(STRUCTURES[name]().joints) for name in STRUCTURES}
     known |= {f"random-{n}": n for n in range(2, MAX_JOINTS + 1)}
@@ -99,10 +96,6 @@ def _is_box(found: object) -> bool:
 
 def box(name: str = DEFAULT_BOX) -> Lockbox:
     """A box by name. ``random-N-SEED``, for example ``random-5-17``, has N joints and an interlock drawn from the seed.
-
-    Raises:
-        UnknownName: If there is no such box; the message lists those that exist.
-        BadValue: If ``random-N-SEED`` has a number out of range.
 
     >>> box("chain-4").target
     'revolute-left'

@@ -39,10 +39,6 @@ class Recipe:
         negative: Probability that a position in a clause is closed, [0, 1].
         shortest: Least allowed optimum, steps, from 1.
         seed: From 0, below 2**31. Interlock, layout and start have separate streams.
-
-    Raises:
-        UnknownName: If there is no such family or layout.
-        BadValue: If a number is out of range.
     """
 
     family: str = "random-4"

@@ -17,8 +17,8 @@ def reached(address: str | None) -> Iterator[Cluster | None]:
         yield None
         return
     with Cluster.connect(address) as cluster:
-        nodes = [node for node in cluster.nodes if node.processors]
-        said = ", ".join(f"{printable(node.host)} {node.processors}" for node in nodes[:8]) or "none yet"
+        nodes = [(host, processors) for host, processors in cluster.nodes if processors]
+        said = ", ".join(f"{printable(host)} {processors}" for host, processors in nodes[:8]) or "none yet"
         more = f" and {len(nodes) - 8} more" if len(nodes) > 8 else ""
         print(f"Cluster: processors of {said}{more}", file=sys.stderr)
         yield cluster

@@ -180,9 +180,6 @@ def needing(what: str, extra: str, package: str = "lockprobe") -> Iterator[None]
         what: What needs them, in the plural, for the message.
         extra: The extra.
         package: The distribution that has the extra.
-
-    Raises:
-        Missing: If one of them is not installed.
     """
     try:
         yield

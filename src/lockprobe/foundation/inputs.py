@@ -34,12 +34,7 @@ _KINDS = {
 
 
 def irregular(path: Path) -> str:
-    """The kind of an irregular file, for example ``a pipe``; empty for a regular file and for a missing one.
-
-    Raises:
-        OSError: If it cannot be examined.
-        ValueError: If the name holds a null character.
-    """
+    """The kind of an irregular file, for example ``a pipe``; empty for a regular file and for a missing one."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -48,11 +43,7 @@ def irregular(path: Path) -> str:
 
 
 def check_regular(path: Path) -> None:
-    """Refuse pipes, devices, sockets and directories, because reading them may never end. Links are followed.
-
-    Raises:
-        BadFile: If it is one of these, or cannot be examined. A missing file is not refused.
-    """
+    """Refuse pipes, devices, sockets and directories, because reading them may never end. Links are followed."""
     try:
         kind = irregular(path)
     except (OSError, ValueError) as error:
@@ -62,21 +53,13 @@ def check_regular(path: Path) -> None:
 
 
 def is_there(path: Path) -> bool:
-    """Whether a regular file is there; what is there and is none is no missing file.
-
-    Raises:
-        BadFile: If it is a pipe, a device, a socket or a directory, or cannot be examined.
-    """
+    """Whether a regular file is there; what is there and is none is no missing file."""
     check_regular(path)
     return path.exists()
 
 
 def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
-    """The content of a regular file of at most ``most`` bytes; nobody is waited for, also where a pipe took its place.
-
-    Raises:
-        BadFile: If it is no regular file, is larger, or cannot be read.
-    """
+    """The content of a regular file of at most ``most`` bytes; nobody is waited for, also where a pipe took its place."""
     check_regular(path)
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb", _BUFFER) as file:  # noqa: PTH123 - of a number
@@ -91,11 +74,7 @@ def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
 
 
 def parse_json(content: bytes | str, path: Path) -> object:
-    """Parse the UTF-8 content of a JSON file; messages name its path.
-
-    Raises:
-        BadFile: If it is no JSON, or nested more deeply than can be read.
-    """
+    """Parse the UTF-8 content of a JSON file; messages name its path."""
     try:
         return json.loads(content)
     except RecursionError:
@@ -110,11 +89,7 @@ def read_preset(name: str) -> dict[str, Any]:
 
 
 def read_toml(path: Path) -> dict[str, object]:
-    """The tables of a TOML file of at most :data:`LARGEST_TOML`.
-
-    Raises:
-        BadFile: If it cannot be read, is too large or is not TOML.
-    """
+    """The tables of a TOML file of at most :data:`LARGEST_TOML`."""
     content = read_input(path, LARGEST_TOML)
     try:
         return tomllib.loads(content.decode("utf-8"))

@@ -119,12 +119,7 @@ class Plugin:
         return self.package.partition(" ")[0] == ROBOT
 
     def load(self) -> Any:
-        """Import it.
-
-        Raises:
-            BadValue: If no person has named it, or ``python:module:Name`` names nothing that can be imported.
-            BrokenPlugin: If the package's module breaks, or does not have it.
-        """
+        """Import it."""
         if not (self.ships or runs_foreign_code()):
             raise BadValue(self.kind, self.name, "one that ships with Lockprobe: no other code runs here")
         module, _, path = self.value.partition(":")
@@ -168,11 +163,6 @@ class Plugin:
             is_one: Whether what was found, which is not called yet, is of the kind.
             expected: What it should be, in words.
             given: Further arguments.
-
-        Raises:
-            UnknownName: If it has no such option; the message lists those that exist.
-            BadValue: If it is none of its kind, an option has an invalid value, or as :meth:`load`.
-            BrokenPlugin: If it breaks.
         """
         found = self.load()
         with self.guarded():
@@ -186,11 +176,7 @@ class Plugin:
 
     @contextmanager
     def guarded(self) -> Iterator[None]:
-        """Run code of the plug-in, and turn its errors into one line.
-
-        Raises:
-            BrokenPlugin: If it breaks, or wants to end the process. Lockprobe's own errors pass unchanged.
-        """
+        """Run code of the plug-in, and turn its errors into one line."""
         try:
             yield
         except (LockprobeError, KeyboardInterrupt, GeneratorExit):
@@ -233,11 +219,7 @@ def is_own_function(found: object) -> bool:
 
 
 def find_plugin(kind: Kind, spec: str) -> Plugin | None:
-    """Find ``python:module:Name`` or an entry point by its spec, without an import; None if it does not exist.
-
-    Raises:
-        BadValue: If several packages have it.
-    """
+    """Find ``python:module:Name`` or an entry point by its spec, without an import; None if it does not exist."""
     name = spec_name(spec)
     if name.startswith(_DIRECT):
         return Plugin(kind=kind, name=name, value=name.removeprefix(_DIRECT), spec=spec)
@@ -257,9 +239,6 @@ def robot_plugin(kind: Kind, name: str, what: str) -> Plugin:
         kind: The kind of addition.
         name: Its name, or a spec that begins with it.
         what: What needs it, with its verb, for the message: ``films need``.
-
-    Raises:
-        Missing: If lockprobe-robot is not installed.
     """
     plugin = find_plugin(kind, name)
     if plugin is None or not plugin.ships:
@@ -307,11 +286,7 @@ def plugin_name_of(kind: Kind, found: type[Any]) -> str:
 
 
 def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
-    """Refuse specs in a file that would run code, also within conditions.
-
-    Raises:
-        BadFile: If one begins with ``python:``.
-    """
+    """Refuse specs in a file that would run code, also within conditions."""
     for spec in specs:
         if isinstance(spec, str) and any(spec_kind(part) == "python" for part in split_specs(spec)):
             raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")

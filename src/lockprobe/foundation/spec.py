@@ -59,11 +59,7 @@ class Spec:
 
     @classmethod
     def parse(cls, text: str, what: str = "agent") -> Spec:
-        """Read a spec; messages call it ``what``.
-
-        Raises:
-            BadValue: If an option has no value, or comes twice.
-        """
+        """Read a spec; messages call it ``what``."""
         full_name, mark, query = text.partition("?")
         try:
             pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=bool(query))
@@ -147,9 +143,6 @@ def named_spec(text: str, what: str, example: str) -> tuple[str, str]:
         text: The text.
         what: What a message calls it.
         example: One that is well formed, for a message.
-
-    Raises:
-        BadValue: If the name or the spec is blank.
     """
     name, equals, spec = text.partition("=")
     if not equals or any(mark in name for mark in "?:/+"):
@@ -233,12 +226,7 @@ def in_words(value: object) -> str:
 def with_options(
     kind: type[Made], name: str, options: Mapping[str, str], preset: Mapping[str, object] | None = None
 ) -> Made:
-    """A dataclass with its fields from a preset and from options as text; options override the preset.
-
-    Raises:
-        UnknownName: If there is no such option; the message, which names ``name``, lists those that exist.
-        BadValue: If the field does not take a value.
-    """
+    """A dataclass with its fields from a preset and from options as text; options override the preset."""
     return kind(**{**(preset or {}), **arguments_from(kind, name, options)})
 
 
@@ -253,10 +241,6 @@ def arguments_from(
         name: Its name for users.
         options: Argument -> value as text.
         taken: Arguments that it gets from elsewhere; they are not options.
-
-    Raises:
-        UnknownName: If there is no such option; the message lists those that exist.
-        BadValue: If the argument does not take a value.
     """
     if not options:
         return {}

@@ -79,10 +79,6 @@ def check_whole(what: str, value: object, least: int, most: int | None = None) -
 
 
 def check_choice(what: str, value: str, known: Iterable[str]) -> None:
-    """Refuse a value that is not among the known ones.
-
-    Raises:
-        BadValue: If it is not; the message lists them.
-    """
+    """Refuse a value that is not among the known ones."""
     if value not in known:
         raise BadValue(what, value, f"one of {', '.join(known)}")

@@ -174,11 +174,6 @@ class OwnPrompt:
         file: The file, at most :data:`LARGEST_TEMPLATE` bytes of UTF-8.
         sha256: The first sixteen hexadecimal digits of its SHA-256; where they are given, another content is refused.
         text: The template.
-
-    Raises:
-        BadFile: If the file cannot be read, is too large, or is not UTF-8.
-        UnknownName: If the template has a field that does not exist; the message lists those that do.
-        BadValue: If it lacks a required field, or its content does not match ``sha256``.
     """
 
     name: ClassVar[str] = "prompt"

@@ -47,9 +47,6 @@ class CameraChannel:
         occlude: Share of the panel that an opaque patch hides, [0, 1], at a place drawn for every picture. What it
             hides has no depth.
         exposure: Stops of exposure of colours, from -20 to 20; negative is darker. Depth stays as it is.
-
-    Raises:
-        BadValue: If a setting is out of range, or the window is empty.
     """
 
     shows: ClassVar[bool] = True
@@ -68,11 +65,7 @@ class CameraChannel:
         self._damage()
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """The percept as pictures.
-
-        Raises:
-            BadValue: If the plant has no camera, or cannot draw what is told.
-        """
+        """The percept as pictures."""
         luck = rng.random(3)
         if percept.look is None:
             modality = "rgb" if self.depth == "none" else "rgbd"

@@ -61,10 +61,6 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
     ['Tremble', 'Nudge']
 
     Specs are joined by plus signs; ``truth`` or nothing is the empty condition.
-
-    Raises:
-        UnknownName: If there is no such intervention, or it has no such option.
-        BadValue: If an option has a value that it cannot have.
     """
     if spec.strip() in ("", TRUTH):
         return ()

@@ -45,11 +45,7 @@ def _flip_alone(specs: tuple[str, ...]) -> OutcomeFlip | None:
 
 
 def interventions_in(condition: Condition) -> tuple[Intervention, ...]:
-    """The interventions of a condition; those named in settings are constructed.
-
-    Raises:
-        UserMistake: If there is no such intervention here, or settings name a class that no person has named.
-    """
+    """The interventions of a condition; those named in settings are constructed."""
     made = (interventions_of(one.spec) if isinstance(one, Recorded) else (one,) for one in condition.interventions)
     return tuple(chain.from_iterable(made))
 
@@ -67,9 +63,6 @@ def flips(
         kind: What a false report is: a word, or a flip whose rate does not count.
         modalities: Specs; :data:`lockprobe.trial.record.STATES` if none are given. Under ``outcome-only`` they are
             blind.
-
-    Raises:
-        BadValue: If there is no such kind, or a modality cannot be blind.
     """
     like = kind if isinstance(kind, OutcomeFlip) else flip_of(kind)
     rates = list(p)
@@ -88,9 +81,6 @@ def blind(modality: str) -> str:
 
     >>> blind("symbolic?form=json")
     'symbolic?form=json&tell=outcome'
-
-    Raises:
-        BadValue: If it shows positions in any case: a picture, or words that tell positions alone.
     """
     spec = Spec.parse(modality, "modality")
     if spec.full_name != "symbolic" or spec.options.get("tell", "outcome") != "outcome":
@@ -120,10 +110,6 @@ def read_condition(spec: str, name: str = "", plant: str = "symbolic") -> Condit
         spec: The spec.
         name: The experimenter's name for it; empty for its spec.
         plant: Spec of the study's plant, whose options the part ``plant`` changes.
-
-    Raises:
-        UnknownName: As :func:`interventions_of`, or if the plant has no such option.
-        BadValue: As :func:`interventions_of`, or as :class:`Condition`.
     """
     parts = split_specs(spec)
     modality = _without_zeros(parts.pop()) if says_modality(spec) else STATES
@@ -168,10 +154,6 @@ def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
     Args:
         spec: The spec.
         plant: Spec of the study's plant.
-
-    Raises:
-        UnknownName: As :func:`read_condition`.
-        BadValue: As :func:`read_condition`; also if no dose has several values, or if there are too many combinations.
     """
     ways, doses = list[list[str]](), list[list[str]]()
     for text in split_specs(spec):

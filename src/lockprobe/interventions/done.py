@@ -33,9 +33,6 @@ class Force:
     Attributes:
         at: The step, from 1; 0 for none.
         joint: Label of the joint; empty for one that is drawn, each equally likely.
-
-    Raises:
-        BadValue: If the step is none, or, in a trial, the joint.
     """
 
     name: ClassVar[str] = "force"

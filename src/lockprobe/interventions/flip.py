@@ -82,9 +82,6 @@ class OutcomeFlip:
         at: The steps whose reports can be inverted; empty for all of them. In a spec: ``at=4;8``.
         while_: With ``looping`` only a report is inverted whose attempt continues an action loop: the last three
             attempts, this one among them, have stood in this order before.
-
-    Raises:
-        BadValue: If a value is none of these, or two options contradict each other.
     """
 
     name: ClassVar[str] = "flip"
@@ -154,9 +151,6 @@ class OutcomeFlip:
             modality: How the box is shown, for the message.
             outcomes: Whether its reports tell the outcome of an attempt.
             positions: Whether they tell positions.
-
-        Raises:
-            BadValue: If reports tell one of them alone.
         """
         if self.part != "both" and not (outcomes and positions):
             raise BadValue("part", self.part, f"both with {modality}; symbolic tells outcomes and positions")
@@ -294,9 +288,6 @@ def flip_of(kind: FlipKind, p: float = 0.0) -> OutcomeFlip:
 
     >>> flip_of("sticky", 0.4).reading
     'latched state noise'
-
-    Raises:
-        BadValue: If there is no such word, or the rate is none.
     """
     check_choice("flip", kind, get_args(FlipKind))
     inverts, others = _LIKE[kind]

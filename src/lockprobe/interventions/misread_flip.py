@@ -37,11 +37,7 @@ def entries_of(rates: Rates) -> tuple[str, ...]:
 
 @cache
 def rates_of(entries: tuple[str, ...]) -> Rates:
-    """The confusion matrix that entries describe.
-
-    Raises:
-        BadValue: If an entry is none, a rate is none, or a joint comes twice.
-    """
+    """The confusion matrix that entries describe."""
     found = dict[str, tuple[float, float]]()
     for entry in entries:
         joint, *texts = entry.rsplit(":", 2)
@@ -76,9 +72,6 @@ class MisreadFlip(OutcomeFlip):
         rates: The confusion matrix by joint, which is read from the study.
         size: Attempts of which the agent said what they did, from which the rates come; read too.
         by_label: The rates of one trial, by the labels of its joints, which the study fills in.
-
-    Raises:
-        BadValue: As ``flip``, or if a false report is not of one outcome.
     """
 
     variant: ClassVar[str] = "like"
@@ -106,11 +99,7 @@ class MisreadFlip(OutcomeFlip):
         return ("others" if self.others == "partly" else "keep", "by_label", *unread)
 
     def rate(self, percept: Percept) -> float:
-        """The rate at which the outcome of this attempt is told falsely.
-
-        Raises:
-            BadValue: If no study has filled the rates in.
-        """
+        """The rate at which the outcome of this attempt is told falsely."""
         if percept.joint is None or percept.outcome is None or not self.p:
             return 0.0
         if percept.joint not in (rates := rates_of(self.by_label)):

@@ -128,23 +128,13 @@ def _of_robot(plant: str) -> Plugin:
 
 
 def plant_of(plan: Plan, labels: tuple[str, ...]) -> Plant:
-    """The plant of one trial; ``labels`` are those of its joints, in panel order.
-
-    Raises:
-        UserMistake: As :func:`resolve_plant`, and if it cannot be built here.
-    """
+    """The plant of one trial; ``labels`` are those of its joints, in panel order."""
     source = resolve_plant(plan.plant)
     return source.make(plan.box, labels, plan.luck.physics() if source.draws else _UNDRAWN)
 
 
 def resolve_plant(spec: str | Spec) -> PlantSource:
-    """The plant that a spec names.
-
-    Raises:
-        UnknownName: If there is no such plant or option; the message lists what exists.
-        BadValue: If an option has a value that it cannot have.
-        Missing: If it needs the distribution ``lockprobe-robot``, which is not installed.
-    """
+    """The plant that a spec names."""
     if not isinstance(spec, str | Spec):
         raise BadValue("plant", spec, f"one of {', '.join(PLANTS)}")
     if str(spec) == "symbolic":
@@ -178,9 +168,6 @@ def with_camera(plant: str, camera: str) -> Spec:
     'manual?camera=pictures'
 
     A plant of another package says itself, when it is made, whether it has the option.
-
-    Raises:
-        BadValue: If the plant has no such option, or its spec has another camera.
     """
     spec = Spec.parse(plant, "plant")
     if not camera:
@@ -237,10 +224,6 @@ def plant_change(plant: str | PlantSource, asked: Mapping[str, str]) -> PlantCha
     Args:
         plant: The study's plant, or its spec.
         asked: Option -> its value in the condition.
-
-    Raises:
-        UnknownName: If the plant has no such option.
-        BadValue: If an option has a value that it cannot have.
     """
     if not asked:
         return PlantChange()

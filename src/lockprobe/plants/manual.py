@@ -45,10 +45,6 @@ class Sight(Protocol):
 
         Args:
             names: The joints in panel order, for the message.
-
-        Raises:
-            PlantFault: If there is no new picture, or it shows no clear position of a joint. The person is asked for
-                another one.
         """
         ...
 
@@ -83,11 +79,7 @@ class Manual:
         return {"truth": "person"} if self._sight is None else {"truth": "camera", **self._sight.facts}
 
     def observe(self) -> Snapshot:
-        """The truth now; before the first attempt the person is asked to set the box up.
-
-        Raises:
-            UserMistake: If the person stops here: no trial has begun.
-        """
+        """The truth now; before the first attempt the person is asked to set the box up."""
         if self._configuration is None:
             stand = ", ".join(f"{one} at {at:d}" for one, at in zip(self._called, self._box.initial, strict=True))
             self._operator.tell(f"New trial of {self._box.name}. Set the joints: {stand}.")
@@ -103,12 +95,7 @@ class Manual:
         return Snapshot(configuration=self._configuration, look=self._look)
 
     def attempt(self, joint: int) -> Snapshot:
-        """Let the person attempt a joint, by index in panel order.
-
-        Raises:
-            OperatorStopped: If the person stops, or the input ends.
-            PlantFault: If the picture shows that another joint moved.
-        """
+        """Let the person attempt a joint, by index in panel order."""
         before, called = self._configuration, self._called[joint]
         assert before is not None
         ask = f"Move joint {called} from {before[joint]:d} to {not before[joint]:d}"

@@ -29,9 +29,6 @@ class Operator(Protocol):
         Args:
             question: One line.
             answers: The accepted answers, in lower case; with :data:`ENTER` an empty line is accepted.
-
-        Raises:
-            OperatorStopped: If the person stops, or nobody is there to answer.
         """
         ...
 
@@ -41,11 +38,7 @@ class Operator(Protocol):
 
 
 def ask_to_begin(operator: Operator, question: str = "Press Enter when they stand so, q to stop.") -> None:
-    """Ask whether the box is set up for a trial.
-
-    Raises:
-        UserMistake: If the operator stops here: that ends the run, because no trial has begun.
-    """
+    """Ask whether the box is set up for a trial."""
     try:
         operator.ask(question, (ENTER,))
     except OperatorStopped as stopped:
@@ -59,11 +52,7 @@ class ConsentingOperator:
         self._began = False
 
     def ask(self, question: str, answers: Sequence[str]) -> str:
-        """Yes, or Enter once.
-
-        Raises:
-            OperatorStopped: If Enter is asked for again: nobody is there to set the box up.
-        """
+        """Yes, or Enter once."""
         if ENTER not in answers:
             return "y"
         if self._began:

@@ -78,11 +78,7 @@ class World:
 
 
 def world_of(box: str | Path | Lockbox, *, flip: OutcomeFlip, max_steps: int, tell: Tell = "both") -> World:
-    """The world of a box, given by name, path or value; every report can be inverted by the flip.
-
-    Raises:
-        UserMistake: If there is no such box, a value is out of range, or reports have no such part as the flip inverts.
-    """
+    """The world of a box, given by name, path or value; every report can be inverted by the flip."""
     flip.check_told(f"symbolic?tell={tell}", outcomes=tell != "state", positions=tell != "outcome")
     lockbox = find_box(box)
     check_whole("max_steps", max_steps, 1, LONGEST)
@@ -100,11 +96,7 @@ def world_of(box: str | Path | Lockbox, *, flip: OutcomeFlip, max_steps: int, te
 
 
 def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
-    """The policy with a spec.
-
-    Raises:
-        UserMistake: If there is no such agent, or its memory is not one value.
-    """
+    """The policy with a spec."""
     if isinstance(agent, str):
         allow(agent)
     found = resolve(agent).make() if isinstance(agent, str) else agent
@@ -114,11 +106,7 @@ def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
 
 
 def what_is_told(modality: str | None, flip: FlipKind) -> Tell:
-    """What a modality tells; None means the default of studies, and ``outcome-only`` makes it blind.
-
-    Raises:
-        UserMistake: If it shows the box in pictures, or shows positions under ``outcome-only``.
-    """
+    """What a modality tells; None means the default of studies, and ``outcome-only`` makes it blind."""
     check_choice("flip", flip, get_args(FlipKind))
     if not isinstance(modality, str | None):
         raise BadValue("modality", modality, "a text, such as symbolic")

@@ -56,11 +56,7 @@ class Contrast:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """An intervention as named in a study's settings, which import no code: its spec and its doses.
-
-    Raises:
-        BadValue: If the spec holds several interventions, or a dose is no number.
-    """
+    """An intervention as named in a study's settings, which import no code: its spec and its doses."""
 
     __pydantic_config__ = AS_WRITTEN
 
@@ -95,9 +91,6 @@ class Condition:
         plant: What it changes of the study's plant.
         specs: The specs of the interventions, with every dose, and of the change of the plant. Conditions of equal
             specs, modality and name are equal.
-
-    Raises:
-        BadValue: If the name cannot stand in the key of a record.
     """
 
     __pydantic_config__ = AS_WRITTEN
@@ -161,11 +154,7 @@ class Condition:
 
 
 def place_of(kind: type[Any]) -> str:
-    """The place of the loop, of four, at which a class of interventions acts.
-
-    Raises:
-        BadValue: If that is none of them, or more than one.
-    """
+    """The place of the loop, of four, at which a class of interventions acts."""
     found = [place for place, method in PLACES.items() if callable(getattr(kind, method, None))]
     if len(found) != 1:
         raise BadValue("intervention", kind.__name__, f"exactly one of {', '.join(PLACES.values())}")

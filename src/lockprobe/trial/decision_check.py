@@ -17,11 +17,7 @@ _record: TypeAdapter[Decision] = TypeAdapter(Decision)
 
 
 def usable(decision: Decision, task: Task) -> Decision:
-    """A decision without API keys in its texts and without claims where nobody asked.
-
-    Raises:
-        ReplyFault: If it cannot be executed or recorded.
-    """
+    """A decision without API keys in its texts and without claims where nobody asked."""
     if (why := _why_unusable(decision, task.joints)) is not None:
         raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", None) or ())))
     if decision.hypothesis or decision.replies:

@@ -67,9 +67,6 @@ def doses_of(acting: Sequence[tuple[str, Sequence[str]]], modality: str) -> dict
     Args:
         acting: Interventions, each as its spec and the options that are its doses. At 0 of the first none of them acts.
         modality: Spec of the modality, whose doses follow.
-
-    Raises:
-        BadValue: If a dose of the modality is no number, as a list of several.
     """
     found: dict[str, float] = {}
     seen: Counter[str] = Counter()

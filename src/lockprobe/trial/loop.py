@@ -136,10 +136,6 @@ async def play(
         keep: Called with every picture that the record names; without it the pictures are lost.
         place: Runs the work of plant and channels.
         names: The names of its joints, if they are known already.
-
-    Raises:
-        UserMistake: If the agent cannot start at all, for example because a key is missing.
-        BudgetReached: If its next call could cost more than is left.
     """
     places = interventions if isinstance(interventions, Places) else Places.of(interventions)
     loop = _Loop(plan, names or Names(plan), plant, places, agent, keep, place)

@@ -61,11 +61,7 @@ class Patience:
         self._thread = threading.Thread(target=self._watch, name="patience", daemon=True)
 
     async def limited(self, decision: Awaitable[_T], agent: str, seconds: float) -> _T:
-        """Wait for a decision for so many seconds.
-
-        Raises:
-            ModelFault: If there is none by then; it names the agent, and the file and the line where it hangs.
-        """
+        """Wait for a decision for so many seconds."""
         one = _Deciding(agent, seconds)
         with self._lock:
             self._now.add(one)

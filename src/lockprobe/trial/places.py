@@ -125,9 +125,6 @@ class Acting:
         """What the agent gets of a report, and the facts from which words or pictures were made.
 
         Without a way to look, which is for channels. The facts are None where the report holds them itself.
-
-        Raises:
-            ChannelFault: If no record can hold it.
         """
         facts, places, step = None, self._places, len(past)
         if places.channels:
@@ -162,11 +159,7 @@ class Acting:
         ]
 
     def remembered(self, turns: tuple[Turn, ...], past: tuple[Moment, ...]) -> tuple[Turn, ...]:
-        """The exchanges that the agent still has.
-
-        Raises:
-            ChannelFault: If a memory returns none.
-        """
+        """The exchanges that the agent still has."""
         left = self._passed(self._places.memories, turns, past, len(past) - 1, len(past))
         if not isinstance(left, tuple):
             raise ChannelFault(f"recall returned {type(left).__name__}, and no tuple of turns")
@@ -179,11 +172,7 @@ class Acting:
         return asked
 
     def done(self, chosen: str, past: tuple[Moment, ...]) -> str:
-        """The label of the joint that is really attempted.
-
-        Raises:
-            ChannelFault: If there is no such joint.
-        """
+        """The label of the joint that is really attempted."""
         joint = self._passed(self._places.actuators, chosen, past, len(past), len(past))
         if joint not in self._task.joints:
             raise ChannelFault(f"{joint!r} is not a joint")

@@ -28,9 +28,6 @@ class PlantChange:
     Attributes:
         options: Option -> its value, of those that differ from the study's plant.
         own: Of those that are doses, the value in the study's plant.
-
-    Raises:
-        BadValue: If a dose is no number.
     """
 
     __pydantic_config__ = AS_WRITTEN

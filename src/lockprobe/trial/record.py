@@ -84,9 +84,6 @@ class Look(Protocol):
 
         Args:
             positions: Told positions, aligned with ``Task.joints``; None for the true ones.
-
-        Raises:
-            BadValue: If they are false, and the plant can show only the truth.
         """
 
 

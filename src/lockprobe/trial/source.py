@@ -55,9 +55,6 @@ class Source:
         Args:
             truth: The truth, with what was sensed.
             last: What the source said before; None at the first look.
-
-        Raises:
-            PlantFault: If the plant does not give what the source needs.
         """
         before = truth.configuration if last is None else last.configuration
         if self.of == "truth":

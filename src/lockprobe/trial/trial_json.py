@@ -27,11 +27,7 @@ def trial_to_json(trial: Trial) -> bytes:
 
 
 def trial_from_json(line: bytes | str) -> Trial:
-    """The trial on one line as :func:`trial_to_json` makes it.
-
-    Raises:
-        BadValue: If the line is not a trial, or is one that cannot have happened.
-    """
+    """The trial on one line as :func:`trial_to_json` makes it."""
     try:
         trial = _adapter.validate_json(line, strict=True, extra="forbid")
     except ValidationError as error:
@@ -56,11 +52,7 @@ def check_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> None
 
 
 def check_whole(trial: Trial) -> None:
-    """Refuse parts of a record that are possible and do not fit each other.
-
-    Raises:
-        BadValue: If its key, its steps, their changes or its ending contradict the rest.
-    """
+    """Refuse parts of a record that are possible and do not fit each other."""
     _refuse("", _of_whole(trial))
 
 

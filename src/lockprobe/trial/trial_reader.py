@@ -60,11 +60,7 @@ class TrialReader:
         self._kept = 0
 
     def read(self, record: bytes) -> Trial:
-        """The trial of a record.
-
-        Raises:
-            BadValue: As :func:`lockprobe.trial.trial_json.trial_from_json`.
-        """
+        """The trial of a record."""
         if (cut := _cut(record)) is None:
             return trial_from_json(record)
         if (trial := self._joined(cut)) is None:

@@ -34,11 +34,7 @@ def can_plan(interlocks: Interlocks) -> bool:
 
 @cache
 def planner(interlocks: Interlocks) -> Planner:
-    """The planner of these interlocks, with a cache of its results.
-
-    Raises:
-        BadValue: If there are too many.
-    """
+    """The planner of these interlocks, with a cache of its results."""
     if not can_plan(interlocks):
         raise BadValue(
             "plan steps, told the truth",

@@ -29,9 +29,6 @@ def expected_steps(belief: Belief) -> Floats:
     """Expected steps to solve the box for each joint if it is attempted next, shape (n,).
 
     Exact for a naive observer; QMDP's lower bound for others.
-
-    Raises:
-        BadValue: If the observer is naive and its prior too large to plan exactly.
     """
     if belief.noise.naive:
         return np.array(planner(belief.interlocks).values(belief.alive, belief.likeliest))
@@ -127,9 +124,6 @@ def best_joints(belief: Belief, plan: PlanGoal) -> NDArray[np.bool_]:
     """The joints that are optimal under a planning criterion, shape (n,).
 
     With ``information``, once an interlock has a posterior probability of 0.95, the criterion is the fewest steps.
-
-    Raises:
-        BadValue: If the plan is ``steps``, the observer naive and its prior too large to plan exactly.
     """
     if plan == "information":
         bits = information(belief)

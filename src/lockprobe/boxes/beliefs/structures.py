@@ -124,10 +124,6 @@ PRIORS = tuple(_PRIORS)
 def interlocks(prior: str, joints: int) -> Interlocks:
     """All interlocks of a prior over 2 or more joints that can be solved from the start.
 
-    Raises:
-        UnknownName: If there is no such prior.
-        BadValue: If it has more than :data:`MOST_INTERLOCKS` interlocks over this number of joints.
-
     >>> len(interlocks("single-parent", 4))
     142
     """

@@ -33,9 +33,6 @@ class Replacement:
 
     Attributes:
         draft: Its path, with the ending of the file's name. The draft does not exist yet.
-
-    Raises:
-        BadFile: If the path is no regular file, or cannot be written, also in a method; the file is then as it was.
     """
 
     def __init__(self, path: Path) -> None:
@@ -97,9 +94,6 @@ def atomic_files(*paths: Path, mode: int = 0o666) -> Iterator[list[Path]]:
     Args:
         paths: Where the files belong; their directories exist. The last is put in its place last.
         mode: Permissions of a file that does not exist, less the umask; any other keeps its own.
-
-    Raises:
-        BadFile: If a path is no regular file, or a file cannot be written.
     """
     replacements = [Replacement(path) for path in paths]
     try:
@@ -143,12 +137,7 @@ def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> Non
 
 
 def remove_file(path: Path) -> None:
-    """Delete a file, if it is there.
-
-    Raises:
-        BadFile: If a link inside the directory of a study leads to it; a link itself is deleted.
-        OSError: If that is not possible.
-    """
+    """Delete a file, if it is there."""
     refuse_links(path.parent)
     path.unlink(missing_ok=True)
 
@@ -158,9 +147,6 @@ class NewDirectory:
 
     Attributes:
         draft: The directory that is filled.
-
-    Raises:
-        BadFile: If it cannot be made, or later not be written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -215,11 +201,7 @@ def _remove_drafts_of_the_killed(directory: Path) -> None:
 
 @contextmanager
 def writing(path: Path, errors: type[Exception] | tuple[type[Exception], ...] = OSError) -> Iterator[None]:
-    """Turn errors of writing into the mistake that a path cannot be written.
-
-    Raises:
-        BadFile: If the body raises one of ``errors``.
-    """
+    """Turn errors of writing into the mistake that a path cannot be written."""
     try:
         yield
     except errors as error:

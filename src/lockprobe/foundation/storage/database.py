@@ -67,12 +67,7 @@ class Database:
     @classmethod
     @contextmanager
     def writing(cls, path: Path, schema: str) -> Iterator[Database]:
-        """Open a file to write, which is made if it is missing. The caller keeps other writers away.
-
-        Raises:
-            BadFile: If it cannot be written, is damaged or has other tables, a link inside the directory of a study
-                leads to it, or it has a second name (a hard link), since what is written would change that file too.
-        """
+        """Open a file to write, which is made if it is missing. The caller keeps other writers away."""
         refuse_links(path)
         check_regular(path)
         _check_beside(path)
@@ -93,12 +88,7 @@ class Database:
     @classmethod
     @contextmanager
     def reading(cls, path: Path, schema: str) -> Iterator[Database]:
-        """Open a file to read, also while another process writes it.
-
-        Raises:
-            BadFile: If it cannot be read, is damaged or has other tables, or its last commits lie in a log that cannot
-                be read because nothing can be written beside it.
-        """
+        """Open a file to read, also while another process writes it."""
         check_regular(path)
         last = () if _check_beside(path) else ("mode=ro&immutable=1",)
         undone = ("mode=rw",) if path.with_name(f"{path.name}-journal").exists() else ()
@@ -108,11 +98,7 @@ class Database:
             yield cls(path, connection)
 
     def rows(self, sql: str, *values: object, nulls: bool = False) -> Iterator[tuple[Any, ...]]:
-        """The rows of a statement that reads, one after the other; ``nulls`` says that values may be missing in them.
-
-        Raises:
-            BadFile: If the file cannot be read or is damaged, or a value is missing, as in a file that somebody made.
-        """
+        """The rows of a statement that reads, one after the other; ``nulls`` says that values may be missing in them."""
         with _said(self.path):
             for row in self._db.execute(sql, values):
                 if None in row and not nulls:
@@ -134,10 +120,6 @@ class Database:
         """Write statements whole or not at all; ``sync`` waits until the disk itself has them.
 
         One within another is a part of that.
-
-        Raises:
-            BadFile: If they cannot be written, as on a full disk. If somebody else deleted or replaced the file, all
-                that was written is in a second file, ``NAME.rescued``.
         """
         with self._lock, _said(self.path):
             if self._db.in_transaction:
@@ -158,11 +140,7 @@ class Database:
                 self.check()
 
     def check(self) -> None:
-        """Check that the file still has its name.
-
-        Raises:
-            BadFile: If somebody else deleted or replaced it; see :meth:`transaction`.
-        """
+        """Check that the file still has its name."""
         if (there := _place(self._absolute)) == self._opened:
             return
         self._told = True
@@ -179,11 +157,7 @@ class Database:
         raise BadFile(self.path, f"{said} written is in {rescued.name}: put it in its place, and start again")
 
     def erase(self) -> None:
-        """Leave no byte of what was deleted: it is written anew, and its log is emptied.
-
-        Raises:
-            BadFile: If it cannot be written, or somebody reads it and so keeps its log.
-        """
+        """Leave no byte of what was deleted: it is written anew, and its log is emptied."""
         with self._lock, _said(self.path):
             self._db.execute("vacuum")
             self._db.execute("pragma busy_timeout=1000")  # a server waits here
@@ -207,12 +181,7 @@ def rescued_files(path: Path) -> list[Path]:
 
 
 def _check_beside(path: Path) -> bool:
-    """Whether something is in what SQLite keeps beside a file.
-
-    Raises:
-        BadFile: If one of them is a link or no regular file, which SQLite would read, if it is what a kill leaves of a
-            transaction and names another file, which SQLite would then delete, or if the log is not of this file.
-    """
+    """Whether something is in what SQLite keeps beside a file."""
     there = False
     for one in (path.with_name(path.name + name) for name in _BESIDE):
         if one.is_symlink():

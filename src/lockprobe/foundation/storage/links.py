@@ -22,9 +22,6 @@ def refuse_links(path: Path, *, within: Path | None = None) -> None:
     Args:
         path: The path; it need not exist.
         within: The directory of a study that has no settings yet.
-
-    Raises:
-        BadFile: If there is such a link; the message names it.
     """
     whole = _absolute(path)
     above = list(reversed(whole.parents))
@@ -40,12 +37,7 @@ def refuse_links(path: Path, *, within: Path | None = None) -> None:
 
 
 def make_directory(path: Path, *, mode: int = 0o777) -> None:
-    """Make a directory, unless it is there; its parent exists.
-
-    Raises:
-        BadFile: If a link inside the directory of a study leads there.
-        OSError: If it cannot be made.
-    """
+    """Make a directory, unless it is there; its parent exists."""
     refuse_links(path)
     path.mkdir(mode=mode, exist_ok=True)
 

@@ -1,7 +1,7 @@
 """Workers: the same jobs in processes of this machine, or on the processors of a cluster, with the same results."""
 
-from lockprobe.foundation.workers.cluster import Cluster, Node
+from lockprobe.foundation.workers.cluster import Cluster
 from lockprobe.foundation.workers.pool import Lost, Pool
 from lockprobe.foundation.workers.processes import THIS_PROCESS, Processes, lose, tell
 
-__all__ = ["THIS_PROCESS", "Cluster", "Lost", "Node", "Pool", "Processes", "lose", "tell"]
+__all__ = ["THIS_PROCESS", "Cluster", "Lost", "Pool", "Processes", "lose", "tell"]

@@ -14,9 +14,8 @@ import socket
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import chdir, contextmanager, suppress
-from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 from lockprobe.foundation.errors import BadValue, Missing, UserMistake
 from lockprobe.foundation.terminal_text import readable
@@ -33,19 +32,6 @@ _REACHED = 5.0
 """Seconds in which the cluster's address has to answer; Ray itself would wait a minute."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Node:
-    """A machine of a cluster.
-
-    Attributes:
-        host: Its name.
-        processors: Number of jobs that it runs in parallel.
-    """
-
-    host: str
-    processors: int
-
-
 class _Actor:
     """A worker on a processor of the cluster. Its only state is the function that ``begin`` returned."""
 
@@ -54,11 +40,12 @@ class _Actor:
 
     def ready(self) -> tuple[str, dict[str, str], str]:
         """Set up; returns the host, its versions, and a message if the user has to fix something."""
+        mistake = ""
         try:
             self._work = self._begin()
-        except UserMistake as mistake:
-            return socket.gethostname(), _versions(), str(mistake)
-        return socket.gethostname(), _versions(), ""
+        except UserMistake as error:
+            mistake = str(error)
+        return socket.gethostname(), _versions(), mistake
 
     def work(self, jobs: Sequence[Any]) -> BatchResult:
         return BatchResult.of(self._work, jobs)
@@ -77,15 +64,7 @@ class Cluster(Pool):
     @classmethod
     @contextmanager
     def connect(cls, address: str) -> Iterator[Cluster]:
-        """Connect to a running cluster.
-
-        Args:
-            address: ``HOST:PORT`` of its head node, or ``auto`` for the one that runs on this machine.
-
-        Raises:
-            BadValue: If it is no such address.
-            Missing: If Ray is not installed, the cluster does not answer, refuses the token, or has other versions.
-        """
+        """Connect to a running cluster: ``HOST:PORT`` of its head node, or ``auto`` for the one on this machine."""
         host, _, port = address.rpartition(":")
         if address != "auto":
             if not host or "/" in address or not (port.isascii() and port.isdigit() and 0 < int(port) < 65536):
@@ -121,16 +100,14 @@ class Cluster(Pool):
             ray.shutdown()
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
-        """The machines of the cluster that are up."""
+    def nodes(self) -> list[tuple[str, int]]:
+        """The machines that are up: the name of each, and how many jobs it runs in parallel."""
         alive = [one for one in self._ray.nodes() if one["Alive"]]
-        return tuple(
-            Node(host=str(one["NodeManagerHostname"]), processors=int(one["Resources"].get("CPU", 0))) for one in alive
-        )
+        return [(str(one["NodeManagerHostname"]), int(one["Resources"].get("CPU", 0))) for one in alive]
 
     def processors(self) -> int:
         """Those of all nodes that are up."""
-        return sum(node.processors for node in self.nodes)
+        return sum(processors for _, processors in self.nodes)
 
     def hire(self, begin: Begin[Any, Any]) -> tuple[Any, Any]:
         """Create an actor, which starts when a processor is free."""
@@ -146,15 +123,10 @@ class Cluster(Pool):
         found, _ = self._ray.wait(list(references), num_returns=1, timeout=seconds)
         if found and len(references) > 1:
             found, _ = self._ray.wait(list(references), num_returns=len(references), timeout=0)
-        return cast(list[Any], found)
+        return list(found)
 
     def answer(self, reference: Any) -> BatchResult | Lost:
-        """The result of a call.
-
-        Raises:
-            Missing: If the node has other versions, or lacks something.
-            Exception: The exception that the job raised.
-        """
+        """The result of a call; ``Missing`` if the node has other versions, or lacks something."""
         errors = self._ray.exceptions
         try:
             found = self._ray.get(reference, timeout=self.patience)
@@ -165,12 +137,10 @@ class Cluster(Pool):
         if isinstance(found, BatchResult):
             return found
         host, there, mistake = found
-        other = [
-            f"{name} {readable(there[name])}, not {here}" for name, here in _versions().items() if there[name] != here
-        ]
+        other = [f"{name} {there[name]}, not {here}" for name, here in _versions().items() if there[name] != here]
         if other or mistake:
-            why = f"has {' and '.join(other)}" if other else f"cannot play: {readable(mistake)}"
-            raise Missing(f"the node {readable(host)} {why}", "install the same on all nodes")
+            why = f"has {' and '.join(other)}" if other else f"cannot play: {mistake}"
+            raise Missing(readable(f"the node {host} {why}"), "install the same on all nodes")
         return BatchResult([], 0.0)
 
     def dismiss(self, worker: Any) -> None:

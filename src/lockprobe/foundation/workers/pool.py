@@ -15,6 +15,7 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, ClassVar, Generic, TypeVar
 
 from lockprobe.foundation.errors import Missing
@@ -37,11 +38,9 @@ _LOOK = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """The result of a job whose workers were all lost.
+    """The result of a job whose workers were all lost, and why the last one was.
 
-    Attributes:
-        why: The reason why the last worker was lost.
-        explained: Whether it is that of the job, which gave itself up: then it says nothing of the pool.
+    If that is ``explained`` it is the reason of the job, which gave itself up, and says nothing of the pool.
     """
 
     why: str
@@ -85,15 +84,9 @@ class Pool(ABC):
     ) -> Iterator[tuple[_J, _R | Lost]]:
         """Yield each job with its one result, in the order in which results arrive.
 
-        Args:
-            begin: Sets up a worker.
-            jobs: The jobs.
-            hear: Called with what a worker says meanwhile (:func:`.tell`), where the place can hear it.
-            together: Whether short jobs are sent together. If their worker is lost, all of them are done again.
-
-        Raises:
-            UserMistake: As ``begin`` or a job raises it.
-            Missing: If workers keep being lost with nothing finished in between.
+        ``hear`` is called with what a worker says meanwhile (:func:`.tell`), where the place can hear it. Short jobs
+        are sent ``together``; if their worker is lost, all of them are done again. Raises what ``begin`` or a job
+        raises, and ``Missing`` if workers keep being lost.
         """
         work = _Driver(self, begin, jobs, hear, _AT_ONCE if together else 0.0)
         try:
@@ -103,13 +96,10 @@ class Pool(ABC):
                 self.dismiss(call.worker)
 
     def map(self, work: Callable[[_J], _R], jobs: Sequence[_J], /) -> Iterator[_R]:
-        """The results in the order of the jobs. ``work`` is a function of a module, and has no state.
-
-        Raises:
-            Missing: If a job is lost.
-        """
+        """The results in the order of the jobs. ``work`` is a function of a module, and has no state."""
         kept, following = dict[int, _R](), 0
-        for (number, _), result in self.each(_NumberedWork(work), list(enumerate(jobs))):
+        begin: Begin[tuple[int, _J], _R] = partial(_of_numbered, work)
+        for (number, _), result in self.each(begin, list(enumerate(jobs))):
             if isinstance(result, Lost):
                 raise Missing(f"a worker was lost before its work was done ({result.why})", self.remedy)
             kept[number] = result
@@ -142,14 +132,8 @@ class Pool(ABC):
         """End a worker; what it is doing is lost."""
 
 
-@dataclass(frozen=True, slots=True)
-class _NumberedWork(Generic[_J, _R]):
-    """A stateless function applied to numbered jobs, for :meth:`Pool.map`."""
-
-    work: Callable[[_J], _R]
-
-    def __call__(self) -> Callable[[tuple[int, _J]], _R]:
-        return lambda job: self.work(job[1])
+def _of_numbered(work: Callable[[_J], _R]) -> Callable[[tuple[int, _J]], _R]:
+    return lambda job: work(job[1])
 
 
 @dataclass(slots=True)
@@ -184,34 +168,27 @@ class _Driver(Generic[_J, _R]):
 
     def results(self) -> Iterator[tuple[_J, _R | Lost]]:
         while self._queue or any(call.jobs for call in self.calls.values()):
-            self._hire()
+            if time.monotonic() - self._looked >= _LOOK:  # processors may join and leave
+                self._looked, self._processors = time.monotonic(), max(1, self._pool.processors())
+            busy = sum(bool(call.jobs) for call in self.calls.values())
+            for _ in range(min(self._processors, busy + len(self._queue)) - len(self.calls)):
+                worker, reference = self._pool.hire(self._begin)
+                self.calls[reference] = _Call(worker, time.monotonic())
             for reference in self._pool.answered(list(self.calls), _LOOK, self._hear):
-                yield from self._receive(reference)
+                answer = self._pool.answer(reference)
+                yield from self._lose(reference, answer) if isinstance(answer, Lost) else self._go_on(reference, answer)
             patience = max(self._pool.patience, 20 * self._longest)
             late = [one for one, call in self.calls.items() if call.jobs and time.monotonic() - call.since > patience]
             for reference in late:
-                yield from self._requeue_lost(reference, Lost("it did not answer"))
+                yield from self._lose(reference, Lost("it did not answer"))
 
-    def _hire(self) -> None:
-        """Hire workers up to the number of processors or jobs; processors may join and leave."""
-        if time.monotonic() - self._looked >= _LOOK:
-            self._looked = time.monotonic()
-            self._processors = max(1, self._pool.processors())
-        busy = sum(bool(call.jobs) for call in self.calls.values())
-        for _ in range(min(self._processors, busy + len(self._queue)) - len(self.calls)):
-            worker, reference = self._pool.hire(self._begin)
-            self.calls[reference] = _Call(worker, time.monotonic())
-
-    def _receive(self, reference: Any) -> Iterator[tuple[_J, _R | Lost]]:
-        call, answer = self.calls[reference], self._pool.answer(reference)
-        if isinstance(answer, Lost):
-            yield from self._requeue_lost(reference, answer)
-            return
+    def _go_on(self, reference: Any, answer: BatchResult) -> Iterator[tuple[_J, _R]]:
+        """Give a worker its next jobs, or dismiss it, and yield the results of the last."""
+        call = self.calls.pop(reference)
         if call.jobs:
             self._lost_in_a_row, self._counted = 0, time.monotonic()
             self._longest = max(self._longest, time.monotonic() - call.since)
             self._seconds = (self._seconds + answer.seconds / len(call.jobs)) / 2
-        del self.calls[reference]
         # jobs for about a quarter of a second, fewer at the end; a lost job goes alone
         most = min(self._at_once / max(self._seconds, 1e-6), len(self._queue) / (2 * max(1, self._processors)))
         jobs: list[_QueuedJob[_J]] = []
@@ -225,8 +202,8 @@ class _Driver(Generic[_J, _R]):
         for job, result in zip(call.jobs, answer.results, strict=True):
             yield job.value, result
 
-    def _requeue_lost(self, reference: Any, lost: Lost) -> Iterator[tuple[_J, Lost]]:
-        """Requeue the jobs of a lost worker at the end; yield those that lost too many alone."""
+    def _lose(self, reference: Any, lost: Lost) -> Iterator[tuple[_J, Lost]]:
+        """Put the jobs of a lost worker at the end of the queue; yield those that lost too many alone."""
         call = self.calls.pop(reference)
         self._pool.dismiss(call.worker)
         if call.since > self._counted and not lost.explained:  # what is lost together, as with its node, is one loss

@@ -36,11 +36,7 @@ class _Worker:
 
 
 class Processes(Pool):
-    """Processes of this machine. Each begins anew, and ends with this one.
-
-    Args:
-        count: The most of them, at least 1. :meth:`map` needs none for 1.
-    """
+    """Processes of this machine, at most ``count``. Each begins anew, and ends with this one."""
 
     losses: ClassVar[int] = 1
     patience: ClassVar[float] = math.inf

@@ -21,10 +21,6 @@ def to_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
 
     Args:
         image: Shape (height, width) of uint8 or uint16, or (height, width, 3) of uint8.
-
-    Raises:
-        BadValue: If its shape or type is not supported.
-        Missing: If Pillow is not installed.
     """
     with needing("pictures", "twin"):
         from PIL import Image
@@ -38,12 +34,7 @@ def to_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
 
 
 def from_png(png: bytes) -> NDArray[np.uint8] | NDArray[np.uint16]:
-    """Decode a PNG file made by :func:`to_png`.
-
-    Raises:
-        BadValue: If it is no such PNG file.
-        Missing: If Pillow is not installed.
-    """
+    """Decode a PNG file made by :func:`to_png`."""
     with needing("pictures", "twin"):
         from PIL import Image
     try:
