@@ -64,7 +64,7 @@ class Aloud:
 
 
 def places(spec, *more):
-    return Places.of(with_words((*interventions_of(spec), *more), TextChannel(tell="state")))
+    return Places(with_words((*interventions_of(spec), *more), TextChannel(tell="state")))
 
 
 def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_ahead():
@@ -83,6 +83,6 @@ def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_
     }
     streams = [found.streams[placed.number] for placed in (*found.actuators, *found.showing, *found.channels)]
     assert streams == [("Tremble-0", 0), ("TextChannel-0", 0), ("channel-0", 0), ("channel-1", 0), ("channel-0", 1)]
-    assert found.specs[1:5:3] == ("flip?p=0.2", "flip?p=0.2 (2)")
-    wordless = Places.of(interventions_of("flip?p=0.2 + drop?p=0.1"))
-    assert ([placed.number for placed in wordless.channels], wordless.showing, wordless.after) == ([0, 1], (), ())
+    assert found.specs[1:5:3] == ["flip?p=0.2", "flip?p=0.2 (2)"]
+    wordless = Places(interventions_of("flip?p=0.2 + drop?p=0.1"))
+    assert ([placed.number for placed in wordless.channels], wordless.showing, wordless.after) == ([0, 1], [], [])

@@ -1,4 +1,4 @@
-"""Everything that Lockprobe raises on purpose.
+"""Everything that Lockprobe raises on purpose. A class makes its message from facts: what was asked, came, and exists.
 
 ::
 
@@ -20,8 +20,6 @@
         ├── RefusalFault       boundary ``refusal``: the model or its provider refused to reply
         ├── PlantFault         boundary ``plant``: the box or robot broke; the trial is owed again
         └── ChannelFault       boundary ``channel``: a channel broke; the trial is owed again
-
-A class makes its message from facts: what was asked, what came, what exists.
 """
 
 from __future__ import annotations
@@ -43,12 +41,8 @@ Boundary = Literal["model", "reply", "refusal", "plant", "channel", "participant
 FINAL: tuple[Boundary, ...] = ("reply", "refusal")
 """The boundaries at which the agent itself broke its trial. That is a finding, so the trial is not owed again."""
 
-
-LONGEST_MESSAGE = 1000
-"""The most characters kept of the error that broke a trial."""
-
-LONGEST_MISTAKE = 4000
-"""The most characters printed of a user's mistake."""
+_LONGEST_FAULT, _LONGEST_MISTAKE = 1000, 4000
+"""The most characters kept of the error that broke a trial, and printed of a user's mistake."""
 
 
 class LockprobeError(Exception):
@@ -66,12 +60,12 @@ class UserMistake(LockprobeError):
 
     def __init__(self, message: str) -> None:
         said = printable(" ".join(without_keys(message).split()))
-        cut = f"… ({len(said)} characters in all)" if len(said) > LONGEST_MISTAKE else ""
-        super().__init__(said[:LONGEST_MISTAKE] + cut)
+        cut = f"… ({len(said)} characters in all)" if len(said) > _LONGEST_MISTAKE else ""
+        super().__init__(said[:_LONGEST_MISTAKE] + cut)
 
 
 class UnknownName(UserMistake):
-    """Raised when a name does not exist. ``kind`` says what it should name, for example an agent.
+    """A name that does not exist; ``kind`` says what it should name, for example an agent.
 
     ``near`` is the name that the user probably meant; by default, the most similar existing name.
     """
@@ -85,28 +79,28 @@ class UnknownName(UserMistake):
 
 
 class BadValue(UserMistake):
-    """Raised when a setting has a value that is not allowed; ``expected`` says in words which values are."""
+    """A setting with a value that is not allowed; ``expected`` says in words which values are."""
 
     def __init__(self, what: str, got: object, expected: str) -> None:
         super().__init__(f"{what}: got {got!r}, expected {expected}")
 
 
 class Conflict(BadValue):
-    """Raised when an option cannot be combined with another option or value; ``why`` gives the reason."""
+    """An option that cannot be combined with another option or value."""
 
     def __init__(self, option: str, other: str, why: str) -> None:
         UserMistake.__init__(self, f"{option} cannot be combined with {other}: {why}")
 
 
 class BadFile(UserMistake):
-    """Raised when a file cannot be used; ``why`` says what is wrong, with the line where that helps."""
+    """A file that cannot be used; ``why`` says what is wrong, with the line where that helps."""
 
     def __init__(self, path: Path | str, why: str) -> None:
         super().__init__(f"{path}: {why}")
 
 
 class SettingsChanged(UserMistake):
-    """Raised when a directory holds a study with other settings: setting -> (there, asked for)."""
+    """A directory holds a study with other settings: setting -> (there, asked for)."""
 
     def __init__(self, directory: Path | str, differences: Mapping[str, tuple[object, object]]) -> None:
         listed = "; ".join(
@@ -119,7 +113,7 @@ class SettingsChanged(UserMistake):
 
 
 class DirectoryBusy(UserMistake):
-    """Raised when another process is writing to the same study directory."""
+    """Another process is writing to the same study directory."""
 
     def __init__(self, directory: Path | str) -> None:
         super().__init__(
@@ -129,10 +123,7 @@ class DirectoryBusy(UserMistake):
 
 
 class BrokenPlugin(UserMistake):
-    """Raised when an addition of another package does not work.
-
-    ``package`` is the distribution with its version; empty where it is not known.
-    """
+    """An addition of a package, named with its version where that is known, does not work."""
 
     def __init__(self, kind: str, name: str, package: str, error: BaseException) -> None:
         owner = f" of {package}" if package else ""
@@ -150,21 +141,14 @@ def advice(remedy: str) -> str:
 
 
 class Missing(UserMistake):
-    """Raised when something must be supplied first: a key, a package, a model file.
-
-    ``remedy`` says how to supply it; under ``uv run`` advice for pip becomes advice for uv.
-    """
+    """Something must be supplied first: a key, a package, a model file. ``remedy`` says how (:func:`advice`)."""
 
     def __init__(self, what: str, remedy: str) -> None:
         super().__init__(f"{what}: {advice(remedy)}")
 
 
 class AgentsGivenUp(Missing):
-    """Raised at the end of a run, if it gave agents up and played the others.
-
-    Attributes:
-        why: Agent -> the mistake that ended its trials.
-    """
+    """The end of a run that gave agents up and played the others: agent -> the mistake that ended its trials."""
 
     def __init__(self, why: Mapping[str, UserMistake]) -> None:
         remedy = "nothing finished is lost; run the same command again when that is mended"
@@ -174,12 +158,9 @@ class AgentsGivenUp(Missing):
 
 @contextmanager
 def needing(what: str, extra: str, package: str = "lockprobe") -> Iterator[None]:
-    """Import the packages of an extra.
+    """Import the packages of an extra of a distribution; ``Missing`` if one is not installed.
 
-    Args:
-        what: What needs them, in the plural, for the message.
-        extra: The extra.
-        package: The distribution that has the extra.
+    ``what`` needs them, in the plural, for the message.
     """
     try:
         yield
@@ -202,7 +183,7 @@ def kind_and_words(error: BaseException) -> str:
 
 
 class BudgetReached(LockprobeError):
-    """Raised when less is left than what comes next could cost. A trial stops here and resumes from its next call.
+    """Less is left than what comes next could cost. A trial stops here and resumes from its next call.
 
     All amounts are US dollars; ``needed`` is the maximum cost of the next call.
     """
@@ -218,14 +199,13 @@ class TrialFault(LockprobeError):
     boundary: ClassVar[Boundary]
 
     def __init__(self, message: str) -> None:
-        super().__init__(printable(" ".join(without_secrets(message).split()))[:LONGEST_MESSAGE])
+        super().__init__(printable(" ".join(without_secrets(message).split()))[:_LONGEST_FAULT])
 
 
 class ModelFault(TrialFault):
     """The provider or the runtime behind a model failed after its retries.
 
     Attributes:
-        retries: How often the request was repeated.
         unanswered: Attempts without a usable answer that the provider may have charged for.
         usage: The provider's counts, as fields of :class:`lockprobe.trial.model_call.Usage`; empty if it counted
             nothing.
@@ -243,9 +223,7 @@ class ModelFault(TrialFault):
 class ReplyFault(TrialFault):
     """The agent gave no usable reply within the bounded number of repair turns.
 
-    Attributes:
-        replies: The raw replies, in the order in which they came.
-        usage: Their cost, as fields of :class:`lockprobe.trial.record.Usage`; empty if nobody charges.
+    ``replies`` are raw, in the order in which they came; their ``usage`` is as that of :class:`ModelFault`.
     """
 
     boundary: ClassVar[Boundary] = "reply"
@@ -256,10 +234,7 @@ class ReplyFault(TrialFault):
 
 
 class RefusalFault(ReplyFault):
-    """The model, or a filter of its provider, refused to reply; it is not asked again.
-
-    ``replies`` ends with the words of the refusal.
-    """
+    """The model, or a filter of its provider, refused to reply, with the words of its last reply; it is final."""
 
     boundary = "refusal"
 

@@ -9,6 +9,9 @@ from collections.abc import Iterable, Sequence
 NONE = "\N{EN DASH}"
 """A cell without a value."""
 
+MOST_NAMED = 3
+"""Agents whose numbers stand in a sentence; of more it has the range over all of them."""
+
 _LEVEL = 0.05
 """Below it a difference is detected."""
 
@@ -39,22 +42,19 @@ def p_value(value: float | None, letter: str = "P") -> str:
     """
     if value is None:
         return "not tested"
-    return f"{letter} < 0.001" if value < 0.001 else f"{letter} = {_on_its_side(value)}"
-
-
-def _on_its_side(value: float) -> str:
-    """A P value in two digits, or in more where two would move it to 0.05 from below.
-
-    >>> _on_its_side(0.0494), _on_its_side(0.0496), _on_its_side(0.0504)
-    ('0.049', '0.0496', '0.05')
-    """
-    digits = next(n for n in range(2, 18) if value >= _LEVEL or float(f"{value:.{n}g}") < _LEVEL)
-    return f"{value:.{digits}g}"
+    return f"{letter} < 0.001" if value < 0.001 else f"{letter} = {p_cell(value)}"
 
 
 def p_cell(value: float | None) -> str:
-    """A P value in a cell, or a dash where there is none."""
-    return NONE if value is None or math.isnan(value) else _on_its_side(value)
+    """A P value in a cell: two digits, or more where two would move it to 0.05 from below; a dash without one.
+
+    >>> p_cell(0.0494), p_cell(0.0496), p_cell(0.0504)
+    ('0.049', '0.0496', '0.05')
+    """
+    if value is None or math.isnan(value):
+        return NONE
+    digits = next(n for n in range(2, 18) if value >= _LEVEL or float(f"{value:.{n}g}") < _LEVEL)
+    return f"{value:.{digits}g}"
 
 
 def minus(text: str) -> str:
@@ -68,22 +68,14 @@ def minus(text: str) -> str:
 
 
 def range_said(low: float | None, high: float | None, form: str = "{:+.0f}", scale: float = 100) -> str:
-    """A 95 % interval after what it is of, in points if nothing else is said; empty where an end is missing.
-
-    >>> range_said(0.1, 0.2), range_said(None, 0.2)
-    (', 95 % interval +10 to +20', '')
-    """
+    """A 95 % interval after what it is of, in points if nothing else is said; empty where an end is missing."""
     if low is None or high is None:
         return ""
     return minus(f", 95 % interval {form.format(scale * low)} to {form.format(scale * high)}")
 
 
 def interval(low: float, high: float) -> str:
-    """The 95 % interval of a share.
-
-    >>> interval(0.1, 0.2)
-    '95 % interval 10 % to 20 %'
-    """
+    """The 95 % interval of a share."""
     return f"95 % interval {percent(low)} to {percent(high)}"
 
 
@@ -118,9 +110,7 @@ def share(value: float | None, low: float | None, high: float | None) -> str:
     >>> share(0.5, 0.4, 0.6)
     '50 % [40, 60]'
     """
-    if value is None or low is None or high is None or math.isnan(value):
-        return NONE
-    return minus(f"{percent(value)} [{100 * low:.0f}, {100 * high:.0f}]")
+    return NONE if low is None or high is None else bracketed(value, low, high, "{:.0f}").replace(" [", " % [")
 
 
 def range_of(low: float, high: float, digits: int = 0) -> str:
@@ -130,10 +120,6 @@ def range_of(low: float, high: float, digits: int = 0) -> str:
     '54 to 67 %'
     """
     return f"{100 * low:.{digits}f} to {percent(high, digits)}"
-
-
-MOST_NAMED = 3
-"""Agents whose numbers stand in a sentence; of more it has the range over all of them."""
 
 
 def first_three(parts: Iterable[str], between: str = ", ") -> str:

@@ -14,9 +14,8 @@ from lockprobe.foundation.spec import Spec, spec_name, split_specs
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import plant_change, resolve_plant
-from lockprobe.trial.condition import Condition, Recorded
+from lockprobe.trial.condition import PLANT, Condition, Recorded
 from lockprobe.trial.doses import MODALITY_DOSES, OF_PLAIN_FLIPS, modality_doses
-from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 

@@ -37,8 +37,8 @@ from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.plants.manual import Manual
 from lockprobe.plants.operator import TerminalOperator
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.trial.condition import PlantChange
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.plant_change import PlantChange
 from lockprobe.trial.protocols import Plant, PlantTraits
 
 PLANTS = ("symbolic", "fast-twin", "twin", "manual", "rig")

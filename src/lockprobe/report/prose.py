@@ -11,8 +11,7 @@ from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.design import AGENT, FLIPS, Axis
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.published import PEAK
-from lockprobe.trial.condition import TRUTH
-from lockprobe.trial.plant_change import PLANT
+from lockprobe.trial.condition import PLANT, TRUTH
 from lockprobe.trial.record import PLAIN_WORDS
 
 _KNOWN: Mapping[tuple[str, str], str] = {

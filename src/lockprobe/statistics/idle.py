@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from lockprobe.foundation.spec import spec_name
 from lockprobe.statistics.outcomes import ended
-from lockprobe.trial.plant_change import PLANT
+from lockprobe.trial.condition import PLANT
 from lockprobe.trial.record import Trial
 
 

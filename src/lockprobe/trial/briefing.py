@@ -13,11 +13,8 @@ Ask = Literal["before", "after", "off"]
 class Briefing:
     """The requests and remarks of one step, in addition to the report. Agents that read no words ignore them.
 
-    Attributes:
-        remark: A remark with the report of this step; often empty.
-        warning: A warning about the reports in the instruction; often empty.
-        instruction: The instruction as a template (:data:`lockprobe.agents.prompt.FIELDS`); empty for the default one.
-        hypothesis: Whether the agent says how the box works before its choice, after it, or not at all.
+    ``remark`` comes with the report of this step, ``warning`` stands in the instruction. ``instruction`` is a template
+    (:data:`lockprobe.agents.prompt.FIELDS`), and the default one if it is empty.
     """
 
     remark: str = ""

@@ -15,7 +15,6 @@ from lockprobe.foundation.spec import Spec, in_words, options_of, split_specs
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.foundation.validation import AS_WRITTEN, Text, check_dose
 from lockprobe.trial.doses import doses_of, flip_rate
-from lockprobe.trial.plant_change import PlantChange
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES
 
@@ -26,12 +25,18 @@ PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": 
 TRUTH = "truth"
 """The condition in which nothing acts."""
 
+PLANT = "plant"
+"""The part of a condition's spec that changes options of the plant: ``plant?pose_error=0.01``."""
+
 _SHIPPED = "lockprobe.interventions."
 """Where the modules are whose classes have a ``name`` for specs; others are named by the entry point of their package.
 """
 
 _LONGEST = 200
 """The most characters of the name of a condition."""
+
+_DIGITS = 12
+"""The digits of a dose of the plant, which is a difference of two numbers."""
 
 
 def _listed(given: object) -> object:
@@ -71,13 +76,70 @@ class Recorded:
             check_dose(f"dose {dose} of {self.spec}", options.get(dose, ""))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantChange:
+    """The options that a condition gives to the plant of its study.
+
+    A dose of the plant is the distance of an option from its value in the study. So 0 is the study's own plant, as a
+    dose of 0 of an intervention is none, and a dose is always larger the more is changed.
+
+    Attributes:
+        options: Option -> its value, of those that differ from the study's plant.
+        own: Of those that are doses, the value in the study's plant.
+    """
+
+    __pydantic_config__ = AS_WRITTEN
+
+    options: Mapping[Text, Annotated[str, Field(max_length=1000)]] = field(default_factory=dict)
+    own: Mapping[Text, Annotated[float, Field(allow_inf_nan=False)]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for option in self.own:
+            check_dose(f"dose {option} of the plant", self.options.get(option, ""))
+
+    @property
+    def spec(self) -> str:
+        """All of it as the part of a spec; empty if nothing is changed."""
+        return str(Spec(PLANT, options=self.options)) if self.options else ""
+
+    def on(self, plant: str) -> str:
+        """The spec of a study's plant with these options.
+
+        >>> PlantChange(options={"pose_error": "0.01"}).on("twin?looks=varied")
+        'twin?looks=varied&pose_error=0.01'
+        """
+        return str(Spec.parse(plant, PLANT).adding(self.options)) if self.options else plant
+
+    @property
+    def parts(self) -> tuple[tuple[Spec, tuple[str, ...]], ...]:
+        """Each option alone as analyses read it: a dose as its distance from the study's value, with its name.
+
+        >>> change = PlantChange(options={"friction": "0.3"}, own={"friction": 1.0})
+        >>> [(dict(spec.options), doses) for spec, doses in change.parts]
+        [({'friction below 1': '0.7'}, ('friction below 1',))]
+        """
+        found = list[tuple[Spec, tuple[str, ...]]]()
+        for option, value in self.options.items():
+            name, said, doses = option, value, tuple[str, ...]()
+            if (own := self.own.get(option)) is not None:
+                away = float(value) - own
+                name = option if own == 0 < away else f"{option} {'above' if away > 0 else 'below'} {in_words(own)}"
+                said, doses = in_words(round(abs(away), _DIGITS)), (name,)
+            found.append((Spec(PLANT, options={name: said}), doses))
+        return tuple(found)
+
+    @property
+    def doses(self) -> dict[str, float]:
+        """Its doses by name, ``{"plant.pose_error": 0.01}``, all above 0."""
+        return {f"{PLANT}.{name}": float(spec.options[name]) for spec, doses in self.parts for name in doses}
+
+
 def _recorded(interventions: tuple[Intervention | Recorded, ...]) -> list[dict[str, object]]:
     """Interventions as settings name them."""
-    found = list[dict[str, object]]()
-    for one in interventions:
-        spec, doses = one.spec if isinstance(one, Recorded) else spec_of(one), InterventionTraits.of(one).doses
-        found.append({"spec": spec, "doses": [*doses]} if doses else {"spec": spec})
-    return found
+    doses = [[*InterventionTraits.of(one).doses] for one in interventions]
+    return [
+        {"spec": spec_of(one)} | ({"doses": of} if of else {}) for one, of in zip(interventions, doses, strict=True)
+    ]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,9 +147,9 @@ class Condition:
     """The interventions that act in a trial, and the modality of the box; the empty condition is the truth.
 
     Attributes:
+        name: The experimenter's name for it; empty for its spec.
         interventions: The interventions, in the order in which they act.
         modality: The spec of the modality: how the box is shown. It acts last.
-        name: The experimenter's name for it; empty for its spec.
         plant: What it changes of the study's plant.
         specs: The specs of the interventions, with every dose, and of the change of the plant. Conditions of equal
             specs, modality and name are equal.
@@ -106,13 +168,13 @@ class Condition:
     specs: Annotated[tuple[str, ...], Field(exclude=True)] = field(init=False)
 
     def __post_init__(self) -> None:
-        acting = (one.spec if isinstance(one, Recorded) else spec_of(one) for one in self.interventions)
-        object.__setattr__(self, "specs", (*acting, *filter(None, [self.plant.spec])))
-        if not self.label.isprintable() or self.label != self.label.strip() or len(self.label) > _LONGEST:
+        object.__setattr__(self, "specs", (*map(spec_of, self.interventions), *filter(None, [self.plant.spec])))
+        label = self.label
+        if not label.isprintable() or label != label.strip() or len(label) > _LONGEST:
             expected = f"a name of at most {_LONGEST} visible characters without blanks around it"
-            if not self.name and len(self.label) > _LONGEST:
-                expected = f"at most {_LONGEST} characters, not {len(self.label)}, or a name: --condition 'NAME=SPEC'"
-            raise BadValue("condition", printable(self.label), expected)
+            if not self.name and len(label) > _LONGEST:
+                expected = f"at most {_LONGEST} characters, not {len(label)}, or a name: --condition 'NAME=SPEC'"
+            raise BadValue("condition", printable(label), expected)
 
     @cached_property
     def spec(self) -> str:
@@ -154,18 +216,20 @@ class Condition:
 
 
 def place_of(kind: type[Any]) -> str:
-    """The place of the loop, of four, at which a class of interventions acts."""
+    """The place of the loop, of four, at which a class of interventions acts; any other class is refused."""
     found = [place for place, method in PLACES.items() if callable(getattr(kind, method, None))]
     if len(found) != 1:
         raise BadValue("intervention", kind.__name__, f"exactly one of {', '.join(PLACES.values())}")
     return found[0]
 
 
-def spec_of(intervention: Intervention) -> str:
+def spec_of(intervention: Intervention | Recorded) -> str:
     """The spec that makes an intervention: its doses, and all options not at their defaults, ``flip?p=0&others=kept``.
 
     Options that others imply (``implied``) are left out, so that equal interventions have equal specs.
     """
+    if isinstance(intervention, Recorded):
+        return intervention.spec
     kind, traits = type(intervention), InterventionTraits.of(intervention)
     own = traits.name if kind.__module__.startswith(_SHIPPED) else ""
     options = {

@@ -15,6 +15,9 @@ FLIP_RATE = "flip.p"
 MODALITY_DOSES = ("p", "blur", "noise", "occlude", "exposure")
 """Options of a modality that are doses: how often pictures are false, and how much they are degraded."""
 
+OF_PLAIN_FLIPS = frozenset({"p", "inverts", "others", "keep"})
+"""The options of a flip that acts on every report."""
+
 _LEAST, _MOST = 1e-9, 1e9
 
 DOSES_SAID = (
@@ -22,8 +25,10 @@ DOSES_SAID = (
 )
 """The doses that :func:`can_be_fitted` takes, in words."""
 
-OF_PLAIN_FLIPS = frozenset({"p", "inverts", "others", "keep"})
-"""The options of a flip that acts on every report."""
+
+def can_be_fitted(dose: float) -> bool:
+    """Whether a dose is of a magnitude that fits can square without losing it."""
+    return dose == 0 or _LEAST <= abs(dose) <= _MOST
 
 
 def dose_of(spec: Spec, option: str, first: str) -> float:
@@ -33,13 +38,7 @@ def dose_of(spec: Spec, option: str, first: str) -> float:
     >>> dose_of(flip, "p", "p"), dose_of(flip, "keep", "p"), dose_of(Spec.parse("flip?p=0.4"), "keep", "p")
     (0.4, 1.0, 0.0)
 
-    Args:
-        spec: Its spec.
-        option: The dose.
-        first: Its first dose, which every spec says. Another one is 0 if it is left out.
-
-    Returns:
-        The dose; NaN if it is the first one and not said.
+    Every spec says its ``first`` dose, which is NaN otherwise. Another one is 0 if it is left out.
     """
     unsaid = "nan" if option == first else "0"
     if (spec.full_name, option, spec.options.get("others")) == ("flip", "keep", "kept"):
@@ -57,16 +56,12 @@ def without_doses(spec: Spec, options: Sequence[str]) -> Spec:
 
 
 def doses_of(acting: Sequence[tuple[str, Sequence[str]]], modality: str) -> dict[str, float]:
-    """The doses that are not 0, by intervention and option.
+    """The doses that are not 0, by intervention and option, and those of the modality.
 
-    >>> doses_of([("flip?p=0.4", ["p"]), ("nudge", [])], "rgb?blur=8")
-    {'flip.p': 0.4, 'rgb.blur': 8.0}
-    >>> doses_of([("flip?p=0.4&at=3", ["p"]), ("flip?p=0.1", ["p"])], "rgb")
-    {'flip.p': 0.4, 'flip#2.p': 0.1}
+    >>> doses_of([("flip?p=0.4&at=3", ["p"]), ("flip?p=0.1", ["p"]), ("nudge", [])], "rgb?blur=8")
+    {'flip.p': 0.4, 'flip#2.p': 0.1, 'rgb.blur': 8.0}
 
-    Args:
-        acting: Interventions, each as its spec and the options that are its doses. At 0 of the first none of them acts.
-        modality: Spec of the modality, whose doses follow.
+    Each intervention comes as its spec and the options that are its doses. At 0 of the first none of them acts.
     """
     found: dict[str, float] = {}
     seen: Counter[str] = Counter()
@@ -114,12 +109,3 @@ def modality_doses(modality: str) -> tuple[str, Mapping[str, str]]:
     spec = Spec.parse(modality, "modality")
     doses = {option: value for option, value in spec.options.items() if option in MODALITY_DOSES}
     return str(spec.without(doses)), doses
-
-
-def can_be_fitted(dose: float) -> bool:
-    """Whether a dose is of a magnitude that fits can square without losing it.
-
-    >>> can_be_fitted(0.4), can_be_fitted(1e300), can_be_fitted(1e-300)
-    (True, False, False)
-    """
-    return dose == 0 or _LEAST <= abs(dose) <= _MOST

@@ -27,7 +27,6 @@ from lockprobe.foundation.errors import (
 )
 from lockprobe.foundation.redaction import without_keys
 from lockprobe.trial.briefing import Briefing
-from lockprobe.trial.decision_check import usable
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.patience import PATIENCE, own_line
 from lockprobe.trial.pictures.frame import Frame
@@ -50,7 +49,8 @@ from lockprobe.trial.record import (
     Turn,
     facts_of,
 )
-from lockprobe.trial.source import Source, source_of, with_reading
+from lockprobe.trial.source import source_of, with_reading
+from lockprobe.trial.trial_json import usable
 
 _T = TypeVar("_T")
 
@@ -59,7 +59,7 @@ class Executor(Protocol):
     """Runs the blocking work of plants and channels: here, or in another thread or process."""
 
     async def __call__(self, work: Callable[[], _T], /) -> _T:
-        """Run the work there and return its result."""
+        """The result of the work, which is run there."""
         ...
 
 
@@ -75,14 +75,7 @@ _PASSING = (LockprobeError, KeyboardInterrupt, GeneratorExit)
 class Boundary:
     """Turns any error inside into one kind of fault. Lockprobe's own errors pass unchanged.
 
-    >>> with AGENT:
-    ...     raise SystemExit(3)
-    Traceback (most recent call last):
-    lockprobe.foundation.errors.ModelFault: SystemExit: 3
-
-    Args:
-        fault: The kind of fault.
-        part: What the message calls code that somebody wrote for this part; its file and line are named then.
+    ``part`` is what the message calls code that somebody wrote for this part; its file and line are named then.
     """
 
     __slots__ = ("_fault", "_part")
@@ -125,7 +118,8 @@ async def play(
     """Play one trial to its end.
 
     The truth decides when it ends: the trial is solved when the target really moves, whatever is told of it. An error
-    ends it as ``error`` with the steps played so far; an error is never scored as a failure.
+    ends it as ``error`` with the steps played so far; an error is never scored as a failure. A user's mistake, such as
+    a missing key, and a budget that is reached pass.
 
     Args:
         plan: The trial to play.
@@ -137,7 +131,7 @@ async def play(
         place: Runs the work of plant and channels.
         names: The names of its joints, if they are known already.
     """
-    places = interventions if isinstance(interventions, Places) else Places.of(interventions)
+    places = interventions if isinstance(interventions, Places) else Places(interventions)
     loop = _Loop(plan, names or Names(plan), plant, places, agent, keep, place)
     ending: Ending = "budget"
     error: TrialError | None = None
@@ -152,8 +146,7 @@ async def play(
                 break
     except TrialFault as broke:
         ending, error = "error", _error(broke, len(loop.steps) + 1)
-    facts: dict[str, Fact] = {}
-    made: dict[str, Fact] = {}
+    facts, made = dict[str, Fact](), dict[str, Fact]()
     try:
         with AGENT:
             facts = facts_of(agent.facts)
@@ -191,24 +184,25 @@ def _error(fault: TrialFault, step: int) -> TrialError:
 
 def _record(plan: Plan, names: Names, ending: Ending, error: TrialError | None) -> Trial:
     """The record of a trial as its plan has it, without what was played."""
+    condition, box = plan.condition, plan.box
     return Trial(
         key=plan.key,
         study=plan.study,
         agent=plan.agent,
         called=plan.called,
-        box=plan.box.name,
+        box=box.name,
         condition=plan.label,
-        specs=plan.condition.specs,
-        doses=plan.condition.doses,
-        modality=plan.condition.modality,
+        specs=condition.specs,
+        doses=condition.doses,
+        modality=condition.modality,
         repetition=plan.repetition,
         trial=plan.trial,
         seed=plan.seed,
         budget=plan.budget,
-        joints=plan.box.names,
+        joints=box.names,
         labels=names.labels,
         listing=names.listing,
-        target=plan.box.target,
+        target=box.target,
         ending=ending,
         error=error,
         assessment=plan.assessment,
@@ -234,11 +228,9 @@ class _Loop:
         keep: Callable[[Picture], None] | None,
         place: Executor,
     ) -> None:
-        self.steps: list[Step] = []
-        self.opening = ""
+        self.names, self.steps, self.opening = names, list[Step](), ""
         self.opening_pictures: Mapping[PictureKind, str] = {}
         self.opening_sensed: Mapping[str, Fact] = {}
-        self.names = names
         self._plan, self._places, self._plant, self._agent = plan, places, plant, agent
         self._ours = type(agent).__module__.startswith("lockprobe")
         self._keep, self._at = keep, place
@@ -247,12 +239,12 @@ class _Loop:
         self._luck = luck.stream("agent")
         self.acting = Acting(places, luck, self._task, plan.fork)
         self._source = source_of(plan.condition.modality)
-        self._said: Snapshot | None = None
-        self._on_record = plan.fork is not None
+        self._said: Snapshot | None = None  # by the source, last
+        self._on_record = plan.fork is not None  # whether all is as on record up to now
         self._turns: tuple[Turn, ...] = ()
         self._moments: tuple[Moment, ...] = ()
-        self._state = ""
-        self._shown: tuple[bool, ...] | None = None
+        self._state = ""  # the true configuration
+        self._shown: tuple[bool, ...] | None = None  # the last positions told or pictured
 
     async def open(self) -> None:
         """Look at the box for the first time."""
@@ -283,7 +275,22 @@ class _Loop:
         with PLANT:
             snapshot, state, moment = await self._at(partial(self._happened, joint, decision.joint, label))
             sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
-        step = self._written(decision, joint, moment, sensed, briefing.remark, moved=snapshot.outcome == "moved")
+        box, moved = self._plan.box.joints, snapshot.outcome == "moved"
+        told_moved, told_state = self._compared(moment, moved=moved)
+        step = Step(
+            step=len(self.steps) + 1,
+            state=self._state,
+            joint=box[joint].name,
+            moved=moved,
+            told_moved=told_moved,
+            told_state=told_state,
+            told=moment.told.text,
+            decision=decision,
+            sensed=sensed,
+            pictures=self._kept(moment.told) if moment.told.pictures else {},
+            chosen=None if decision.joint == label else box[self.names.labels.index(decision.joint)].name,
+            remark=briefing.remark,
+        )
         self.steps.append(step)
         self._turns = (*self._turns, Turn(percept=report, decision=decision, remark=briefing.remark))
         self._moments, self._state = (*past, moment), state
@@ -315,19 +322,18 @@ class _Loop:
             snapshot = with_reading(snapshot)
         if len(state := bits(snapshot.configuration)) != len(self._task.joints):
             raise PlantFault(f"{len(state)} positions of {len(self._task.joints)} joints")
-        was = percept = self.names.percept(snapshot) if self._source is None else self._reported(snapshot, self._source)
+        percept = self.names.percept(snapshot)
+        if self._source is not None:  # where an arm of a fork acts, the truth is said
+            fork = self._plan.fork
+            truthful = fork is not None and fork.replaces(len(self._moments))
+            self._said = snapshot if truthful else self._source.said(snapshot, self._said)
+            percept = replace(self.names.percept(self._said), look=percept.look)
+        was = percept
         if percept.look is not None:
             was, percept = replace(percept, look=None), replace(percept, look=partial(_look, percept.look))
         with INTERVENTIONS:
             told, facts = self.acting.told(percept, self._moments)
         return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
-
-    def _reported(self, snapshot: Snapshot, source: Source) -> Percept:
-        """What the source of the reports says, in the agent's terms; where an arm of a fork acts, the truth."""
-        truth, fork = self.names.percept(snapshot), self._plan.fork
-        truthful = fork is not None and fork.replaces(len(self._moments))
-        self._said = snapshot if truthful else source.said(snapshot, self._said)
-        return truth if self._said is snapshot else replace(self.names.percept(self._said), look=truth.look)
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
         if self._keep is not None:
@@ -335,10 +341,8 @@ class _Loop:
                 self._keep(picture)
         return {picture.kind: picture.name for picture in percept.pictures}
 
-    def _written(
-        self, decision: Decision, joint: int, moment: Moment, sensed: Mapping[str, Fact], remark: str, *, moved: bool
-    ) -> Step:
-        """The record of one step."""
+    def _compared(self, moment: Moment, *, moved: bool) -> tuple[bool | None, str | None]:
+        """The outcome and the configuration that a report tells, also as positions imply them; None where none."""
         told, shown = moment.told, moment.shown
         if told.outcome is not None:
             told_moved = told.outcome == "moved"
@@ -353,21 +357,7 @@ class _Loop:
             self._shown = shown
             if told.positions is None and shown == moment.was.positions:
                 shown = None  # a true picture says nothing that the truth does not
-        box = self._plan.box.joints
-        return Step(
-            step=len(self.steps) + 1,
-            state=self._state,
-            joint=box[joint].name,
-            moved=moved,
-            told_moved=told_moved,
-            told_state=None if shown is None else self.names.told_state(shown),
-            told=told.text,
-            decision=decision,
-            sensed=sensed,
-            pictures=self._kept(told) if told.pictures else {},
-            chosen=None if moment.chosen == moment.attempted else box[self.names.labels.index(decision.joint)].name,
-            remark=remark,
-        )
+        return told_moved, None if shown is None else self.names.told_state(shown)
 
     def _compare(self, step: Step, fork: Fork) -> None:
         """Compare a step of a fork with the record, and change the luck after the fork for all but the first time."""

@@ -33,12 +33,8 @@ def _generator() -> np.random.Generator:
 class Luck:
     """The luck of one trial. Its streams share one generator, which each call of :meth:`Stream.at` moves.
 
-    Attributes:
-        seed: Of the study, any integer.
-        box: Name of the box: trials of equal number on two boxes have different luck.
-        repetition: From 1.
-        trial: From 1.
-        time: Which continuation of a fork it is, from 1; each has luck of its own.
+    ``seed`` is that of the study, any integer, ``box`` the name of the box, and ``time`` which continuation of a fork
+    it is. All numbers but the seed are from 1.
     """
 
     seed: int
@@ -114,17 +110,8 @@ def numbers(
 ) -> NDArray[np.float64]:
     """The first numbers of a stream in many trials, in [0, 1): what ``at(step).random(places)`` gives in each of them.
 
-    Args:
-        box: Name of the box.
-        stream: Name of the stream.
-        seed: Of the study; an array, as repetition, trial and step may be, of a shape that broadcasts with theirs.
-        repetition: From 1.
-        trial: From 1.
-        step: From 1; 0 for what is drawn once a trial.
-        places: How many numbers of each.
-
-    Returns:
-        Shape (..., places), with at least one further dimension.
+    Seed, repetition, trial and step may be arrays whose shapes broadcast; step 0 is what is drawn once a trial. The
+    result has their shape, of at least one dimension, and ``places`` behind it.
     """
     seeds = np.atleast_1d(np.array(seed, object))  # of any size
     keys = np.array([_key(one, box, stream) for one in seeds.ravel().tolist()], np.uint64).T.reshape(2, *seeds.shape)

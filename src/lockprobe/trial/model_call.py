@@ -32,13 +32,8 @@ Seconds = Annotated[float, Ge(0), Le(1e8)]
 class Usage:
     """The usage of calls to a model, by its provider's counts. For a decision: the sum over its calls with repairs.
 
-    Attributes:
-        calls: Replies received.
-        input_tokens: Tokens read, those from a cache included.
-        output_tokens: Tokens written, those of reasoning included.
-        cached_tokens: Tokens read from the provider's cache.
-        stored_tokens: Tokens read that the provider put into its cache, if it reports them.
-        reasoning_tokens: Hidden tokens among those written.
+    ``calls`` are replies received. Of the tokens read some come from the provider's cache, and it may have ``stored``
+    some there; of those written some are hidden ``reasoning``.
     """
 
     calls: Count = 0
@@ -61,12 +56,9 @@ class Usage:
 class Call:
     """One call to a model. It is written to disk as soon as its reply arrives, so that no paid reply is lost.
 
+    ``key``, ``agent``, ``condition``, ``repetition`` and ``trial`` are those of the record.
+
     Attributes:
-        key: The trial.
-        agent: Its agent, as its record names it.
-        condition: Label of its condition.
-        repetition: From 1.
-        trial: From 1.
         step: The step to decide, from 1.
         turn: The number of the call for that step, from 1; later ones follow a malformed reply.
         request: Fingerprint of the request; an equal request at the same step and turn gets this reply.
@@ -76,7 +68,6 @@ class Call:
         served: The model that answered, as the provider names it.
         usage: Its usage, with what the provider counted for failed attempts; before there is an outcome, that alone.
         seconds: Wall time, including retries.
-        retries: The number of retries.
         unanswered: Attempts without a usable reply that the provider may have charged for: timed out, dropped, or
             unreadable.
         reasoned: Whether reasoning came with the reply, apart from its text.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass, replace
-from typing import Any, Generic, NamedTuple, Self, TypeVar
+from dataclasses import is_dataclass, replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -21,23 +21,18 @@ from lockprobe.trial.record import Fact, Moment, Percept, Task, Turn, facts_of
 _V = TypeVar("_V")
 
 
-class Placed(NamedTuple, Generic[_V]):
-    """An intervention at one place, as a function of a value, the past, the task and its luck at the step.
+class Placed(NamedTuple):
+    """An intervention at its place: its number in the condition, from 0, what its class declares, and what it does.
 
-    Attributes:
-        number: Its number in the condition, from 0.
-        one: The intervention.
-        traits: What its class declares.
-        act: What it makes of the value.
+    ``act`` makes of a value, the past, the task and its luck at the step another value.
     """
 
     number: int
     one: Intervention
     traits: InterventionTraits
-    act: Callable[[_V, tuple[Moment, ...], Task, np.random.Generator], _V]
+    act: Callable[[Any, tuple[Moment, ...], Task, np.random.Generator], Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Places:
     """Interventions, and at which place of the loop each of them acts. All trials of a condition have them alike.
 
@@ -49,53 +44,31 @@ class Places:
         showing: The one that makes words or pictures; empty without one.
         after: Those that change words or pictures.
         prompts, memories, actuators: Those that act where the agent is asked, remembers and attempts.
-        channel_facts: What records say of those that act on reports: the class of each and its settings.
-        other_facts: What records say of all others.
+        channel_facts, other_facts: What records say of those that act on reports, and of all others: the class of each
+            and its settings.
     """
 
-    streams: tuple[tuple[str, int], ...]
-    specs: tuple[str, ...]
-    channels: tuple[Placed[Percept], ...]
-    showing: tuple[Placed[Percept], ...]
-    after: tuple[Placed[Percept], ...]
-    prompts: tuple[Placed[Briefing], ...]
-    memories: tuple[Placed[tuple[Turn, ...]], ...]
-    actuators: tuple[Placed[str], ...]
-    channel_facts: tuple[Mapping[str, Fact], ...]
-    other_facts: tuple[Mapping[str, Fact], ...]
-
-    @classmethod
-    def of(cls, interventions: Sequence[Intervention]) -> Self:
-        """The places of interventions, in the order in which they act."""
+    def __init__(self, interventions: Sequence[Intervention]) -> None:
         seen = Counter[str]()
-        streams, specs = list[tuple[str, int]](), list[str]()
-        placed: dict[str, list[Placed[Any]]] = {place: [] for place in PLACES}
+        self.streams, self.specs = list[tuple[str, int]](), list[str]()
+        placed: dict[str, list[Placed]] = {place: [] for place in PLACES}
         facts: dict[bool, list[Mapping[str, Fact]]] = {True: [], False: []}
         for number, one in enumerate(interventions):
             kind, traits, told = type(one).__name__, InterventionTraits.of(one), hasattr(one, PLACES["told"])
             spec = spec_of(one) if is_dataclass(one) and not traits.shows else ""
-            specs.append(f"{spec} ({seen[spec] + 1})" if spec and seen[spec] else spec)
-            streams.append((f"{traits.stream or kind}-{seen[f'class {kind}']}", traits.ahead))
+            self.specs.append(f"{spec} ({seen[spec] + 1})" if spec and seen[spec] else spec)
+            self.streams.append((f"{traits.stream or kind}-{seen[f'class {kind}']}", traits.ahead))
             seen.update((spec, f"class {kind}"))
             for place, method in PLACES.items():
                 if (act := getattr(one, method, None)) is not None:
                     placed[place].append(Placed(number, one, traits, act))
             said = {"channel" if told else "intervention": kind} | (settings_of(one) if is_dataclass(one) else {})
             facts[told].append(facts_of(said))
-        told_by = placed["told"]
-        last = max((at for at, one in enumerate(told_by) if one.traits.shows), default=len(told_by))
-        return cls(
-            streams=tuple(streams),
-            specs=tuple(specs),
-            channels=tuple(told_by[:last]),
-            showing=tuple(told_by[last : last + 1]),
-            after=tuple(told_by[last + 1 :]),
-            prompts=tuple(placed["asked"]),
-            memories=tuple(one._replace(act=_without_past(one.act)) for one in placed["remembered"]),
-            actuators=tuple(placed["done"]),
-            channel_facts=tuple(facts[True]),
-            other_facts=tuple(facts[False]),
-        )
+        channels, self.prompts, memories, self.actuators = placed.values()
+        last = max((at for at, one in enumerate(channels) if one.traits.shows), default=len(channels))
+        self.channels, self.showing, self.after = channels[:last], channels[last : last + 1], channels[last + 1 :]
+        self.memories = [one._replace(act=_without_past(one.act)) for one in memories]
+        self.channel_facts, self.other_facts = tuple(facts[True]), tuple(facts[False])
 
 
 def _without_past(recall: Callable[..., Any]) -> Callable[..., Any]:
@@ -109,6 +82,8 @@ class Acting:
     it: what no report shows, or a later intervention hides, is no change. A report counts at the step whose decision it
     precedes: no agent reads the last one. ``past`` holds all moments so far, so its length is the number of the step,
     or, for a report, the number of that step's decision less one.
+
+    A value that no record can hold is a ``ChannelFault``, or breaks here.
     """
 
     def __init__(self, places: Places, luck: Luck, task: Task, fork: Fork | None) -> None:
@@ -129,8 +104,7 @@ class Acting:
         facts, places, step = None, self._places, len(past)
         if places.channels:
             shown = places.showing[0].traits.shown if places.showing else None
-            channels = self._not_replaced(places.channels, step)
-            percept = self._passed(channels, percept, past, step, step + 1, shown or _whole)
+            percept = self._passed(self._not_replaced(places.channels, step), percept, past, step, step + 1, shown)
         for placed in places.showing:
             facts = percept if percept.look is None else replace(percept, look=None)
             percept = placed.act(percept, past, self._task, self._luck[placed.number].at(step))
@@ -147,16 +121,13 @@ class Acting:
             raise ChannelFault(f"positions {positions!r} are not one truth value for each of {len(joints)} joints")
         return percept if percept.look is None else replace(percept, look=None), facts
 
-    def _not_replaced(self, channels: tuple[Placed[Percept], ...], step: int) -> Sequence[Placed[Percept]]:
+    def _not_replaced(self, channels: Sequence[Placed], step: int) -> Sequence[Placed]:
         """Those that act on the report of a step: an arm of a fork acts in place of those that act on its facts."""
         fork = self._fork
         if fork is None or not fork.replaces(step):
             return channels
-        return [
-            placed
-            for placed in channels
-            if placed.traits.shows or placed.traits.after_words or any(placed.one is one for one in fork.acting)
-        ]
+        own = {id(one) for one in fork.acting}
+        return [one for one in channels if one.traits.shows or one.traits.after_words or id(one.one) in own]
 
     def remembered(self, turns: tuple[Turn, ...], past: tuple[Moment, ...]) -> tuple[Turn, ...]:
         """The exchanges that the agent still has."""
@@ -168,7 +139,7 @@ class Acting:
     def asked(self, briefing: Briefing, past: tuple[Moment, ...]) -> Briefing:
         """The requests and remarks of a step."""
         asked = self._passed(self._places.prompts, briefing, past, len(past) - 1, len(past))
-        asked.remark.encode()  # what no record can hold breaks here
+        asked.remark.encode()
         return asked
 
     def done(self, chosen: str, past: tuple[Moment, ...]) -> str:
@@ -186,7 +157,7 @@ class Acting:
 
     def _passed(
         self,
-        acting: Sequence[Placed[_V]],
+        acting: Sequence[Placed],
         given: _V,
         past: tuple[Moment, ...],
         drawn: int,
@@ -199,7 +170,7 @@ class Acting:
         value that the agent gets; all of it without one.
         """
         value, shown = given, shown or _whole
-        changers: list[tuple[Placed[_V], _V]] = []
+        changers: list[tuple[Placed, _V]] = []
         for placed in acting:
             before, value = value, placed.act(value, past, self._task, self._luck[placed.number].at(drawn))
             if value is not before and _whole(value) != _whole(before):

@@ -32,11 +32,8 @@ class Fork:
     Up to the report of step ``at`` the trial is the one on record. What its condition tells is replaced in that report
     by the truth, on which the arm acts.
 
-    Attributes:
-        name: The forked trial, the step and the arm.
-        condition: Label of the condition of the forked trial.
-        acting: The intervention of the arm on the report, or on the action after it.
-        recorded: The recorded steps.
+    ``condition`` is the label of that of the forked trial, ``acting`` the intervention of the arm on the report, or on
+    the action after it, and ``recorded`` are the recorded steps.
     """
 
     name: ForkName
@@ -51,15 +48,10 @@ class Fork:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """The plan of one trial.
+    """The plan of one trial, which has a number and a repetition from 1.
 
     Attributes:
-        study: Name of the study.
-        agent: Agent spec.
-        box: The box.
-        condition: Its interventions and modality.
-        repetition: From 1.
-        trial: From 1.
+        agent: Agent spec; ``called`` is the name that the experimenter gave it, empty without one.
         seed: Seed of the study.
         budget: Steps; 20 in the paper.
         plant: The plant's spec.
@@ -68,8 +60,6 @@ class Plan:
         assessment: Whether the agent is asked what its last action did.
         hypothesis: When the agent is asked how the box works, unless an intervention says otherwise.
         fork: The fork of a recorded trial; None for an ordinary trial.
-        time: Which continuation of a fork it is, from 1; each has luck of its own.
-        called: The name that the experimenter gave the agent; empty without one.
         key: The readable name of its record.
     """
 
@@ -86,7 +76,6 @@ class Plan:
     assessment: bool = True
     hypothesis: Ask = "before"
     fork: Fork | None = None
-    time: int = 1
     called: str = ""
     key: str = field(init=False, compare=False)
 
@@ -121,17 +110,13 @@ class Plan:
     @property
     def luck(self) -> Luck:
         """The luck of the trial. It depends on seed, box, repetition and trial, not on the condition."""
-        return Luck(seed=self.seed, box=self.box.name, repetition=self.repetition, trial=self.trial, time=self.time)
+        return Luck(seed=self.seed, box=self.box.name, repetition=self.repetition, trial=self.trial)
 
 
 def drawn_orders(numbers: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The random assignments of labels to joints and orders in which joints are listed, both of shape (..., joints).
+    """Of each joint in panel order the number of its label, and for each list position a joint, shape (..., joints).
 
-    Args:
-        numbers: Two for each joint from the stream of labels, shape (..., 2 * joints).
-
-    Returns:
-        For each joint in panel order the number of its label; for each list position a joint in panel order.
+    ``numbers`` are two for each joint from the stream of labels, shape (..., 2 * joints).
     """
     joints = numbers.shape[-1] // 2
     return np.argsort(numbers[..., :joints]), np.argsort(numbers[..., joints:])

@@ -49,11 +49,9 @@ class Plant(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantTraits(_Traits):
-    """What a class of plants may declare.
+    """What a class of plants may declare: that somebody answers its questions at the terminal (``attended``).
 
-    Attributes:
-        attended: Whether somebody answers its questions at the terminal; trials then run one at a time, in the process
-            that was started.
+    Its trials then run one at a time, in the process that was started.
     """
 
     attended: bool = False
@@ -70,13 +68,9 @@ class Channel(Protocol):
     """
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """Turn a percept into the percept that is passed on.
+        """Turn a percept into the percept that is passed on; the first channel gets the truth in the agent's terms.
 
-        Args:
-            percept: The observation so far; the first channel gets the truth in the agent's terms.
-            past: The moments before, oldest first, as they were and as they were told; empty at the first look.
-            task: What the agent knows.
-            rng: This channel's own stream at this step.
+        ``past`` holds the moments before, oldest first, as they were and as they were told; it is empty at first.
         """
         ...
 
@@ -108,10 +102,7 @@ class Actuator(Protocol):
     """An intervention on what is *done*: the attempted joint, given the agent's choice. Otherwise like a channel."""
 
     def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
-        """The label of the joint to attempt in place of ``joint``.
-
-        ``past`` holds all moments up to now, oldest first.
-        """
+        """The label of the joint to attempt in place of ``joint``; ``past`` holds all moments up to now."""
         ...
 
 
@@ -125,18 +116,16 @@ class InterventionTraits(_Traits):
 
     Attributes:
         name: Its name in specs, if it is one of Lockprobe's own; an entry point names those of packages.
-        variant: An option that chooses it among several classes of its name: ``flip?like=…``. Empty for the class of
-            specs without such an option.
+        variant: An option that chooses it among several classes of its name: ``flip?like=…``.
         doses: The names of its fields that are doses. At 0 of the first one it does nothing.
         implied: The names of its fields that its spec leaves out, because others say them.
-        stream: The name of its random stream, by default that of its class. Classes of one ``stream`` share their luck.
-        ahead: The luck is that of the trial so many later.
+        stream: The name of its random stream, by default that of its class. Classes of one ``stream`` share their luck,
+            which is that of the trial so many ``ahead``.
         always_tells: Whether no report is missing because of it. Others may leave reports out.
         after_words: Whether ``perceive`` gets reports as words or pictures, and not the facts before them.
         shows: Whether it puts reports into words or pictures, which may leave facts out: later channels know them as
-            ``Moment.reported``.
-        shown: For one that shows, what the agent gets of a percept. A change of anything else counts as none
-            (:class:`lockprobe.trial.places.Acting`).
+            ``Moment.reported``. Then ``shown`` gives what the agent gets of a percept, and a change of anything else
+            counts as none (:class:`lockprobe.trial.places.Acting`).
     """
 
     name: str = ""
@@ -161,11 +150,7 @@ class Agent(Protocol):
         ...
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Choose the next joint.
-
-        Raises:
-            TrialFault: If there is no decision; the trial ends as ``error``.
-        """
+        """Choose the next joint, or raise a ``TrialFault``, which ends the trial as ``error``."""
         ...
 
 
@@ -203,9 +188,7 @@ class CallBook(Protocol):
         """Announce a call, with the maximum cost of one attempt; wait for calls on their way if needed.
 
         If the call is repeated, ``retries``, ``unanswered`` and ``usage`` are the account of its earlier attempts.
-
-        Raises:
-            BudgetReached: If the budget does not cover it.
+        Raises ``BudgetReached`` if the budget does not cover it.
         """
         ...
 

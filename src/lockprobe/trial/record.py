@@ -59,13 +59,9 @@ def _written(value: object) -> str:
 class Task:
     """The task: an agent's knowledge before it begins.
 
-    Attributes:
-        joints: Labels in the order in which they are listed to the agent.
-        target: Label of the joint that has to move.
-        budget: The number of steps.
-        places: Each joint's place (:class:`lockprobe.boxes.box.Joint`), as ``joints``; empty if not shown.
-        assessment: Whether the agent is asked what its last action did. Asking may change behaviour.
-        kinds: Whether each joint slides (``prismatic``) or turns (``revolute``), as ``places``.
+    ``joints`` are labels in the order in which they are listed; ``target`` is one of them. ``places`` and ``kinds`` of
+    the joints (:class:`lockprobe.boxes.box.Joint`) are aligned with them, and empty if they are not shown. With
+    ``assessment`` the agent is asked what its last action did, which may change behaviour.
     """
 
     joints: tuple[str, ...]
@@ -80,11 +76,7 @@ class Look(Protocol):
     """Takes a picture in the agent's terms: handles in the order of ``Task.joints``."""
 
     def __call__(self, positions: tuple[bool, ...] | None = None, /) -> Frame:
-        """Take a picture of the true positions, or of told ones.
-
-        Args:
-            positions: Told positions, aligned with ``Task.joints``; None for the true ones.
-        """
+        """Take a picture of the true positions, or of told ones, aligned with ``Task.joints``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,8 +85,7 @@ class Snapshot:
 
     Attributes:
         configuration: One position per joint in panel order.
-        joint: The joint just attempted, by index in panel order; None before the first attempt.
-        outcome: The true outcome of that attempt.
+        joint: The joint just attempted, by index in panel order, with its true ``outcome``; None before the first.
         sensed: A robot's measurements of it, including its own verdict and a camera's reading; they may be wrong.
         look: Takes a picture now; must be called before the next attempt. None without a camera.
         render: Draws the picture of another configuration, also before the next attempt; None if that cannot be shown.
@@ -114,10 +105,8 @@ class Percept:
 
     Attributes:
         joint: Label of the joint just attempted; None before the first attempt.
-        outcome: The outcome as reported.
-        positions: Positions as reported, aligned with ``Task.joints``; None if they are not told.
-        text: The observation as sentences.
-        pictures: The observation as pictures.
+        outcome, positions: As reported, positions aligned with ``Task.joints``; None if not told.
+        text, pictures: The observation as sentences, and as pictures.
         handles: For each of ``Task.joints``, where pictures show its handle, (column, row), at positions 0 and 1.
         states_only: Whether reports tell positions and never outcomes.
         in_full: Whether the text tells the position of every joint, and not only which are at 1.
@@ -150,7 +139,6 @@ class Decision:
         probabilities: Exact probability of each joint, aligned with ``Task.joints``, if the agent has one.
         claim_probability: Exact probability that it says ``moved``, if the agent has one.
         replies: Raw replies in the order in which they came; all but the last were malformed.
-        usage: The usage of the decision.
         served: The model that answered, as its provider names it.
         tidied: What was tidied to read the last reply, by :data:`lockprobe.agents.reply.TIDIED`.
     """
@@ -168,13 +156,7 @@ class Decision:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
-    """One finished exchange: a report and the agent's decision after it.
-
-    Attributes:
-        percept: The report.
-        decision: The decision.
-        remark: The remark with the report.
-    """
+    """One finished exchange: a report, the remark with it, and the agent's decision after it."""
 
     percept: Percept
     decision: Decision
@@ -189,8 +171,7 @@ class Moment:
         was: What interventions act on, in the agent's terms: joint, outcome and positions, in truth, or as the source
             of the reports says them (:mod:`lockprobe.trial.source`).
         told: The final report or picture for the agent.
-        chosen: Label of the joint that the agent chose; None for the first look.
-        attempted: Label of the joint that was attempted; None for the first look.
+        chosen, attempted: Labels of the joint that the agent chose and of the one attempted; None for the first look.
         facts: The facts of the report before they became words or pictures; None if ``told`` holds them.
     """
 
@@ -214,14 +195,7 @@ class Moment:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
-    """Everything that an agent may use to decide.
-
-    Attributes:
-        task: The task.
-        past: Finished exchanges, oldest first.
-        percept: The current report.
-        briefing: The requests and remarks of this step.
-    """
+    """Everything that an agent may use to decide: finished exchanges, oldest first, the current report and requests."""
 
     task: Task
     past: tuple[Turn, ...]
@@ -236,8 +210,7 @@ class Step:
     Attributes:
         step: From 1.
         state: True configuration before the step, a bit string in panel order.
-        joint: The joint attempted, by its name in the box.
-        moved: Whether it really moved.
+        joint: The joint attempted, by its name in the box, and whether it really ``moved``.
         told_moved: The reported outcome of the attempt, also as positions imply it; None if nothing was reported.
         told_state: The reported configuration after the step, in panel order; None if not told, or truly pictured.
         told: The report after the step as the agent saw it.
@@ -270,14 +243,10 @@ class Step:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialError:
-    """The error that ended a trial.
+    """The error that ended a trial, at a step that could not be played, from 1.
 
     Attributes:
-        boundary: The part of the loop that broke.
-        message: The error message.
-        step: The step that could not be played, from 1.
-        replies: Raw malformed replies, or the words of a refusal, if that was the reason.
-        usage: Their usage.
+        replies: Raw malformed replies, or the words of a refusal, if that was the reason; with their usage.
         again: Whether a user asked for a replay of the trial, although its agent broke it.
     """
 
@@ -291,40 +260,23 @@ class TrialError:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """One finished trial.
+    """One finished trial. The first names are those of its plan (:class:`lockprobe.trial.plan.Plan`).
 
     Attributes:
         key: Its :class:`~lockprobe.trial.trial_name.TrialName`, for example ``flips/random/flip?p=0.4/rep=2/trial=7``.
-        study: Name of the study.
-        agent: Agent spec; of a person ``participant:ID``.
-        facts: The facts of the agent: model name, file hash, runtime, sampling settings.
-        box: Name of the box.
-        condition: Label of its condition.
-        specs: Specs of the interventions of the condition, in order.
-        doses: Their doses above 0, and those of the modality: ``{"flip.p": 0.4}``.
-        modality: How the box was shown.
-        channels: The channels between box and agent, in order, each with its settings.
-        repetition, trial: From 1.
-        seed: Seed of the study.
-        budget: The number of steps.
-        joints, labels: Joint names, and the labels the agent knew them by, in panel order.
+        agent: Agent spec; of a person ``participant:ID``. ``called`` is the experimenter's name for it, if any.
+        facts, plant: The facts of agent and plant: model, file hash, engine, settings; empty if their specs say all.
+        condition: Label of its condition. ``specs`` are those of its interventions, in order, and ``doses`` those of
+            them and of the modality that are not 0: ``{"flip.p": 0.4}``.
+        channels, interventions: Those that act on reports, and all others, in order, each with its settings.
+        joints, labels: Joint names, and the labels the agent knew them by, in panel order. ``target`` is a name.
         listing: The same labels in the order in which they were listed to the agent.
-        target: Name of the target joint.
-        opening: The report before the agent's first step.
-        steps: The steps.
+        opening: The report before the first step; ``opening_pictures`` and ``opening_sensed`` are as those of a step.
         ending: ``solved``, ``budget`` or ``error``. An error is never a failure to solve.
-        error: The error, if the ending is ``error``.
-        plant: The facts of the plant: its settings, engine, renderer; empty for the symbolic plant.
-        opening_pictures: File names of the pictures taken before the first step, by kind.
-        assessment: Whether the agent was asked what its last action did.
-        hypothesis: When it was asked how the box works, unless an intervention of its condition says otherwise.
-        interventions: The other interventions (asked, remembered, done), in order, each with its settings.
-        changed: Spec of every intervention -> steps at which it changed what was told, asked, remembered or done.
-        changed_steps: Steps at which all of them together did.
+        changed: Spec of every intervention -> steps at which it changed what was told, asked, remembered or done;
+            ``changed_steps`` are those at which all of them together did.
         replays: How often it was replayed on request after an error of its agent; the earlier records stay.
         fork: Of a fork, the recorded trial, the step and the arm; else None.
-        called: The name that the experimenter gave the agent; empty without one.
-        opening_sensed: What was sensed before the first step, as :attr:`Step.sensed`.
     """
 
     key: str

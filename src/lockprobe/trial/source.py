@@ -50,12 +50,7 @@ class Source:
     of: SourceKind
 
     def said(self, truth: Snapshot, last: Snapshot | None) -> Snapshot:
-        """What the source says in place of the truth.
-
-        Args:
-            truth: The truth, with what was sensed.
-            last: What the source said before; None at the first look.
-        """
+        """What the source says in place of the truth, which holds what was sensed; ``last`` is what it said before."""
         before = truth.configuration if last is None else last.configuration
         if self.of == "truth":
             return truth

@@ -7,19 +7,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class TrialName:
-    """A trial of a study, as its record and its calls name it.
+    """A trial of a study, as its record and its calls name it: five parts between slashes, whatever the names hold.
 
     >>> str(TrialName("flips", "llm:openai/gpt-4o", "flip?p=0.4", repetition=2, trial=7))
     'flips/llm:openai%2Fgpt-4o/flip?p=0.4/rep=2/trial=7'
 
-    The text has five parts between slashes, whatever the names hold.
-
-    Attributes:
-        study: Name of the study.
-        agent: The agent's name, or its spec if it has none; ``participant`` for people, who share its trials.
-        condition: Label of the condition.
-        repetition: From 1.
-        trial: From 1.
+    ``agent`` is its name, or its spec if it has none; ``participant`` for people, who share its trials.
     """
 
     study: str
@@ -53,12 +46,9 @@ class ForkName:
     >>> str(ForkName(parent="flips/random/truth/rep=1/trial=7", at=8, arm="lie", time=2))
     'flips/random/truth/rep=1/trial=7/at=8/lie/time=2'
 
-    Attributes:
-        parent: The key of the recorded trial.
-        at: The step whose report is changed, from 1.
-        arm: The arm of the fork: ``truth``, ``lie``, ``force=B`` and so on.
-        truthful: Whether all later reports are true; else they are as in the trial's condition.
-        time: The number of this continuation, from 1.
+    ``parent`` is the key of the recorded trial, ``at`` the step whose report is changed, from 1, and ``time`` the
+    number of this continuation, from 1. If it is ``truthful`` all later reports are true; else they are as in the
+    trial's condition.
     """
 
     parent: str

@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.trial.record import Decision, Step, Trial
-from lockprobe.trial.trial_json import check_step, check_whole, trial_from_json
+from lockprobe.trial.record import Step, Trial
+from lockprobe.trial.trial_json import of_step, of_whole, refuse, trial_from_json
 
 _KEY, _STUDY, _STEPS, _STEP, _ENDING = b'{"key":"', b'","study":', b',"steps":[', b'{"step":', b'],"ending":'
 _PLACE = re.compile(rb',"repetition":([1-9][0-9]{0,9}),"trial":([1-9][0-9]{0,9})(?=,)')
@@ -55,8 +55,7 @@ class TrialReader:
     def __init__(self) -> None:
         self._parts: dict[bytes, dict[str, Any]] = {}
         self._steps: dict[tuple[tuple[str, ...], tuple[str, ...]], dict[bytes, Step]] = {}
-        self._decisions: dict[Decision, Decision] = {}
-        self._same: dict[str, str] = {}
+        self._same: dict[Any, Any] = {}
         self._kept = 0
 
     def read(self, record: bytes) -> Trial:
@@ -83,7 +82,7 @@ class TrialReader:
             steps = tuple([known.get(_digest(one)) or self._new_step(one, known, joints, labels) for one in cut.steps])
             key, (repetition, number) = cut.key.decode(), cut.place
             trial = Trial(key=key, repetition=repetition, trial=number, steps=steps, **before, **between, **behind)
-            check_whole(trial)
+            refuse(of_whole(trial))
         except (BadValue, ValidationError):  # parsed whole, the record says what is wrong with it
             return None
         return trial
@@ -92,19 +91,20 @@ class TrialReader:
         self, part: bytes, known: dict[bytes, Step], joints: tuple[str, ...], labels: tuple[str, ...]
     ) -> Step:
         step = _step.validate_json(_STEP + part + b"}", strict=True, extra="forbid")
-        check_step(step, joints, labels)
+        refuse(of_step(step, joints, labels))
         if step.decision.replies:  # different in every trial
             return step
-        same, told_state = self._same, step.told_state
+        shared: dict[str, Any] = {
+            name: self._same.setdefault(value, value)
+            for name in ("state", "told_state", "told", "decision")
+            for value in [getattr(step, name)]
+        }
         step = replace(
             step,
-            state=same.setdefault(step.state, step.state),
             joint=joints[joints.index(step.joint)],
-            told_state=told_state and same.setdefault(told_state, told_state),
-            told=same.setdefault(step.told, step.told),
-            decision=self._decisions.setdefault(step.decision, step.decision),
             sensed=step.sensed or _NOTHING,
             pictures=step.pictures or _NOTHING,
+            **shared,
         )
         if self._kept < _MOST:
             known[_digest(part)] = step
@@ -125,7 +125,6 @@ def likeness(trial: Trial, record: bytes) -> bytes | None:
 
 
 def _digest(part: bytes) -> bytes:
-    """Sixteen bytes that stand for a part."""
     return blake2b(part, digest_size=16).digest()
 
 

@@ -15,9 +15,8 @@ from lockprobe.plants.catalogue import PlantSource
 from lockprobe.studies.modality import is_pictured
 from lockprobe.studies.options.presets import own_conditions
 from lockprobe.studies.options.study_options import NamedCondition, StudyOptions
-from lockprobe.trial.condition import TRUTH, Condition
+from lockprobe.trial.condition import PLANT, TRUTH, Condition
 from lockprobe.trial.doses import modality_doses
-from lockprobe.trial.plant_change import PLANT
 
 AGENT_SWEEP = "agent."
 """How a sweep begins that is over an option of agents."""

@@ -167,5 +167,5 @@ def _places_in(condition: Condition) -> Places:
     if known is None:
         if len(_KNOWN) >= _MOST:
             _KNOWN.clear()
-        known = _KNOWN[id(condition)] = condition, Places.of(interventions_for(condition))
+        known = _KNOWN[id(condition)] = condition, Places(interventions_for(condition))
     return known[1]

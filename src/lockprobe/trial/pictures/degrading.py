@@ -26,14 +26,11 @@ _SEEDS: Final = 2**53
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Damage:
-    """The degradation of a picture.
+    """The degradation of a picture, of which the camera's options say more.
 
-    Attributes:
-        blur: Standard deviation of a Gaussian blur of colours, pixels, from 0.
-        noise: Standard deviation of noise in every pixel and colour, as a share of full brightness, from 0.
-        occlude: Share of the panel that an opaque patch hides, [0, 1].
-        exposure: Stops of exposure, from -20 to 20: one more is twice the light, and the sensor clips what is too
-            bright for it.
+    ``blur`` and ``noise`` are standard deviations, in pixels and as a share of full brightness; ``occlude`` is the
+    share of the panel that an opaque patch hides, [0, 1]; one more stop of ``exposure`` is twice the light, and the
+    sensor clips what is too bright for it.
     """
 
     blur: float = 0.0
@@ -60,31 +57,25 @@ def degraded(frame: Frame, damage: Damage, luck: NDArray[np.float64]) -> Frame:
         return frame
     rgb, depth = frame.rgb.astype(np.float64), frame.depth
     if damage.occlude:
-        left, top, right, bottom = _patch(frame, damage.occlude, luck)
-        depth = depth.copy()
-        rgb[top:bottom, left:right], depth[top:bottom, left:right] = _PATCH, 0
+        patch, depth = _patch(frame, damage.occlude, luck), depth.copy()
+        rgb[patch], depth[patch] = _PATCH, 0
     if damage.blur:
         from scipy.ndimage import gaussian_filter
 
         rgb = gaussian_filter(rgb, (damage.blur, damage.blur, 0), mode="nearest")
-    if damage.exposure:
-        rgb = 255 * _exposed(rgb / 255, damage.exposure)
+    if damage.exposure:  # of light, which adds up before it is coded as sRGB
+        coded = rgb / 255
+        light = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
+        light = np.clip(light * 2.0**damage.exposure, 0, 1)
+        rgb = 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
     if damage.noise:
         rng = np.random.Generator(np.random.PCG64(int(luck[2] * _SEEDS)))
         rgb = rgb + 255 * damage.noise * rng.standard_normal(rgb.shape)
     return replace(frame, rgb=np.rint(np.clip(rgb, 0, 255)).astype(np.uint8), depth=depth)
 
 
-def _exposed(rgb: NDArray[np.float64], stops: float) -> NDArray[np.float64]:
-    """Colours, 0 to 1 as sRGB codes them, with more or less light, which adds up before it is coded."""
-    light = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    light = np.clip(light * 2.0**stops, 0, 1)
-    coded: NDArray[np.float64] = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    return coded
-
-
-def _patch(frame: Frame, share: float, luck: NDArray[np.float64]) -> tuple[int, int, int, int]:
-    """The patch in pixels: first column and row, and the column and row after its last."""
+def _patch(frame: Frame, share: float, luck: NDArray[np.float64]) -> tuple[slice, slice]:
+    """The rows and columns of the patch."""
     places = frame.camera.project(frame.handles)[..., :2]
     apart = float(np.median(np.linalg.norm(places[:, 1] - places[:, 0], axis=-1)))
     low = places.min(axis=(0, 1)) - _MARGIN * apart
@@ -92,4 +83,4 @@ def _patch(frame: Frame, share: float, luck: NDArray[np.float64]) -> tuple[int, 
     first = low + luck[:2] * size * (1 - np.sqrt(share))
     last = first + size * np.sqrt(share)
     (left, top), (right, bottom) = (np.clip(np.rint(end), 0, None).astype(int).tolist() for end in (first, last))
-    return left, top, right, bottom
+    return slice(top, bottom), slice(left, right)

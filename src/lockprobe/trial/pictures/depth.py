@@ -6,13 +6,12 @@ import functools
 import json
 from dataclasses import dataclass
 from importlib import resources
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_choice
 from lockprobe.trial.pictures.frame import Camera
 
 DepthKind = Literal["turbo", "gray", "height", "packed"]
@@ -40,31 +39,25 @@ _MOST_MILLIMETRES = 2**16 - 1
 def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: Camera) -> NDArray[np.uint8]:
     """Encode depth as a picture. A value outside the window has the colour of the window's nearer end.
 
-    Args:
-        depth: Shape (height, width), metres; 0 where there is no reading, which is black.
-        kind: The kind of picture.
-        window: For ``turbo`` and ``gray``; ``height`` uses :data:`HEIGHTS`.
-        camera: Pose of the board, for ``height``.
+    ``depth`` has the shape (height, width), metres; 0 where there is no reading, which is black. ``window`` is for
+    ``turbo`` and ``gray``, and the pose of the camera for ``height``, which uses :data:`HEIGHTS`.
 
     Returns:
         Shape (height, width) for ``gray``, (height, width, 3) otherwise.
     """
-    check_choice("depth", kind, get_args(DepthKind))
     if kind == "packed":  # as SpatialBot (arXiv 2406.13642): 6, 5 and 5 bits, each in the upper bits of a channel
         millimetres = to_millimetres(depth)
         channels = [millimetres // 1024 * 4, millimetres // 32 % 32 * 8, millimetres % 32 * 8]
         return np.stack(channels, axis=-1).astype(np.uint8)
-    if kind == "height":
-        return _painted(depth, np.take(turbo(), _level(camera.heights(depth), *HEIGHTS), axis=0))
-    levels = _level(depth, window.far, window.near)
-    if kind == "gray":
-        return _painted(depth, np.maximum(levels, 1))
-    return _painted(depth, np.take(turbo(), levels, axis=0))
+    values, first, last = (camera.heights(depth), *HEIGHTS) if kind == "height" else (depth, window.far, window.near)
+    level: NDArray[np.uint8] = np.rint(np.clip((values - first) / (last - first), 0, 1) * 255).astype(np.uint8)
+    colours = np.maximum(level, 1) if kind == "gray" else np.take(turbo(), level, axis=0)
+    colours[depth <= 0] = 0
+    return colours
 
 
 def legend(kind: DepthKind, window: Window) -> str:
     """The meaning of the colours in one sentence."""
-    check_choice("depth", kind, get_args(DepthKind))
     near, far = f"{window.near:g} m", f"{window.far:g} m"
     return {
         "turbo": f"Colour is distance from the camera: red {near} or nearer, through yellow, green and blue to dark "
@@ -95,16 +88,4 @@ def turbo() -> NDArray[np.uint8]:
     text = resources.files("lockprobe.trial.pictures").joinpath("turbo.json").read_text(encoding="utf-8")
     colours = np.array([list(bytes.fromhex(colour)) for colour in json.loads(text)["colours"]], np.uint8)
     colours.setflags(write=False)
-    return colours
-
-
-def _level(values: NDArray[np.floating], first: float, last: float) -> NDArray[np.uint8]:
-    """Scale linearly from 0 at ``first`` to 255 at ``last``, clipped."""
-    share = (values - first) / (last - first)
-    level: NDArray[np.uint8] = np.rint(np.clip(share, 0, 1) * 255).astype(np.uint8)
-    return level
-
-
-def _painted(depth: NDArray[np.float32], colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    colours[depth <= 0] = 0
     return colours

@@ -10,16 +10,11 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Camera:
-    """A pinhole camera that looks at a panel.
+    """A pinhole camera that looks at a panel: its picture in pixels, its focal length in pixels, and its place.
 
-    The frame of the panel: x to the right and y up as seen from the front, z out of the board; the origin is the
-    middle of the board's front. The frame of the camera: x to the right, y down, z away from it.
-
-    Attributes:
-        width: Pixels.
-        height: Pixels.
-        focal: Focal length in pixels.
-        panel: Pose of the panel in the frame of the camera, shape (4, 4), metres.
+    ``panel`` is the pose of the panel in the frame of the camera, shape (4, 4), metres. The frame of the panel: x to
+    the right and y up as seen from the front, z out of the board; the origin is the middle of the board's front. The
+    frame of the camera: x to the right, y down, z away from it.
     """
 
     width: int
@@ -28,10 +23,9 @@ class Camera:
     panel: NDArray[np.float64]
 
     def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Project points of the panel's frame, shape (..., 3), metres, into the image.
+        """Where points of the panel's frame, shape (..., 3), metres, are in the image, of the same shape.
 
-        Returns:
-            Shape (..., 3): column and row in pixels, from the middle of the top left pixel, and depth in metres.
+        Column and row are in pixels, from the middle of the top left pixel; the depth behind them is in metres.
         """
         seen = points @ self.panel[:3, :3].T + self.panel[:3, 3]
         middle = np.array([(self.width - 1) / 2, (self.height - 1) / 2])
@@ -56,7 +50,6 @@ class Frame:
     Attributes:
         rgb: Shape (height, width, 3), 0 to 255.
         depth: Shape (height, width), metres along the optical axis; 0 where there is no reading.
-        camera: The camera that took them.
         handles: Top of each joint's handle at position 0 and at position 1, whatever the joint's position is now,
             shape (joints, 2, 3), metres in the frame of the panel.
         renderer: Name and version of the renderer.

@@ -31,6 +31,7 @@ Handles = Sequence[tuple[tuple[float, float], tuple[float, float]]]
 
 _Image = NDArray[np.float64]
 _Places = NDArray[np.float64]
+_File = NDArray[np.uint8] | NDArray[np.uint16]
 
 _GREY = np.full(3, 1 / 3)
 _DISC = 0.12
@@ -73,8 +74,8 @@ _FAINT = {"rgb": 0.04, "depth": 0.03}
 def shrunk(image: _Image, width: int, gaze: tuple[float, float] = (0.0, 0.0)) -> _Image:
     """A picture (rows, columns, channels) scaled down to ``width`` by averaging over areas, if it is wider.
 
-    ``gaze`` shifts the coarse pixels to the left and up by a fraction of a pixel, [0, 1). The result then has one more
-    pixel in either direction, partial at the border: shape (about rows * width / columns + 1, width + 1, channels).
+    ``gaze`` shifts the coarse pixels to the left and up by a fraction of a pixel, [0, 1), so that there is one more in
+    either direction, partial at the border.
     """
     rows, columns, _ = image.shape
     if width >= columns:
@@ -95,7 +96,7 @@ def _shares(fine: int, size: float, shift: float) -> _Image:
     return shares
 
 
-def gaze_at(image: NDArray[np.uint8] | NDArray[np.uint16]) -> tuple[float, float]:
+def gaze_at(image: _File) -> tuple[float, float]:
     """The offset of the coarse pixels on a picture, [0, 1) across and down: a hash of its pixels."""
     drawn = hashlib.sha256(f"{image.shape} {image.dtype}".encode() + image.tobytes()).digest()
     return int.from_bytes(drawn[:4], "big") / 2**32, int.from_bytes(drawn[4:8], "big") / 2**32
@@ -106,9 +107,15 @@ def evidence(pictures: Sequence[Picture], handles: Handles, *, acuity: int) -> t
 
     It is the mean over the pictures, after downsampling to a width of ``acuity`` pixels.
     """
+    return tuple(_mean_cue(pictures, np.array(handles, dtype=float), acuity).tolist())
+
+
+def _mean_cue(
+    pictures: Sequence[Picture], handles: _Places, acuity: int, gaze: tuple[float, float] | None = None
+) -> _Image:
     files = [(picture.kind, from_png(picture.png)) for picture in pictures]
-    cues = [_cue(kind, file, np.array(handles, dtype=float), acuity, gaze_at(file)) for kind, file in files]
-    return tuple(np.mean(cues, axis=0).tolist())
+    cues = [_cue(kind, file, handles, acuity, gaze_at(file) if gaze is None else gaze) for kind, file in files]
+    return np.asarray(np.mean(cues, axis=0))
 
 
 def clear_positions(rgb: NDArray[np.uint8], handles: Handles | _Places) -> tuple[bool | None, ...]:
@@ -123,26 +130,19 @@ def needed_acuity(pictures: Sequence[Picture], handles: Handles, least: int) -> 
     ``least`` does if it misreads few joints: how small handles are, and how near to each other, differs between models
     of boxes.
     """
-    files = [(picture.kind, from_png(picture.png)) for picture in pictures]
     places = np.array(handles, dtype=float)
-    width: int = max(file.shape[1] for _, file in files)
-    truth = np.mean([_cue(kind, file, places, width, (0.0, 0.0)) for kind, file in files], axis=0) > 0
+    width: int = max(from_png(picture.png).shape[1] for picture in pictures)
+    truth = _mean_cue(pictures, places, width, (0.0, 0.0)) > 0
     acuity, most_wrong = least, _FEW
     while acuity < width:
-        cues = [np.mean([_cue(kind, file, places, acuity, gaze) for kind, file in files], axis=0) for gaze in _GAZES]
+        cues = [_mean_cue(pictures, places, acuity, gaze) for gaze in _GAZES]
         if ((np.array(cues) > 0) != truth).mean() <= most_wrong:
             break
         acuity, most_wrong = math.ceil(1.25 * acuity), 0.0
     return min(acuity if acuity == least else math.ceil(_MARGIN * acuity), max(width, least))
 
 
-def _cue(
-    kind: PictureKind,
-    file: NDArray[np.uint8] | NDArray[np.uint16],
-    handles: _Places,
-    acuity: int,
-    gaze: tuple[float, float],
-) -> _Image:
+def _cue(kind: PictureKind, file: _File, handles: _Places, acuity: int, gaze: tuple[float, float]) -> _Image:
     """The cue of one picture for each joint, from -1 to 1, shape (joints,)."""
     fine = _unpacked(file) if kind == "depth" else file / 255.0
     size, gaze = max(fine.shape[1] / acuity, 1.0), gaze if acuity < fine.shape[1] else (0.0, 0.0)
@@ -213,7 +213,7 @@ def _strangeness(image: _Image) -> _Image:
     return distance
 
 
-def _unpacked(fine: NDArray[np.uint8] | NDArray[np.uint16]) -> _Image:
+def _unpacked(fine: _File) -> _Image:
     """A depth picture as values that can be averaged: metres if packed, else grey or colours, 0 to 1."""
     if fine.ndim == 2:
         return fine[..., None] / 255.0

@@ -19,22 +19,17 @@ _MOST_PIXELS = 4096 * 4096
 def to_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
     """Encode an image as a PNG file. Equal images give equal bytes.
 
-    Args:
-        image: Shape (height, width) of uint8 or uint16, or (height, width, 3) of uint8.
+    Its shape is (height, width) of uint8 or uint16, or (height, width, 3) of uint8.
     """
     with needing("pictures", "twin"):
         from PIL import Image
-    grey = image.ndim == 2 and image.dtype in (np.uint8, np.uint16)
-    if not (grey or (image.ndim == 3 and image.shape[2] == 3 and image.dtype == np.uint8)):
-        expected = "height x width of uint8 or uint16, or height x width x 3 of uint8"
-        raise BadValue("picture", f"{image.shape} of {image.dtype}", expected)
     file = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(image)).save(file, "PNG", **_COMPRESSION)
     return file.getvalue()
 
 
 def from_png(png: bytes) -> NDArray[np.uint8] | NDArray[np.uint16]:
-    """Decode a PNG file made by :func:`to_png`."""
+    """Decode a PNG file made by :func:`to_png`; ``BadValue`` if it is none."""
     with needing("pictures", "twin"):
         from PIL import Image
     try:
@@ -43,8 +38,6 @@ def from_png(png: bytes) -> NDArray[np.uint8] | NDArray[np.uint16]:
                 raise BadValue("picture", f"{image.width} x {image.height} pixels", f"at most {_MOST_PIXELS} in all")
             if image.mode not in ("L", "RGB", "I;16"):
                 raise BadValue("picture", f"mode {image.mode}", "a PNG in grey of 8 or 16 bits, or in colour")
-            if image.mode == "I;16":
-                return np.asarray(image, dtype=np.uint16)
-            return np.asarray(image, dtype=np.uint8)
+            return np.asarray(image, dtype=np.uint16 if image.mode == "I;16" else np.uint8)
     except (Image.DecompressionBombError, OSError, SyntaxError):  # no image at all is an OSError
         raise BadValue("picture", f"{len(png)} bytes", "a PNG file of a picture, not too large") from None
