@@ -10,11 +10,7 @@ _Member = TypeVar("_Member")
 
 
 def grouped(members: Iterable[_Member], key: Callable[[_Member], _Key]) -> dict[_Key, list[_Member]]:
-    """The members by key; keys and members stay in the order in which they come.
-
-    >>> grouped(["tremble", "flip", "truth"], lambda name: name[0])
-    {'t': ['tremble', 'truth'], 'f': ['flip']}
-    """
+    """The members by key; keys and members stay in the order in which they come."""
     found: dict[_Key, list[_Member]] = {}
     for member in members:
         found.setdefault(key(member), []).append(member)

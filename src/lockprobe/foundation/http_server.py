@@ -44,10 +44,7 @@ def listen(host: str, port: int) -> socket.socket:
 async def running(app: object, listening: socket.socket, *, seconds_to_finish: int) -> AsyncIterator[None]:
     """An ASGI application that answers requests on a socket.
 
-    Args:
-        app: The application.
-        listening: The socket.
-        seconds_to_finish: Time for requests that are under way when the server stops.
+    Requests that are under way when the server stops have ``seconds_to_finish``.
     """
     server = _Server(
         uvicorn.Config(

@@ -1,4 +1,7 @@
-"""Bounded reading of files from elsewhere: no pipes, no devices, no file or line above a size limit."""
+"""Bounded reading of files from elsewhere: no pipes, no devices, no file or line above a size limit.
+
+What cannot be read is a ``BadFile`` that names the path.
+"""
 
 from __future__ import annotations
 
@@ -14,20 +17,19 @@ from lockprobe.foundation.errors import BadFile
 LARGEST_INPUT = 1 << 28
 """Bytes of a file that is read at once, and of a line of a longer one: 256 MiB."""
 
+LARGEST_TOML = 64 * 1024
+"""Bytes of a TOML file; a larger one is refused unread."""
+
 PRESETS = Path(__file__).parents[1] / "presets"
 """The studies that ship, a TOML file each."""
 
 _BUFFER = 1 << 18
 """Bytes that are read at once."""
 
-LARGEST_TOML = 64 * 1024
-"""Bytes of a TOML file; a larger one is refused unread."""
-
-_DEVICE = "a device"
 _KINDS = {
     stat.S_IFIFO: "a pipe",
-    stat.S_IFCHR: _DEVICE,
-    stat.S_IFBLK: _DEVICE,
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
     stat.S_IFSOCK: "a socket",
     stat.S_IFDIR: "a directory",
 }
@@ -43,7 +45,10 @@ def irregular(path: Path) -> str:
 
 
 def check_regular(path: Path) -> None:
-    """Refuse pipes, devices, sockets and directories, because reading them may never end. Links are followed."""
+    """Refuse pipes, devices, sockets and directories, because reading them may never end; a missing file passes.
+
+    Links are followed.
+    """
     try:
         kind = irregular(path)
     except (OSError, ValueError) as error:
@@ -53,13 +58,13 @@ def check_regular(path: Path) -> None:
 
 
 def is_there(path: Path) -> bool:
-    """Whether a regular file is there; what is there and is none is no missing file."""
+    """Whether a regular file is there; what is there and is none is refused."""
     check_regular(path)
     return path.exists()
 
 
 def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
-    """The content of a regular file of at most ``most`` bytes; nobody is waited for, also where a pipe took its place."""
+    """The content of a regular file of at most ``most`` bytes; where a pipe took its place nobody is waited for."""
     check_regular(path)
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb", _BUFFER) as file:  # noqa: PTH123 - of a number

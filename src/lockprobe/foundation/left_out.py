@@ -26,12 +26,7 @@ _NAMED = 3
 
 @dataclass(frozen=True, slots=True)
 class LeftOutSection:
-    """A part of a report that could not be made.
-
-    Attributes:
-        section: What it is called.
-        reason: Why it is missing, in one line.
-    """
+    """A part of a report that could not be made, and why in one line."""
 
     section: str
     reason: str
@@ -56,12 +51,9 @@ def leaving_out() -> Iterator[list[LeftOutSection]]:
 
 
 def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
-    """A part of a report, or what stands in its place if it cannot be made.
+    """A part of a report, or what stands in its place if it cannot be made, such as the same of no trials.
 
-    Args:
-        name: What a reader would call it.
-        make: Makes it.
-        instead: Makes what stands in its place, such as the same of no trials.
+    ``name`` is what a reader would call it.
     """
     found = _failed.get()
     if found is None:

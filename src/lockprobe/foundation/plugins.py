@@ -56,12 +56,11 @@ ROBOT = "lockprobe-robot"
 
 _DIRECT = "python:"
 
-
 _named: set[str] = set()
 """The ``python:`` specs that a person has named in this process."""
 
-_closing: list[str] = []
-"""Why nothing of others may run now, in any thread, also of installed packages; empty if it may."""
+_closing: list[None] = []
+"""Not empty where nothing of others may run now, in any thread, also of installed packages."""
 
 
 def allow(*specs: str) -> None:
@@ -83,7 +82,7 @@ def allowed() -> tuple[str, ...]:
 @contextmanager
 def no_foreign_code() -> Iterator[None]:
     """Let nothing of other packages and of the user run meanwhile; what needs it is refused in one line."""
-    _closing.append("no_foreign_code")
+    _closing.append(None)
     try:
         yield
     finally:
@@ -100,7 +99,6 @@ class Plugin:
     """A class, function or object of another package, not imported yet.
 
     Attributes:
-        kind: The kind of addition, for example an agent.
         name: Its name in a spec: that of the entry point, or ``python:module:Name``.
         value: Where it is, ``module:Name``.
         package: The distribution with its version; empty for ``python:``.
@@ -119,7 +117,7 @@ class Plugin:
         return self.package.partition(" ")[0] == ROBOT
 
     def load(self) -> Any:
-        """Import it."""
+        """Import it, if it may run here and can be found."""
         if not (self.ships or runs_foreign_code()):
             raise BadValue(self.kind, self.name, "one that ships with Lockprobe: no other code runs here")
         module, _, path = self.value.partition(":")
@@ -132,8 +130,8 @@ class Plugin:
                 )
                 raise BadValue(self.kind, self.spec or self.name, expected)
             self._refuse_standard(module)
-        if not self.package and (here := str(Path.cwd())) not in sys.path:
-            sys.path.append(here)  # last: what lies beside the module hides nothing
+            if (here := str(Path.cwd())) not in sys.path:
+                sys.path.append(here)  # last: what lies beside the module hides nothing
         try:
             found = reduce(getattr, path.split("."), importlib.import_module(module))
         except (KeyboardInterrupt, GeneratorExit):
@@ -156,13 +154,8 @@ class Plugin:
     def make(self, options: Mapping[str, str], *, is_one: Callable[[Any], bool], expected: str, **given: object) -> Any:
         """Call it with options as text, read by the annotation or the default of each argument, and with ``given``.
 
-        An object that cannot be called is returned as it is.
-
-        Args:
-            options: Option -> value as text.
-            is_one: Whether what was found, which is not called yet, is of the kind.
-            expected: What it should be, in words.
-            given: Further arguments.
+        An object that cannot be called is returned as it is. ``is_one`` says whether what was found, which is not
+        called yet, is of the kind, which ``expected`` describes.
         """
         found = self.load()
         with self.guarded():
@@ -176,7 +169,7 @@ class Plugin:
 
     @contextmanager
     def guarded(self) -> Iterator[None]:
-        """Run code of the plug-in, and turn its errors into one line."""
+        """Run code of the plug-in, and turn its errors into one line. Lockprobe's own errors pass unchanged."""
         try:
             yield
         except (LockprobeError, KeyboardInterrupt, GeneratorExit):
@@ -187,14 +180,7 @@ class Plugin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Listed:
-    """A plug-in of an installed package, as an entry in a list.
-
-    Attributes:
-        name: Its name in a spec.
-        package: The distribution with its version.
-        what: The first line of its description, or the reason why it cannot be used.
-        found: The imported object; None if it cannot be used.
-    """
+    """A plug-in of an installed package in a list: what it says of itself; unused, without ``found``, why that is."""
 
     name: str
     package: str
@@ -233,12 +219,9 @@ def find_plugin(kind: Kind, spec: str) -> Plugin | None:
 
 
 def robot_plugin(kind: Kind, name: str, what: str) -> Plugin:
-    """What lockprobe-robot adds under a name, which is never that of another package.
+    """What lockprobe-robot adds under a name, or a spec that begins with it, which is never that of another package.
 
-    Args:
-        kind: The kind of addition.
-        name: Its name, or a spec that begins with it.
-        what: What needs it, with its verb, for the message: ``films need``.
+    ``what`` needs it, with its verb, for the message: ``films need``.
     """
     plugin = find_plugin(kind, name)
     if plugin is None or not plugin.ships:
@@ -251,10 +234,7 @@ def listed_plugins(
 ) -> list[Listed]:
     """All plug-ins of one kind, imported; unusable ones are included with the reason.
 
-    Args:
-        kind: The kind.
-        own: Lockprobe's own names; no package can add them.
-        check: Called with the name and the imported object; raises a user's mistake if it cannot be used.
+    No package can add Lockprobe's ``own`` names. ``check`` raises a user's mistake if an object cannot be used.
     """
     rows = []
     for name in plugin_names(kind):
@@ -265,10 +245,9 @@ def listed_plugins(
             plugin = find_plugin(kind, name)
             found = None if plugin is None else plugin.load()
             check(name, found)
+            rows.append(Listed(name=name, package=package, what=first_line(found), found=found))
         except UserMistake as mistake:
             rows.append(Listed(name=name, package=package, what=f"Cannot be used. {mistake}"))
-            continue
-        rows.append(Listed(name=name, package=package, what=first_line(found), found=found))
     return rows
 
 
@@ -286,7 +265,7 @@ def plugin_name_of(kind: Kind, found: type[Any]) -> str:
 
 
 def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
-    """Refuse specs in a file that would run code, also within conditions."""
+    """Refuse ``python:`` specs in a file, which would run code, also within conditions."""
     for spec in specs:
         if isinstance(spec, str) and any(spec_kind(part) == "python" for part in split_specs(spec)):
             raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")

@@ -16,10 +16,7 @@ def _entropy(seed: int, path: tuple[str | int, ...]) -> bytes:
 
 
 def generator(seed: int, *path: str | int) -> np.random.Generator:
-    """The random stream of a path, for example ``generator(seed, "study", "layout")``.
-
-    It depends on the seed, any integer, and on every part of the path, and on nothing else.
-    """
+    """The random stream of a seed, any integer, and a path, for example ``generator(seed, "study", "layout")``."""
     words = np.frombuffer(_entropy(seed, path), dtype="<u4")  # a number of 128 bits would be taken apart into these
     return np.random.Generator(np.random.PCG64(words))
 

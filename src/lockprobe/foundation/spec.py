@@ -26,10 +26,8 @@ PEOPLE = "participant"
 MCP = "mcp"
 """The kind of the specs of agents that connect to ``lockprobe mcp``: ``mcp:NAME``."""
 
-
 _ENCODED = str.maketrans({character: quote(character) for character in "%&+"})
 """The characters that a value cannot hold as they are."""
-
 
 _PLAIN = ";/:=?"
 """What stands in the value of an option as it is, beside letters and digits; all else is percent-encoded."""
@@ -45,11 +43,6 @@ class Spec:
 
     ``str(spec)`` is the text that was parsed, byte for byte, so that records keep it as the user wrote it. A spec that
     was not parsed is written with its options encoded.
-
-    Attributes:
-        kind: The text before the first colon: ``llm``, ``cognitive``, ``twin``, ``flip``.
-        name: The text from there to the question mark: a preset, ``PROVIDER/MODEL``; empty if there is none.
-        options: Option -> its value as text.
     """
 
     kind: str
@@ -87,19 +80,11 @@ class Spec:
         return spec_name(str(self))
 
     def without(self, options: Collection[str]) -> Spec:
-        """The spec without some options, whether it has them or not.
-
-        >>> str(Spec.parse("rgbd?blur=8&depth=height").without(["blur"]))
-        'rgbd?depth=height'
-        """
+        """The spec without some options, whether it has them or not."""
         return replace(self, options={name: value for name, value in self.options.items() if name not in options})
 
     def adding(self, options: Mapping[str, str]) -> Spec:
-        """The spec with more options; a value given here replaces an existing one.
-
-        >>> str(Spec.parse("tremble?p=0,0.1").adding({"p": "0.1"}))
-        'tremble?p=0.1'
-        """
+        """The spec with more options; a value given here replaces an existing one."""
         return replace(self, options={**self.options, **options})
 
     def appending(self, option: str, value: str) -> Spec:
@@ -112,37 +97,23 @@ class Spec:
 
 
 def spec_name(text: str) -> str:
-    """Kind and name of a spec. Its options are ignored and need not be well formed.
-
-    >>> spec_name("rgbd?depth=height")
-    'rgbd'
-    """
+    """Kind and name of a spec. Its options are ignored and need not be well formed."""
     return text.partition("?")[0]
 
 
 def spec_kind(text: str) -> str:
-    """The kind of a spec. Its options are ignored and need not be well formed.
-
-    >>> spec_kind("llm:openai/gpt-4o?temperature=0")
-    'llm'
-    """
+    """The kind of a spec. Its options are ignored and need not be well formed."""
     return spec_name(text).partition(":")[0]
 
 
 def named_spec(text: str, what: str, example: str) -> tuple[str, str]:
     """The name and the spec in ``NAME=SPEC``; in a spec alone the name is empty.
 
-    A name has none of ``? : / +``, so the first equals sign before any of them ends it.
+    >>> named_spec("lies=flip?p=0.4", "condition", ""), named_spec("flip?p=0.4", "condition", "")
+    (('lies', 'flip?p=0.4'), ('', 'flip?p=0.4'))
 
-    >>> named_spec("lies=flip?p=0.4", "condition", "")
-    ('lies', 'flip?p=0.4')
-    >>> named_spec("flip?p=0.4", "condition", "")
-    ('', 'flip?p=0.4')
-
-    Args:
-        text: The text.
-        what: What a message calls it.
-        example: One that is well formed, for a message.
+    A name has none of ``? : / +``, so the first equals sign before any of them ends it. ``what`` is what a message
+    calls the text, and ``example`` is well formed.
     """
     name, equals, spec = text.partition("=")
     if not equals or any(mark in name for mark in "?:/+"):
@@ -153,30 +124,19 @@ def named_spec(text: str, what: str, example: str) -> tuple[str, str]:
 
 
 def split_specs(text: str) -> list[str]:
-    """The specs in a text that joins them with plus signs.
-
-    >>> split_specs("tremble?p=0.1 + nudge")
-    ['tremble?p=0.1', 'nudge']
-    """
+    """The specs in a text that joins them with plus signs: ``tremble?p=0.1 + nudge``."""
     return [part.strip() for part in text.split("+")]
 
 
 def group_of(agent: str) -> str:
-    """The agent that a spec counts for: itself, or ``participant`` for a single person.
-
-    >>> [group_of(agent) for agent in ("participant:3f9a01bc", "llm:local")]
-    ['participant', 'llm:local']
-    """
+    """The agent that a spec counts for: itself, or ``participant`` for a single person, ``participant:3f9a01bc``."""
     return PEOPLE if agent.startswith(f"{PEOPLE}:") else agent
 
 
 class Option(NamedTuple):
-    """One option of a dataclass.
+    """One option of a dataclass: a field, whose name has no underscore behind a Python keyword (``from_`` is ``from``).
 
-    Attributes:
-        name: The name of its field, without the underscore behind a Python keyword (``from_`` is ``from``).
-        field: The name of its field.
-        default: Its default; ``dataclasses.MISSING`` if there is none.
+    Without a default that is ``dataclasses.MISSING``.
     """
 
     name: str
@@ -198,16 +158,9 @@ def options_of(kind: type[Any]) -> tuple[Option, ...]:
 
 
 def settings_of(made: Any) -> dict[str, object]:
-    """The settings of a dataclass for the record, by option; several values are joined to one word.
-
-    Private fields are left out.
-    """
-    found: dict[str, object] = {}
-    for part in fields(made):
-        value = getattr(made, part.name)
-        if not part.name.startswith("_"):
-            found[part.name.rstrip("_")] = in_words(value) if isinstance(value, tuple) else value
-    return found
+    """The settings of a dataclass for the record, by option; several values are joined to one word."""
+    values = {part.name: getattr(made, part.name) for part in fields(made) if not part.name.startswith("_")}
+    return {name.rstrip("_"): in_words(value) if isinstance(value, tuple) else value for name, value in values.items()}
 
 
 def in_words(value: object) -> str:
@@ -235,12 +188,8 @@ def arguments_from(
 ) -> dict[str, object]:
     """Arguments for a function or class from options as text, converted by annotation, else by default.
 
-    Args:
-        make: The function or class. Its options are the arguments that can be given by name, without the underscore
-            behind a Python keyword.
-        name: Its name for users.
-        options: Argument -> value as text.
-        taken: Arguments that it gets from elsewhere; they are not options.
+    Its options are the arguments that can be given by name, without the underscore behind a Python keyword, but for
+    those that it gets from elsewhere (``taken``). Users know it by its ``name``.
     """
     if not options:
         return {}

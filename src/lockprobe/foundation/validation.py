@@ -53,22 +53,8 @@ def plain(message: str) -> str:
 
 def check_probability(what: str, value: float) -> None:
     """Refuse a value that is not a probability."""
-    if not 0.0 <= value <= 1.0:
+    if not (isinstance(value, Real) and 0.0 <= value <= 1.0):
         raise BadValue(what, value, "a number from 0 to 1")
-
-
-def check_dose(what: str, text: str) -> None:
-    """Refuse the text of a dose that is no number."""
-    try:
-        float(text)
-    except ValueError:
-        raise BadValue(what, text, "a number among its options") from None
-
-
-def check_number(what: str, value: object) -> None:
-    """Refuse a value that is not a number."""
-    if not isinstance(value, Real):
-        raise BadValue(what, value, "a number")
 
 
 def check_whole(what: str, value: object, least: int, most: int | None = None) -> None:

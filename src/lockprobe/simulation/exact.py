@@ -26,7 +26,7 @@ from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_choice, check_number, check_whole
+from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.simulation.kernel import LONGEST, World, policy_of, what_is_told, world_of
 
@@ -105,7 +105,6 @@ def propagate(
     >>> round(course.steps, 9), course.by(0.8), course.by(1)
     (8.5, 9, 10)
     """
-    check_number("flip rate p", p)
     check_whole("max_steps", max_steps, 1, LONGEST)
     check_whole("most_states", most_states, 1)
     check_choice("listing", listing, get_args(Listing))

@@ -16,7 +16,7 @@ from lockprobe.agents.policy import Policy
 from lockprobe.boxes.box import Lockbox, Shuffle
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_choice, check_number, check_whole
+from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.simulation.kernel import Played, Whole, World, play, policy_of, what_is_told, world_of
 from lockprobe.statistics.loops import onset
@@ -98,7 +98,6 @@ def population(
     >>> population("round-robin", trials=100).success
     1.0
     """
-    check_number("flip rate p", p)
     check_choice("shuffle", shuffle, get_args(Shuffle))
     check_whole("trials", trials, 1)
     check_whole("repetition", repetition, 1)

@@ -13,7 +13,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import plugin_name_of
 from lockprobe.foundation.spec import Spec, in_words, options_of, split_specs
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.foundation.validation import AS_WRITTEN, Text, check_dose
+from lockprobe.foundation.validation import AS_WRITTEN, Text
 from lockprobe.trial.doses import doses_of, flip_rate
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES
@@ -73,7 +73,14 @@ class Recorded:
             raise BadValue("intervention", self.spec, "one")
         options = Spec.parse(self.spec, "intervention").options
         for dose in self.doses[:1]:
-            check_dose(f"dose {dose} of {self.spec}", options.get(dose, ""))
+            _check_dose(f"dose {dose} of {self.spec}", options.get(dose, ""))
+
+
+def _check_dose(what: str, text: str) -> None:
+    try:
+        float(text)
+    except ValueError:
+        raise BadValue(what, text, "a number among its options") from None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,7 +102,7 @@ class PlantChange:
 
     def __post_init__(self) -> None:
         for option in self.own:
-            check_dose(f"dose {option} of the plant", self.options.get(option, ""))
+            _check_dose(f"dose {option} of the plant", self.options.get(option, ""))
 
     @property
     def spec(self) -> str:

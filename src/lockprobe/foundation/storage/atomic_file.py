@@ -9,7 +9,7 @@ locked while its process lives, and the next writer in the directory deletes tho
 
 Only regular files are replaced. A link is followed, except inside the directory of a study (:mod:`~.links`): the file
 that it leads to is replaced, and the link stays. Devices, pipes, sockets and directories are refused, because a rename
-would put a file where they were.
+would put a file where they were. All that goes wrong is a ``BadFile`` that names the path.
 """
 
 from __future__ import annotations
@@ -89,11 +89,8 @@ class Replacement:
 def atomic_files(*paths: Path, mode: int = 0o666) -> Iterator[list[Path]]:
     """The drafts of some files; they become the files when the block ends without an error, and are deleted otherwise.
 
-    None is put in its place before all are on the disk.
-
-    Args:
-        paths: Where the files belong; their directories exist. The last is put in its place last.
-        mode: Permissions of a file that does not exist, less the umask; any other keeps its own.
+    None is put in its place before all are on the disk, and the last of them last. Their directories exist. ``mode`` is
+    for a file that does not, less the umask; any other keeps its own.
     """
     replacements = [Replacement(path) for path in paths]
     try:
@@ -113,10 +110,7 @@ def atomic_files(*paths: Path, mode: int = 0o666) -> Iterator[list[Path]]:
 
 
 def write_files(files: Mapping[Path, str | bytes], *, mode: int = 0o666) -> None:
-    """Write files, text as UTF-8 with its own line ends. None is replaced before all are on the disk.
-
-    Arguments and errors are those of :func:`atomic_files`.
-    """
+    """Write files, as :func:`atomic_files` does, text as UTF-8 with its own line ends."""
     with atomic_files(*files, mode=mode) as drafts:
         for draft, (path, content) in zip(drafts, files.items(), strict=True):
             with writing(path):
@@ -137,17 +131,13 @@ def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> Non
 
 
 def remove_file(path: Path) -> None:
-    """Delete a file, if it is there."""
+    """Delete a file, if it is there; a link itself is deleted."""
     refuse_links(path.parent)
     path.unlink(missing_ok=True)
 
 
 class NewDirectory:
-    """A draft of a directory that does not exist or is empty; it becomes the directory or is dropped.
-
-    Attributes:
-        draft: The directory that is filled.
-    """
+    """A draft of a directory that does not exist or is empty: it is filled, and becomes the directory or is dropped."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._target = path, Path(os.path.realpath(path))
@@ -158,15 +148,12 @@ class NewDirectory:
 
     def commit(self) -> None:
         """Force every file of the draft to the disk, and rename it to the directory's name."""
-        try:
-            with writing(self._path):
-                for directory, _, names in os.walk(self.draft):
-                    for name in (*names, "."):
-                        _sync(Path(directory, name))
-                self.draft.replace(self._target)
-                _sync(self._target.parent)
-        finally:
-            self.drop()
+        with writing(self._path):
+            for directory, _, names in os.walk(self.draft):
+                for name in (*names, "."):
+                    _sync(Path(directory, name))
+            self.draft.replace(self._target)
+            _sync(self._target.parent)
 
     def drop(self) -> None:
         """Delete the draft. After :meth:`commit` it does nothing."""

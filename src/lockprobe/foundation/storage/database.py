@@ -57,10 +57,8 @@ class Database:
     """An open file. Use :meth:`writing` or :meth:`reading`."""
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
-        self.path = path
-        self._db = connection
-        self._lock = threading.RLock()
-        self._synced = time.monotonic()
+        self.path, self._db = path, connection
+        self._lock, self._synced = threading.RLock(), time.monotonic()
         self._absolute = path.absolute()  # also where the working directory changes
         self._opened, self._told = _place(path), False
 
@@ -98,7 +96,7 @@ class Database:
             yield cls(path, connection)
 
     def rows(self, sql: str, *values: object, nulls: bool = False) -> Iterator[tuple[Any, ...]]:
-        """The rows of a statement that reads, one after the other; ``nulls`` says that values may be missing in them."""
+        """The rows of a statement that reads, one after the other; values may be missing only with ``nulls``."""
         with _said(self.path):
             for row in self._db.execute(sql, values):
                 if None in row and not nulls:
@@ -119,7 +117,8 @@ class Database:
     def transaction(self, *, sync: bool = False) -> Iterator[sqlite3.Connection]:
         """Write statements whole or not at all; ``sync`` waits until the disk itself has them.
 
-        One within another is a part of that.
+        One within another is a part of that. If somebody else deleted or replaced the file, all that was written is in
+        a second file, ``NAME.rescued``.
         """
         with self._lock, _said(self.path):
             if self._db.in_transaction:

@@ -17,21 +17,16 @@ MARK = "study.json"
 
 
 def refuse_links(path: Path, *, within: Path | None = None) -> None:
-    """Refuse to write to a path that leads through a link inside the directory of a study.
+    """Refuse to write to a path, which need not exist, that leads through a link inside the directory of a study.
 
-    Args:
-        path: The path; it need not exist.
-        within: The directory of a study that has no settings yet.
+    ``within`` is the directory of a study that has no settings yet.
     """
     whole = _absolute(path)
     above = list(reversed(whole.parents))
     root = _absolute(within) if within is not None else next(filter(_is_marked, above), None)
-    if root is None:
+    if root is None or whole.parts[: len(root.parts)] != root.parts:
         return
-    depth = len(root.parts)
-    if whole.parts[:depth] != root.parts:
-        return
-    for one in [*above, whole][depth:]:
+    for one in [*above, whole][len(root.parts) :]:
         if one.is_symlink():
             raise BadFile(one, f"is a link inside the directory of a study ({root}), which is not followed: remove it")
 

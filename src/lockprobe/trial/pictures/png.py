@@ -38,6 +38,8 @@ def from_png(png: bytes) -> NDArray[np.uint8] | NDArray[np.uint16]:
                 raise BadValue("picture", f"{image.width} x {image.height} pixels", f"at most {_MOST_PIXELS} in all")
             if image.mode not in ("L", "RGB", "I;16"):
                 raise BadValue("picture", f"mode {image.mode}", "a PNG in grey of 8 or 16 bits, or in colour")
-            return np.asarray(image, dtype=np.uint16 if image.mode == "I;16" else np.uint8)
+            if image.mode == "I;16":
+                return np.asarray(image, dtype=np.uint16)
+            return np.asarray(image, dtype=np.uint8)
     except (Image.DecompressionBombError, OSError, SyntaxError):  # no image at all is an OSError
         raise BadValue("picture", f"{len(png)} bytes", "a PNG file of a picture, not too large") from None
