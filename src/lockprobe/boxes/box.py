@@ -6,7 +6,7 @@ happens (paper, Sec. 2.1). The real box's interlock is not public, so a box is d
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -40,12 +40,9 @@ _DIGITS: Mapping[bool, str] = {False: "0", True: "1"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Joint:
-    """One moving part on the panel.
+    """One moving part on the panel, which slides or turns. The agent never sees its name.
 
-    Attributes:
-        name: Its name, which the agent never sees.
-        kind: ``prismatic`` (slides) or ``revolute`` (turns).
-        place: Its position on the panel, in panel widths from the left and panel heights from below, [0, 1].
+    ``place`` is in panel widths from the left and panel heights from below, [0, 1].
     """
 
     name: str
@@ -55,15 +52,11 @@ class Joint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lockbox:
-    """A lockbox: joints, interlock, initial configuration and target.
+    """A lockbox: joints in panel order, left to right, interlock, initial configuration, and the target that opens it.
 
     Attributes:
-        name: The name of the box.
-        joints: In panel order, left to right.
         interlock: For each joint the clauses under which it may move (disjunctive normal form): it moves if *any*
             clause holds *entirely*. A joint that is always free has one empty clause and may be left out.
-        initial: The configuration at the start of every trial.
-        target: The joint whose movement solves the box.
     """
 
     name: str
@@ -85,22 +78,15 @@ class Lockbox:
             raise BadValue("initial", self.initial, "positions True (open) and False, in panel order")
         if len(self.initial) != len(names):
             raise BadValue("initial", bits(self.initial), f"one position for each of {len(names)} joints")
-        self._check_interlock()
-        index = {name: i for i, name in enumerate(names)}
-        object.__setattr__(
-            self,
-            "_rules",
-            tuple(
-                tuple(
-                    tuple((index[other], position) for other, position in clause.items())
-                    for clause in self.interlock.get(name, ({},))
-                )
-                for name in names
-            ),
+        self._check_interlock(names)
+        clauses_of = [self.interlock.get(name, ({},)) for name in names]
+        rules = (
+            tuple(tuple((names.index(other), at) for other, at in clause.items()) for clause in clauses)
+            for clauses in clauses_of
         )
+        object.__setattr__(self, "_rules", tuple(rules))
 
-    def _check_interlock(self) -> None:
-        names = self.names
+    def _check_interlock(self, names: Sequence[str]) -> None:
         for joint, clauses in self.interlock.items():
             if isinstance(clauses, Mapping) or not all(isinstance(clause, Mapping) for clause in clauses):
                 raise BadValue(f"interlock of {joint}", clauses, "a tuple of clauses, each joint -> position")
@@ -142,23 +128,12 @@ class Lockbox:
 
     def may_move(self, configuration: Configuration, joint: int) -> bool:
         """Whether the interlock lets a joint (by index in panel order) move in a configuration."""
-        for clause in self._rules[joint]:
-            for other, position in clause:
-                if configuration[other] != position:
-                    break
-            else:
-                return True
-        return False
+        return any(all(configuration[other] == position for other, position in clause) for clause in self._rules[joint])
 
     def attempt(self, configuration: Configuration, joint: int) -> tuple[Configuration, bool]:
-        """Attempt a joint.
+        """Attempt a joint (by index in panel order): the configuration afterwards, and whether the joint moved.
 
-        Args:
-            configuration: The configuration before the attempt.
-            joint: The joint's index in panel order.
-
-        Returns:
-            The configuration afterwards, and whether the joint moved. Only the attempted joint can change.
+        Only the attempted joint can change.
         """
         if not self.may_move(configuration, joint):
             return configuration, False

@@ -37,9 +37,7 @@ def named_boxes() -> tuple[str, ...]:
 def sized(family: str, joints: int | None) -> str:
     """The name of a family's box of a given size, for example ``chain-5`` for ``chain`` and 5.
 
-    Args:
-        family: A family with or without its number, or ``random``.
-        joints: Number of joints; by default the number in the name, or else 4.
+    The family has its number or none, and may be ``random``; by default it has that number of joints, or else 4.
     """
     known = {name: len(STRUCTURES[name]().joints) for name in STRUCTURES}
     known |= {f"random-{n}": n for n in range(2, MAX_JOINTS + 1)}
@@ -57,15 +55,7 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
 
     Besides the names of :func:`box` there are those of installed packages (entry points in the group
     ``lockprobe.boxes``) and ``python:module:Name?option=value``: a :class:`Lockbox`, or a function that returns one.
-
-    Raises:
-        UnknownName: If there is no such box or option.
-        BadFile: If the file holds no box that can be played.
-        BadValue: If ``asked`` has another type or names a model of MuJoCo, or a package's box cannot be played.
-        BrokenPlugin: If a package's code fails.
-
-    >>> find_box("chain-4") == find_box(find_box("chain-4"))
-    True
+    What cannot be found or played is a ``UserMistake``.
     """
     if isinstance(asked, Lockbox):
         return asked
@@ -95,11 +85,7 @@ def _is_box(found: object) -> bool:
 
 
 def box(name: str = DEFAULT_BOX) -> Lockbox:
-    """A box by name. ``random-N-SEED``, for example ``random-5-17``, has N joints and an interlock drawn from the seed.
-
-    >>> box("chain-4").target
-    'revolute-left'
-    """
+    """A box by name; ``random-N-SEED``, such as ``random-5-17``, has N joints and an interlock drawn from the seed."""
     if name in STRUCTURES:
         return STRUCTURES[name]()
     drawn = re.fullmatch(r"random-([0-9]{1,12})-([0-9]{1,12})", name)

@@ -14,8 +14,9 @@ from lockprobe.boxes.box import MAX_JOINTS, Clause, Lockbox
 from lockprobe.boxes.layouts import LayoutName, laid_out
 from lockprobe.boxes.state_space import fault_of, space_of
 from lockprobe.boxes.structures import STRUCTURES, assemble, paper_joints
-from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import UnknownName
 from lockprobe.foundation.seeds import generator, integer_seed
+from lockprobe.foundation.validation import check_probability, check_whole
 
 InitialName = Literal["rest", "random"]
 
@@ -29,7 +30,6 @@ class Recipe:
 
     Attributes:
         family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
-        layout: Positions of the joints; see :mod:`lockprobe.boxes.layouts`.
         dealt: Whether places, kinds and names are assigned to the joints at random, so that they do not reveal the
             interlock.
         initial: ``rest``: all joints closed. ``random``: every position is drawn.
@@ -59,10 +59,8 @@ class Recipe:
                 raise UnknownName(what, value, get_args(known))
         limits = (("alternatives", 1, 4), ("literals", 1, MAX_JOINTS - 1), ("shortest", 1, 2**MAX_JOINTS))
         for what, low, high in (*limits, ("seed", 0, _SEEDS - 1)):
-            if not low <= (number := getattr(self, what)) <= high:
-                raise BadValue(what, number, f"a whole number from {low} to {high}")
-        if not 0 <= self.negative <= 1:
-            raise BadValue("negative", self.negative, "a number from 0 to 1")
+            check_whole(what, getattr(self, what), low, high)
+        check_probability("negative", self.negative)
 
     @property
     def name(self) -> str:
@@ -85,12 +83,7 @@ def generate(recipe: Recipe) -> Lockbox | str:
 
 
 def random_box(joints: int, seed: int) -> Lockbox:
-    """The box ``random-N-SEED``: the first of a sequence of recipes with an optimum of min(joints, 3) steps or more.
-
-    Args:
-        joints: 2 to 8.
-        seed: From 0, below 10**9.
-    """
+    """The box ``random-N-SEED``: the first of a sequence of recipes with an optimum of min(joints, 3) steps or more."""
     for attempt in range(1000):
         drawn = integer_seed(seed, "random-box", joints, attempt)
         found = generate(Recipe(family=f"random-{joints}", dealt=True, shortest=min(joints, 3), seed=drawn))
@@ -103,10 +96,6 @@ def alike_boxes(joints: int, count: int) -> tuple[Lockbox, ...]:
     """Boxes of one difficulty: the first of ``random-N-1``, ``random-N-2``, … whose shortest plan has N steps.
 
     So many steps takes ``chain-4``, too. Interlocks may repeat; the joints of each box are dealt anew.
-
-    Args:
-        joints: N, 2 to 8.
-        count: How many, from 1.
     """
     found = (random_box(joints, seed) for seed in itertools.count(1))
     return tuple(itertools.islice((one for one in found if space_of(one).optimum == joints), count))

@@ -33,15 +33,9 @@ _DRAWS = 1000
 
 
 def places(layout: LayoutName, count: int, rng: np.random.Generator) -> tuple[Place, ...]:
-    """The places of a layout on the panel, for joints in the order of the interlock.
+    """The places of a layout, from the left and from below, [0, 1], for joints in the order of the interlock.
 
-    Args:
-        layout: The layout; ``misleading`` has the places of ``serial``.
-        count: Number of joints.
-        rng: Only ``scattered`` draws from it.
-
-    Returns:
-        Places on the panel, from the left and from below, [0, 1].
+    ``misleading`` has the places of ``serial``; only ``scattered`` draws from ``rng``.
     """
     if layout == "zigzag":
         found = [((i + 0.5) / count, 0.3 if i % 2 else 0.7) for i in range(count)]
@@ -71,17 +65,11 @@ def _shuffled(count: int, rng: np.random.Generator) -> NDArray[np.int64]:
 
 
 def laid_out(box: Lockbox, layout: LayoutName, rng: np.random.Generator, *, dealt: bool = False) -> Lockbox:
-    """The same interlock with another panel layout.
+    """The same interlock with another layout, which follows the order of the joints.
 
-    Args:
-        box: The box; the layout follows the order of its joints.
-        layout: The layout.
-        rng: Random stream.
-        dealt: Whether places and kinds are assigned at random, and joints are named after kind and place (``slider-1``
-            is leftmost), so that panel and names do not reveal the interlock.
-
-    Returns:
-        The box, its joints in panel order: from the left, and from above if two are equally far left.
+    The joints are then in panel order: from the left, and from above if two are equally far left. If they are ``dealt``
+    places and kinds are assigned at random, and joints are named after kind and place (``slider-1`` is leftmost), so
+    that panel and names do not reveal the interlock.
     """
     spots = places(layout, len(box.joints), rng)
     order: Sequence[int] = range(len(spots))
@@ -118,10 +106,8 @@ def redealt(box: Lockbox, rng: np.random.Generator, *, neutral: bool = False) ->
         neutral_order(locking_pairs(box), neighbours(box), count, rng) if neutral else _shuffled(count, rng).tolist()
     )
     dealt = permuted(box, order)
-    spots = [joint.place for joint in box.joints]
-    return replace(
-        dealt, joints=tuple(replace(joint, place=spot) for joint, spot in zip(dealt.joints, spots, strict=True))
-    )
+    places = zip(dealt.joints, box.joints, strict=True)
+    return replace(dealt, joints=tuple(replace(joint, place=there.place) for joint, there in places))
 
 
 def neutral_order(
@@ -132,14 +118,8 @@ def neutral_order(
     Where one order is drawn for many trials, a plainly random one could follow the interlock, as one in twelve does for
     four joints that lock each other in a row, and then it would in all of them.
 
-    Args:
-        locking: Pairs of joints that lock each other, ascending.
-        near: Pairs of positions that are neighbours.
-        count: Number of joints, and of positions.
-        rng: Random stream.
-
-    Returns:
-        For each position a joint.
+    ``locking`` are pairs of joints that lock each other, ascending; ``near`` are pairs of positions that are
+    neighbours. The order has a joint for each of so many positions.
     """
     usual = len(locking) * len(near) / max(1, comb(count, 2))
     best, off = list[int](), float("inf")

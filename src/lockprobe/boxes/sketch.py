@@ -25,10 +25,8 @@ def panel_lines(
 ) -> list[str]:
     """The panel with a label under each joint; a star marks the target.
 
-    Args:
-        box: The box.
-        labels: Label of each joint, in panel order; by default numbers from 1.
-        positions: Position of each joint, in panel order, None if it is not told; by default the start.
+    Labels and positions are in panel order; by default numbers from 1, and the start. A position that is not told is
+    None.
     """
     names = labels or [str(i + 1) for i in range(len(box.joints))]
     drawn = box.initial if positions is None else positions

@@ -33,12 +33,7 @@ def optimum(box: Lockbox) -> int | None:
 
 
 def optimal_plans(box: Lockbox, limit: int | None = 1000) -> Plans:
-    """The optimal plans of a box; none for an unsolvable box.
-
-    Args:
-        box: The box.
-        limit: Largest number of listed plans; None lists all.
-    """
+    """The optimal plans of a box, of which at most ``limit`` are listed; none for an unsolvable box."""
     space, names = space_of(box), box.names
     ways = Counter({int(end): 1 for end in space.last})
     for before, _, after in plan_moves(space):
@@ -92,10 +87,7 @@ def random_no_repeat_success(box: Lockbox, budget: int = 20) -> float:
 def random_curve(box: Lockbox, budget: int = 20, *, repeats: bool = True) -> tuple[float, ...]:
     """The exact probability that a uniformly random agent has solved the box by step 0, 1, ... up to the budget.
 
-    Args:
-        box: The box.
-        budget: Steps.
-        repeats: Whether the agent may attempt the same joint twice in a row.
+    Without ``repeats`` it never attempts the same joint twice in a row.
     """
     space = space_of(box)
     n, numbers = space.joints, np.arange(2**space.joints)
@@ -122,8 +114,7 @@ class Difficulty:
     """The difficulty of a box. For an unsolvable box, undefined numbers are None.
 
     Attributes:
-        optimum: The fewest steps that move the target.
-        optimal_plans: The number of plans with that many steps.
+        optimum: The fewest steps that move the target, and the number of plans with that many (``optimal_plans``).
         depth: Depth of the interlock in joints: the layer of the target in :func:`depths`. At most the optimum; less if
             a clause needs several joints, or moves have to be undone.
         undone: The fewest moves of an optimal plan that return a joint to its start.
@@ -172,10 +163,8 @@ def depths(box: Lockbox) -> Mapping[str, int | None]:
     """The layer of each joint in the relaxed problem, in which every position once reached stays available.
 
     This is the delete relaxation of planning: the layer of the target is the admissible heuristic h_max (Bonet and
-    Geffner, Artificial Intelligence 129, 2001).
-
-    Returns:
-        Joint -> layer, from 1 (free at the start); None for a joint that cannot move.
+    Geffner, Artificial Intelligence 129, 2001). Layers are from 1 (free at the start); a joint that cannot move has
+    none.
     """
     start = dict(zip(box.names, box.initial, strict=True))
     layers: dict[str, int | None] = dict.fromkeys(box.names)

@@ -22,10 +22,9 @@ class Space:
     A clause names other joints only, so every move can be undone at once, and all reachable configurations can be
     reached from each other.
 
+    ``target`` is an index in panel order, ``start`` the initial configuration.
+
     Attributes:
-        joints: Number of joints n.
-        target: Index of the target in panel order.
-        start: The initial configuration.
         may_move: Whether the interlock lets a joint move in a configuration, shape (2**n, n).
         steps: The fewest moves from the start to a configuration without the target, shape (2**n,); -1 if it cannot be
             reached.

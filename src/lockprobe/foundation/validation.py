@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from functools import cache
 from numbers import Integral, Real
-from typing import Annotated
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from pydantic import ConfigDict, Field
 
@@ -62,6 +63,17 @@ def check_whole(what: str, value: object, least: int, most: int | None = None) -
     if not (isinstance(value, Integral) and least <= int(value) and (most is None or int(value) <= most)):
         to = "" if most is None else f" to {most}"
         raise BadValue(what, value, f"a whole number from {least}{to}")
+
+
+def check_choices(made: Any) -> None:
+    """Refuse a field of a dataclass with another value than those that its annotation lists."""
+    for name, known in _listed(made.__class__).items():
+        check_choice(name.rstrip("_"), getattr(made, name), known)
+
+
+@cache
+def _listed(kind: Any) -> dict[str, tuple[str, ...]]:
+    return {name: get_args(hint) for name, hint in get_type_hints(kind).items() if get_origin(hint) is Literal}
 
 
 def check_choice(what: str, value: str, known: Iterable[str]) -> None:

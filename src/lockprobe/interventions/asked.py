@@ -1,17 +1,20 @@
-"""What is *asked*: warnings, instructions, and sentences beside the report. Agents that read no words ignore them."""
+"""What is *asked*: warnings, instructions, and sentences beside the report. Agents that read no words ignore them.
+
+Reports stay as they are, and are true. Only ``distract`` draws anything.
+"""
 
 from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, get_args
+from typing import TYPE_CHECKING, ClassVar
 
 from lockprobe.agents.prompt import check_template
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.validation import check_choice, check_probability
-from lockprobe.interventions.told import AtRandomSteps, hits
+from lockprobe.foundation.validation import check_choices, check_probability
+from lockprobe.interventions.told import AtRandomSteps
 from lockprobe.statistics.loops import onset
 from lockprobe.trial.briefing import Ask, Briefing
 from lockprobe.trial.record import Moment, Task
@@ -42,10 +45,7 @@ LARGEST_TEMPLATE = 16 * 1024
 class Warn:
     """The instruction warns that reports may be false, optionally with the rate; reports stay unchanged.
 
-    Agents that read no words ignore it. Nothing is drawn.
-
-    Attributes:
-        rate: The rate of false reports that the instruction states, [0, 1]; None for "sometimes".
+    Without a rate, [0, 1], it says "sometimes".
     """
 
     name: ClassVar[str] = "warn"
@@ -67,11 +67,6 @@ class Nudge:
 
     With ``after=2`` that is the first loop of a trial, so it is said once at most; with more, it is said whenever the
     last choices are that many consecutive copies.
-
-    The report stays as it is, and is true. Agents that read no words ignore it. Nothing is drawn.
-
-    Attributes:
-        after: Copies of a loop after which it is said, from 2.
     """
 
     name: ClassVar[str] = "nudge"
@@ -90,10 +85,7 @@ class Nudge:
 class Remark:
     """The control of ``nudge``: at the same moments, a sentence of equal length without information.
 
-    The report stays as it is. Agents that read no words ignore it. Nothing is drawn.
-
-    Attributes:
-        after: Copies of a loop after which it is said, from 2; 0 for before every step but the first.
+    With ``after=0`` it is said before every step but the first.
     """
 
     name: ClassVar[str] = "remark"
@@ -126,7 +118,7 @@ def loops_completed(past: tuple[Moment, ...], copies: int) -> bool:
 class Distract(AtRandomSteps):
     """With probability p an irrelevant sentence comes with the report, which stays unchanged.
 
-    Its moments are random, unlike those of ``remark``; the first step has none. Agents that read no words ignore it.
+    Its moments are random, unlike those of ``remark``; the first step has none.
     """
 
     name: ClassVar[str] = "distract"
@@ -134,7 +126,7 @@ class Distract(AtRandomSteps):
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with a sentence, or without."""
         said, which = rng.random(2)
-        if len(past) < 2 or said >= self.p or not hits(self.at, len(past) - 1):
+        if len(past) < 2 or not self.hits(said, len(past) - 1):
             return briefing
         return briefing.remarking(ASIDES[int(which * len(ASIDES))])
 
@@ -144,17 +136,14 @@ class Hypothesis:
     """Asks a hosted model for one sentence on how the box works, before or after it names a joint, or never.
 
     ``before`` is the default for every hosted model: a short chain of thought; ``--hypothesis`` sets another one for a
-    whole study. Reports stay unchanged. Other agents ignore it. Nothing is drawn.
-
-    Attributes:
-        ask: When it is asked.
+    whole study.
     """
 
     name: ClassVar[str] = "hypothesis"
     ask: Ask = "before"
 
     def __post_init__(self) -> None:
-        check_choice("ask", self.ask, get_args(Ask))
+        check_choices(self)
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with when it is asked."""
@@ -165,15 +154,10 @@ class Hypothesis:
 class OwnPrompt:
     """Gives a hosted model the instruction in a file instead of the default one; reports stay unchanged.
 
-    The file is a template with the fields ``{joints}``, ``{target}`` and ``{reply}``, and any of ``{budget}``,
-    ``{count}``, ``{names}`` and ``{observation}`` (:data:`lockprobe.agents.prompt.FIELDS`). It is read once, when this
-    is made; its text and hash stand in every record. Strategies ignore it; a local model, which plays from a
-    log, refuses it. Nothing is drawn.
-
-    Attributes:
-        file: The file, at most :data:`LARGEST_TEMPLATE` bytes of UTF-8.
-        sha256: The first sixteen hexadecimal digits of its SHA-256; where they are given, another content is refused.
-        text: The template.
+    The file is a template of at most :data:`LARGEST_TEMPLATE` bytes of UTF-8, with the fields ``{joints}``,
+    ``{target}`` and ``{reply}``, and any others of :data:`lockprobe.agents.prompt.FIELDS`. It is read once, when this
+    is made; its text and hash (the first sixteen digits of its SHA-256) stand in every record. Another content than
+    that of a given hash is refused. A local model, which plays from a log, refuses it.
     """
 
     name: ClassVar[str] = "prompt"

@@ -7,12 +7,12 @@ sensor or an obstacle.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_choice
+from lockprobe.foundation.validation import check_choices
 from lockprobe.interventions.words import places_said, rows_of
 from lockprobe.trial.pictures.degrading import Damage, degraded
 from lockprobe.trial.pictures.depth import DepthKind, Window, encode, from_millimetres, legend, to_millimetres
@@ -37,10 +37,9 @@ class CameraChannel:
     it can be made again in another form.
 
     Attributes:
-        depth: How depth is shown with colours.
-        near: What the first colour of depth means, metres; in every picture the same.
-        far: What the last one means, metres. The default window holds the tops of all handles and most of the board
-            where a camera looks at a panel from 0.72 m; the 0.05 m by which handles stand out are a third of it.
+        near, far: What the first and the last colour of depth mean, metres, in every picture the same. The default
+            window holds the tops of all handles and most of the board where a camera looks at a panel from 0.72 m; the
+            0.05 m by which handles stand out are a third of it.
         blur: Standard deviation of a Gaussian blur of colours, pixels, from 0. Depth stays as it is.
         noise: Standard deviation of noise in every pixel and colour, as a share of the brightest, from 0. Depth stays
             as it is: its noise is a setting of the plant (``depth_noise``).
@@ -60,7 +59,7 @@ class CameraChannel:
     exposure: float = 0.0
 
     def __post_init__(self) -> None:
-        check_choice("depth", self.depth, get_args(Depth))
+        check_choices(self)
         Window(near=self.near, far=self.far)
         self._damage()
 

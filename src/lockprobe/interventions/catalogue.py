@@ -12,7 +12,7 @@ import pkgutil
 from collections.abc import Sequence
 from dataclasses import is_dataclass
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import Listed, find_plugin, listed_plugins, plugin_names
@@ -45,20 +45,13 @@ def shipped() -> dict[str, type[Any]]:
 
 
 def shipped_as(spec: Spec) -> type[Any] | None:
-    """The class of this package that a spec names; None if there is none.
-
-    >>> shipped_as(Spec.parse("flip?like=rgb")).__name__, shipped_as(Spec.parse("flip?p=0.4")).__name__
-    ('MisreadFlip', 'OutcomeFlip')
-    """
+    """The class of this package that a spec names, also by its option (``flip?like=rgb``); None if there is none."""
     name, found = spec.full_name, shipped()
     return next((kind for option in spec.options if (kind := found.get(f"{name}?{option}"))), found.get(name))
 
 
 def interventions_of(spec: str) -> tuple[Intervention, ...]:
     """The interventions of a condition, in the order in which they act.
-
-    >>> [type(one).__name__ for one in interventions_of("tremble?p=0.1 + nudge?after=2")]
-    ['Tremble', 'Nudge']
 
     Specs are joined by plus signs; ``truth`` or nothing is the empty condition.
     """
@@ -74,17 +67,14 @@ def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
 
 
 def _made(spec: Spec) -> Intervention:
-    name, options = spec.full_name, spec.options
-    made: Intervention
+    name = spec.full_name
     if (kind := shipped_as(spec)) is not None:
-        made = with_options(kind, name, options)
-    elif (plugin := find_plugin("intervention", str(spec))) is not None:
-        loaded = _checked(name, plugin.load())
-        with plugin.guarded():
-            made = with_options(loaded, name, options)
-    else:
+        return cast(Intervention, with_options(kind, name, spec.options))
+    if (plugin := find_plugin("intervention", str(spec))) is None:
         raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
-    return made
+    kind = _checked(name, plugin.load())
+    with plugin.guarded():
+        return cast(Intervention, with_options(kind, name, spec.options))
 
 
 def _checked(spec: str, kind: Any) -> type[Any]:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from functools import cache
 from itertools import chain, product
 from math import prod
 from typing import get_args
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.spec import Spec, spec_name, split_specs
+from lockprobe.foundation.spec import Spec, spec_name, split_specs, with_options
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import plant_change, resolve_plant
@@ -28,19 +27,12 @@ _MOST = 1000
 
 def flip_alone(condition: Condition) -> OutcomeFlip | None:
     """The flip if nothing else acts (paper, Sec. 3.2), a flip at p = 0 for the truth, and otherwise None."""
-    return _flip_alone(condition.specs)
-
-
-@cache
-def _flip_alone(specs: tuple[str, ...]) -> OutcomeFlip | None:
-    if not specs:
+    if not condition.specs:
         return OutcomeFlip()
-    first = Spec.parse(specs[0], "intervention")
-    if len(specs) > 1 or first.full_name != OutcomeFlip.name or not first.options.keys() <= OF_PLAIN_FLIPS:
+    first = Spec.parse(condition.specs[0], "intervention")
+    if len(condition.specs) > 1 or first.full_name != OutcomeFlip.name or not first.options.keys() <= OF_PLAIN_FLIPS:
         return None
-    (flip,) = interventions_of(specs[0])
-    assert isinstance(flip, OutcomeFlip)
-    return flip
+    return with_options(OutcomeFlip, OutcomeFlip.name, first.options)
 
 
 def interventions_in(condition: Condition) -> tuple[Intervention, ...]:
@@ -55,13 +47,8 @@ def flips(
     """The conditions of the paper's studies: every flip rate in every modality, modalities outermost.
 
     A flip at rate 0 is left out, which leaves the truth, unless it says what false pictures of a modality are
-    (``rgb?p=0.4``).
-
-    Args:
-        p: Flip probabilities, [0, 1].
-        kind: What a false report is: a word, or a flip whose rate does not count.
-        modalities: Specs; :data:`lockprobe.trial.record.STATES` if none are given. Under ``outcome-only`` they are
-            blind.
+    (``rgb?p=0.4``). A false report is a word, or a flip whose rate does not count. Modalities are specs,
+    :data:`lockprobe.trial.record.STATES` if none are given; under ``outcome-only`` they are blind.
     """
     like = kind if isinstance(kind, OutcomeFlip) else flip_of(kind)
     rates = list(p)
@@ -76,11 +63,7 @@ def flips(
 
 
 def blind(modality: str) -> str:
-    """The modality without positions, for ``--flip outcome-only``.
-
-    >>> blind("symbolic?form=json")
-    'symbolic?form=json&tell=outcome'
-    """
+    """The modality without positions, for ``--flip outcome-only``; one that shows them in any case is refused."""
     spec = Spec.parse(modality, "modality")
     if spec.full_name != "symbolic" or spec.options.get("tell", "outcome") != "outcome":
         others = ", ".join(kind for kind in get_args(FlipKind) if kind != "outcome-only")
@@ -89,32 +72,21 @@ def blind(modality: str) -> str:
 
 
 def tells_positions(modality: str) -> bool:
-    """Whether a modality shows or tells positions, or only outcomes.
-
-    >>> tells_positions("symbolic"), tells_positions("rgb"), tells_positions("symbolic?tell=outcome")
-    (True, True, False)
-    """
+    """Whether a modality shows or tells positions, or only outcomes."""
     return Spec.parse(modality, "modality").options.get("tell") != "outcome"
 
 
 def read_condition(spec: str, name: str = "", plant: str = "symbolic") -> Condition:
-    """The condition that a spec describes; its last part may be a modality, and one may change the plant.
+    """The condition that a spec describes; its last part may be a modality, and one may change the study's plant.
 
-    >>> read_condition("tremble?p=0.1 + rgb").modality
-    'rgb'
     >>> read_condition("plant?pose_error=0.01 + rgb", plant="twin").doses
     {'plant.pose_error': 0.01}
-
-    Args:
-        spec: The spec.
-        name: The experimenter's name for it; empty for its spec.
-        plant: Spec of the study's plant, whose options the part ``plant`` changes.
     """
     parts = split_specs(spec)
     modality = _without_zeros(parts.pop()) if says_modality(spec) else STATES
     changes = [Spec.parse(part, "condition").options for part in parts if spec_name(part) == PLANT]
     acting = " + ".join(part for part in parts if spec_name(part) != PLANT)
-    asked = {option: value for options in changes for option, value in options.items()}
+    asked = dict(chain.from_iterable(options.items() for options in changes))
     if not all(changes) or len(asked) < sum(map(len, changes)):
         raise BadValue("condition", spec, "each option of the plant once, for example plant?pose_error=0.01")
     return Condition(
@@ -123,11 +95,7 @@ def read_condition(spec: str, name: str = "", plant: str = "symbolic") -> Condit
 
 
 def says_modality(spec: str) -> bool:
-    """Whether the last part of a condition's spec says how the box is shown.
-
-    >>> says_modality("warn + symbolic?tell=state"), says_modality("warn")
-    (True, False)
-    """
+    """Whether the last part of a condition's spec says how the box is shown."""
     return spec_name(split_specs(spec)[-1]) in MODALITIES
 
 
@@ -143,16 +111,10 @@ def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
     The doses may be of several interventions or of one. In combinations, interventions at dose 0 are left out, so that
     a combination is named after what acts in it.
 
-    >>> [condition.spec for condition in sweep("nudge?after=2 + tremble?p=0.1,0.2")]
-    ['nudge + tremble?p=0.1', 'nudge + tremble?p=0.2']
     >>> [condition.spec for condition in sweep("flip?p=0,0.4 + tremble?p=0,0.1")]
     ['truth', 'tremble?p=0.1', 'flip?p=0.4', 'flip?p=0.4 + tremble?p=0.1']
 
     A dose of the plant alone may be written ``plant.pose_error=0,0.01``.
-
-    Args:
-        spec: The spec.
-        plant: Spec of the study's plant.
     """
     ways, doses = list[list[str]](), list[list[str]]()
     for text in split_specs(spec):
@@ -172,7 +134,9 @@ def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
         acting = [
             part
             for part, way in zip(parts, ways, strict=True)
-            if len(doses) == 1 or len(way) == 1 or spec_name(part) in MODALITIES or not _idle(part, plant)
+            if 1 in (len(doses), len(way))
+            or spec_name(part) in MODALITIES
+            or not read_condition(part, plant=plant).does_nothing
         ]
         conditions.append(read_condition(" + ".join(acting), plant=plant))
     return distinct(conditions)
@@ -190,11 +154,6 @@ def _check_doses(spec: str, part: str, swept: list[str], plant: str) -> None:
     if wrong := [option for option in swept if option not in doses]:
         known = ", ".join(doses) or "this has none"
         raise BadValue("sweep", spec, f"values of a dose ({known}), not of {', '.join(wrong)}")
-
-
-def _idle(part: str, plant: str) -> bool:
-    """Whether an intervention, or a change of the plant, does nothing."""
-    return read_condition(part, plant=plant).does_nothing
 
 
 def distinct(conditions: Iterable[Condition]) -> tuple[Condition, ...]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.interventions.told import AtRandomSteps, hits
+from lockprobe.interventions.told import AtRandomSteps
 from lockprobe.trial.record import Moment, Task, Turn
 
 if TYPE_CHECKING:
@@ -23,16 +23,14 @@ class Tremble(AtRandomSteps):
         """The joint, or another one."""
         slips, which = rng.random(2)
         others = [label for label in task.joints if label != joint]
-        return others[int(which * len(others))] if slips < self.p and hits(self.at, len(past)) else joint
+        return others[int(which * len(others))] if self.hits(slips, len(past)) else joint
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Force:
     """At one step a given or random joint is attempted instead of the agent's choice, and reported truthfully.
 
-    Attributes:
-        at: The step, from 1; 0 for none.
-        joint: Label of the joint; empty for one that is drawn, each equally likely.
+    The step is from 1, 0 for none; the joint is a label, or empty for one that is drawn, each equally likely.
     """
 
     name: ClassVar[str] = "force"
@@ -44,7 +42,7 @@ class Force:
             raise BadValue("at", self.at, "a step from 1, or 0 for none")
 
     def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
-        """The joint, or at that step the one that is drawn."""
+        """The joint, or at that step the one that is given or drawn."""
         which = int(rng.random() * len(task.joints))
         if len(past) != self.at:
             return joint
@@ -55,12 +53,9 @@ class Force:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class History:
-    """The agent remembers only the newest exchanges; its task and the current report stay unchanged.
+    """The agent remembers only the ``last`` exchanges (choice and report); its task and the current report stay.
 
     Nothing is drawn.
-
-    Attributes:
-        last: The number of exchanges (choice and report) that it remembers, from 0.
     """
 
     name: ClassVar[str] = "history"

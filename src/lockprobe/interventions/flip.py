@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_choice, check_probability
+from lockprobe.foundation.validation import check_choice, check_choices, check_probability
 from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
@@ -71,14 +71,10 @@ class OutcomeFlip:
     with its meaning inverted. A report that says nothing is not inverted.
 
     Attributes:
-        p: Flip probability, [0, 1].
-        keep: Probability that a false position of another joint survives a report, [0, 1].
-        inverts: What is inverted.
-        others: What becomes of the false positions of other joints; ``partly`` with ``keep`` between 0 and 1.
-        part: Which parts of the report are false.
+        p, keep: Probabilities, [0, 1].
+        others: As above; ``partly`` with ``keep`` between 0 and 1.
         only: Which outcomes are inverted.
-        from_: The first step, from 1, whose report can be inverted; None for the first of all.
-        until: The last one; None for the last of all.
+        from_, until: The first and the last step, from 1, whose report can be inverted; None without a limit.
         at: The steps whose reports can be inverted; empty for all of them. In a spec: ``at=4;8``.
         while_: With ``looping`` only a report is inverted whose attempt continues an action loop: the last three
             attempts, this one among them, have stood in this order before.
@@ -102,11 +98,7 @@ class OutcomeFlip:
     def __post_init__(self) -> None:
         check_probability("flip rate p", self.p)
         check_probability("keep", self.keep)
-        check_choice("inverts", self.inverts, get_args(Inverts))
-        check_choice("others", self.others, get_args(Others))
-        check_choice("part", self.part, get_args(Part))
-        check_choice("only", self.only, get_args(Only))
-        check_choice("while", self.while_, get_args(While))
+        check_choices(self)
         self._agree()
         for what, step in (("from", self.from_), ("until", self.until), *(("at", step) for step in self.at)):
             if step is not None and step < 1:
@@ -145,13 +137,7 @@ class OutcomeFlip:
         return name if self.part == "both" else f"{name} with true outcomes"
 
     def check_told(self, modality: str, *, outcomes: bool, positions: bool) -> None:
-        """Refuse one part of a false report where reports have no two parts.
-
-        Args:
-            modality: How the box is shown, for the message.
-            outcomes: Whether its reports tell the outcome of an attempt.
-            positions: Whether they tell positions.
-        """
+        """Refuse one part of a false report where reports do not tell outcomes and positions."""
         if self.part != "both" and not (outcomes and positions):
             raise BadValue("part", self.part, f"both with {modality}; symbolic tells outcomes and positions")
 
@@ -174,9 +160,7 @@ class OutcomeFlip:
         numbers = [rng.random() for _ in range(self.numbers(len(task.joints)))]
         can_be = percept.outcome is not None and self.only in ("any", percept.outcome) and self.falls_on(len(past))
         flipped = numbers[0] < self.rate(percept) and can_be
-        if (
-            flipped and self.while_ == "looping"
-        ):  # a loop: three attempts or more that stood so before (paper, Sec. 3.3)
+        if flipped and self.while_ == "looping":  # three attempts or more that stood so before (paper, Sec. 3.3)
             attempted = (*(was.attempted for was in past[1:]), percept.joint)
             flipped = any(attempted[i : i + 3] == attempted[-3:] for i in range(len(attempted) - 5))
         noisy = self.others != "noisy" or (percept.outcome is not None and self.falls_on(len(past)))
@@ -187,15 +171,7 @@ class OutcomeFlip:
         return self.p
 
     def told(self, percept: Percept, past: tuple[Moment, ...], task: Task, *, flipped: bool, lasting: int) -> Percept:
-        """The percept of an attempt as this flip tells it, inverted or not.
-
-        Args:
-            percept: The percept before it.
-            past: The moments so far, with what was told.
-            task: The task.
-            flipped: Whether the report is inverted.
-            lasting: As :meth:`lasting` gives it.
-        """
+        """The percept of an attempt as this flip tells it, inverted or not, with what :meth:`lasting` gives."""
         outcome, positions = percept.outcome, percept.positions
         if positions is not None and percept.joint is not None:
             place = task.joints.index(percept.joint)
@@ -220,9 +196,8 @@ class OutcomeFlip:
     def lasting(self, numbers: Any) -> Any:
         """The joints whose false positions survive a report, or which it inverts (``others=noisy``), one bit each.
 
-        Args:
-            numbers: The random numbers of the report, in [0, 1), those after the first in the order of the listing;
-                each is a number, or an array with one for each trial.
+        ``numbers`` are those of the report, in [0, 1), after the first in the order of the listing; each is a number,
+        or an array with one for each trial.
         """
         if len(numbers) == 1:
             return -int(self.keep)
@@ -232,15 +207,9 @@ class OutcomeFlip:
     def positions(self, now: Any, last: Any, bit: Any, *, moved: Any, flipped: Any, lasting: Any) -> Any:
         """The positions that a report tells, one bit for each joint: the law of false reports, for one trial or many.
 
-        All arguments are whole numbers or truth values, or arrays with one for each trial.
-
-        Args:
-            now: The positions without this flip.
-            last: The positions told last.
-            bit: The attempted joint.
-            moved: Whether it moved.
-            flipped: Whether the report is inverted.
-            lasting: As :meth:`lasting` gives it.
+        All arguments are whole numbers or truth values, or arrays with one for each trial: the positions without this
+        flip, those told last, the attempted joint, whether it moved, whether the report is inverted, and what
+        :meth:`lasting` gives.
         """
         if self.part == "outcome":
             return now
@@ -284,11 +253,7 @@ _LIKE: Mapping[str, tuple[Inverts, Others]] = {
 
 
 def flip_of(kind: FlipKind, p: float = 0.0) -> OutcomeFlip:
-    """The flip that a word of ``--flip`` means, at this rate.
-
-    >>> flip_of("sticky", 0.4).reading
-    'latched state noise'
-    """
+    """The flip that a word of ``--flip`` means, at this rate."""
     check_choice("flip", kind, get_args(FlipKind))
     inverts, others = _LIKE[kind]
     return OutcomeFlip(p=p, inverts=inverts, others=others)

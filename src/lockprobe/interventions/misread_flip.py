@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar, Literal
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, with_options
-from lockprobe.foundation.validation import check_choice
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.trial.condition import Recorded
 from lockprobe.trial.plan import Names, Plan
@@ -27,11 +26,7 @@ Rates = Mapping[str, tuple[float, float]]
 
 
 def entries_of(rates: Rates) -> tuple[str, ...]:
-    """The entries of a confusion matrix, as a spec holds them.
-
-    >>> entries_of({"slider": (0.2, 0.05)})
-    ('slider:0.2:0.05',)
-    """
+    """The entries of a confusion matrix, as a spec holds them: ``slider:0.2:0.05``."""
     return tuple(f"{joint}:{hidden:g}:{invented:g}" for joint, (hidden, invented) in rates.items())
 
 
@@ -66,8 +61,6 @@ class MisreadFlip(OutcomeFlip):
 
     Attributes:
         p: Share of the rates that acts, [0, 1]: at 0.5 a report is false half as often as the agent misread.
-        like: The study and the condition whose misreadings give the rates.
-        of: The agent of that study; empty for the only one.
         by: What the rates depend on: joint and outcome, outcome alone, or neither (the total rate).
         rates: The confusion matrix by joint, which is read from the study.
         size: Attempts of which the agent said what they did, from which the rates come; read too.
@@ -85,7 +78,6 @@ class MisreadFlip(OutcomeFlip):
 
     def __post_init__(self) -> None:
         OutcomeFlip.__post_init__(self)
-        check_choice("by", self.by, get_args(By))
         rates_of(self.rates)
         if not self.like:
             raise BadValue("like", self.like, "DIR/CONDITION, with the directory of a finished study")

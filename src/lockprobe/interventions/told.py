@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_choice, check_probability
+from lockprobe.foundation.validation import check_choices, check_probability
 from lockprobe.interventions.flip import Inverts, OutcomeFlip
 from lockprobe.trial.luck import at_step
 from lockprobe.trial.record import Moment, Percept, Task
@@ -23,43 +23,41 @@ Says = Literal["lie", "truth"]
 How = Literal["next", "shuffle"]
 
 
-def hits(at: tuple[int, ...], step: int) -> bool:
-    """Whether an intervention limited to the steps ``at`` can act at this step; empty ``at`` allows all."""
-    return not at or step in at
-
-
-def check_steps(at: tuple[int, ...]) -> None:
-    """Refuse steps that no trial has."""
-    for step in at:
-        if step < 1:
-            raise BadValue("at", step, "a step from 1")
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AtRandomSteps:
+class AtRate:
     """An intervention that hits each step with probability p; the steps at a smaller p are among those at a larger one.
 
-    Attributes:
-        p: Probability that a step is hit, [0, 1].
-        luck: Which steps are hit: random steps of this intervention, or those at which ``flip`` lies at the same p.
-        at: The steps that can be hit; empty for all of them.
+    They are those at which ``flip`` lies at the same p. Only the steps ``at`` can be hit, or all if there is none.
     """
 
     name: ClassVar[str]
     doses: ClassVar[tuple[str, ...]] = ("p",)
+    stream: ClassVar[str] = OutcomeFlip.stream
     p: float = 0.0
-    luck: Luck = "own"
-    at: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         check_probability(f"{self.name} rate p", self.p)
-        check_choice("luck", self.luck, get_args(Luck))
-        check_steps(self.at)
+        check_choices(self)
+        for step in getattr(self, "at", ()):
+            if step < 1:
+                raise BadValue("at", step, "a step from 1")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AtRandomSteps(AtRate):
+    """One that hits random steps of its own, unless its ``luck`` is that of the flip."""
+
+    luck: Luck = "own"
+    at: tuple[int, ...] = ()
 
     @property
-    def stream(self) -> str:
+    def stream(self) -> str:  # type: ignore[override]  # that of the class is the flip's
         """The name of its random stream."""
         return OutcomeFlip.stream if self.luck == "flip" else type(self).__name__
+
+    def hits(self, drawn: float, step: int) -> bool:
+        """Whether it acts at a step for which this number was drawn, in [0, 1)."""
+        return drawn < self.p and (not self.at or step in self.at)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +68,7 @@ class Drop(AtRandomSteps):
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept, or an empty one."""
-        if percept.joint is None or rng.random() >= self.p or not hits(self.at, len(past)):
+        if percept.joint is None or not self.hits(rng.random(), len(past)):
             return percept
         return replace(percept, outcome=None, positions=None, corrects=None)
 
@@ -81,9 +79,6 @@ class Delay:
 
     Until the first late report nothing is told. Each report starts from the truth, so changes by earlier interventions
     are lost. Nothing is drawn.
-
-    Attributes:
-        lag: Attempts by which a report is late, from 0.
     """
 
     name: ClassVar[str] = "delay"
@@ -104,26 +99,17 @@ class Delay:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Phantom:
+class Phantom(AtRate):
     """With probability p a report tells a false position of one joint that was not attempted.
 
     Each of the other joints is equally likely. The next report tells its true position again, unless a flip keeps false
     positions, and no told outcome is changed: so a phantom has what a false report has, a false position and its
-    correction, without the false outcome. It hits the steps at which ``flip`` lies at the same p. Where reports tell no
-    outcomes, an agent that compares two reports is misled if it attempts the very joint next.
-
-    Attributes:
-        p: Probability that a report has a phantom, [0, 1]. Those at a smaller p are a subset of those at a larger one.
+    correction, without the false outcome. Where reports tell no outcomes, an agent that compares two reports is misled
+    if it attempts the very joint next.
     """
 
     name: ClassVar[str] = "phantom"
-    doses: ClassVar[tuple[str, ...]] = ("p",)
-    stream: ClassVar[str] = OutcomeFlip.stream
     always_tells: ClassVar[bool] = True
-    p: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_probability("phantom rate p", self.p)
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with the position of another joint inverted, or not."""
@@ -138,86 +124,52 @@ class Phantom:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Correction:
+class Correction(AtRate):
     """With probability p a report is made of two statements: the first, and with the word "Correction" the last.
 
-    It hits the steps at which ``flip`` lies at the same p. The four combinations have one form and differ in what they
-    say: a lie that the truth corrects (the default), a truth that is repeated, a truth that a lie "corrects", and a lie
-    that is repeated. A lie is the false report that ``flip`` tells, and later reports agree with the last statement.
-    Corrections are made in words; pictures cannot be corrected.
-
-    Attributes:
-        p: Probability that a report is corrected, [0, 1].
-        first: What the first statement says.
-        last: What the last statement says.
-        inverts: What a lie inverts, as in ``flip``.
-        others: What becomes of the false positions of other joints, as in ``flip``.
-        at: The steps whose reports can be corrected; empty for all of them.
+    The four combinations have one form and differ in what they say: a lie that the truth corrects (the default), a
+    truth that is repeated, a truth that a lie "corrects", and a lie that is repeated. A lie is the false report that
+    ``flip`` with these ``inverts`` and ``others`` tells, and later reports agree with the last statement. Corrections
+    are made in words; pictures cannot be corrected.
     """
 
     name: ClassVar[str] = "correction"
-    doses: ClassVar[tuple[str, ...]] = ("p",)
-    stream: ClassVar[str] = OutcomeFlip.stream
     always_tells: ClassVar[bool] = True
-    p: float = 0.0
     first: Says = "lie"
     last: Says = "truth"
     inverts: Inverts = "outcome"
     others: Literal["fresh", "kept"] = "fresh"
     at: tuple[int, ...] = ()
 
-    def __post_init__(self) -> None:
-        check_steps(self.at)
-        check_probability("correction rate p", self.p)
-        check_choice("first", self.first, get_args(Says))
-        check_choice("last", self.last, get_args(Says))
-        check_choice("others", self.others, ("fresh", "kept"))
-        self.lies  # noqa: B018  checks what it inverts
-
-    @property
-    def lies(self) -> OutcomeFlip:
-        """The flip whose false reports its lies are."""
-        return OutcomeFlip(p=self.p, inverts=self.inverts, others=self.others)
-
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept as its last statement tells it, with the first one if it is corrected."""
         if percept.joint is None:
             return percept
-        hit = rng.random() < self.p and hits(self.at, len(past))
-        first, last = (self._said(says, percept, past, task, hit=hit) for says in (self.first, self.last))
-        return replace(last, corrects=first) if hit else last
+        lies = OutcomeFlip(p=self.p, inverts=self.inverts, others=self.others)
+        hit = rng.random() < self.p and (not self.at or len(past) in self.at)
 
-    def _said(self, says: Says, percept: Percept, past: tuple[Moment, ...], task: Task, *, hit: bool) -> Percept:
-        """What a statement tells; where the last one is true, nothing that was told stays false."""
-        if self.last == says == "truth":
-            return percept
-        return self.lies.told(percept, past, task, flipped=hit and says == "lie", lasting=-int(self.lies.keep))
+        def said(says: Says) -> Percept:
+            if self.last == says == "truth":  # nothing that was told stays false
+                return percept
+            return lies.told(percept, past, task, flipped=hit and says == "lie", lasting=-int(lies.keep))
+
+        last = said(self.last)
+        return replace(last, corrects=said(self.first)) if hit else last
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Yoked:
+class Yoked(AtRate):
     """False reports at the steps at which ``flip`` lies in the next trial, or in this one in shuffled order.
 
     It has the dose of its source and is independent of the course of this trial. With ``next`` it has the luck of the
     next trial of the same repetition, step by step. With ``shuffle`` it has the luck of this trial at permuted steps:
     over the whole budget exactly as many reports are false as under ``flip``. A flip that depends on what happens
     (``only``, ``while``) has no steps in advance: what is yoked is its rate, not its lies. It draws nothing itself.
-
-    Attributes:
-        p: Flip probability of the source, [0, 1].
-        how: Whose steps.
     """
 
     name: ClassVar[str] = "yoked"
-    doses: ClassVar[tuple[str, ...]] = ("p",)
-    stream: ClassVar[str] = OutcomeFlip.stream
     always_tells: ClassVar[bool] = True
-    p: float = 0.0
     how: How = "next"
-
-    def __post_init__(self) -> None:
-        check_probability("flip rate p", self.p)
-        check_choice("how", self.how, get_args(How))
 
     @property
     def ahead(self) -> int:

@@ -6,11 +6,11 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar, Literal
 
 import numpy as np
 
-from lockprobe.foundation.validation import check_choice
+from lockprobe.foundation.validation import check_choices
 from lockprobe.trial.record import Moment, Percept, Task
 from lockprobe.trial.told_outcome import in_words
 
@@ -33,12 +33,9 @@ _KINDS: Mapping[str, str] = {"prismatic": "slider", "revolute": "knob"}
 class TextChannel:
     """Writes the percept as text. It removes what must not be told, and adds only places.
 
-    Attributes:
-        tell: The content of reports. With ``state`` the agent has to infer the outcome of an attempt by comparing
-            successive reports, as with pictures; with ``outcome`` positions are not told.
-        form: The form of the text. Every form has the same content.
-        places: Whether the first report also says where joints lie on the panel, and which slide and which turn, as a
-            picture shows it.
+    With ``tell=state`` the agent has to infer the outcome of an attempt by comparing successive reports, as with
+    pictures; with ``outcome`` positions are not told. Every form has the same content. With ``places`` the first report
+    also says where joints lie on the panel, and which slide and which turn, as a picture shows it.
     """
 
     shows: ClassVar[bool] = True
@@ -48,8 +45,7 @@ class TextChannel:
     places: bool = False
 
     def __post_init__(self) -> None:
-        check_choice("tell", self.tell, get_args(Tell))
-        check_choice("form", self.form, get_args(Form))
+        check_choices(self)
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text, without the facts that must not be told. Nothing is drawn from ``rng``."""
@@ -82,11 +78,7 @@ class TextChannel:
 
 
 def rows_of(task: Task) -> list[list[str]]:
-    """The labels on the panel in rows from top to bottom, each from left to right; empty if the panel is not shown.
-
-    >>> rows_of(Task(joints=("A", "B", "C"), target="A", budget=20, places=((0.9, 0.7), (0.5, 0.3), (0.1, 0.7))))
-    [['C', 'A'], ['B']]
-    """
+    """The labels on the panel in rows from top to bottom, each from left to right; empty if the panel is not shown."""
     below = sorted(zip(task.places, task.joints, strict=bool(task.places)), key=lambda one: -one[0][1])
     starts = [0, *(i for i, (one, other) in enumerate(pairwise(below), 1) if one[0][1] - other[0][1] > _NEXT_ROW)]
     rows = [below[start:end] for start, end in pairwise([*starts, len(below)])] if below else []

@@ -57,7 +57,6 @@ class PlantSource:
     """A resolved plant spec: how to build and check the plant.
 
     Attributes:
-        spec: Its spec.
         make: Builds it for one trial from the box, its joints' labels in panel order and the trial's stream ``plant``.
         check: Checks whether ``make`` works on this machine for a box; raises the same errors.
         picture_size: Width and height of simulated pictures, pixels; None if no camera is simulated.
@@ -68,8 +67,8 @@ class PlantSource:
         painted_labels: Whether its pictures show labels that are painted on a real box, the same in every trial.
         lays_out: Whether the joints lie where the box says, whatever it says. False for a rigid panel, real or a user's
             model, which nobody can deal anew; None if the plant does not say.
-        is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
-            time. Classes of other packages declare it (:class:`lockprobe.trial.protocols.PlantTraits`).
+        is_attended: Whether somebody answers its questions at the terminal
+            (:class:`lockprobe.trial.protocols.PlantTraits`).
         ships: Whether it is one of Lockprobe's own.
         options: The options that a condition may change -> the value of each, in words; None for any, of a package that
             does not say which there are.
@@ -107,20 +106,22 @@ _UNDRAWN = np.random.default_rng(0)
 """What a plant gets that draws nothing."""
 
 
+_HERE = {
+    "symbolic": "The rules and nothing else.",
+    "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Option of "
+    "lockprobe-robot: camera.",
+}
+
+
 def known_plants() -> dict[str, str]:
-    """Lockprobe's own plants, each with a description."""
-    found = {
-        "symbolic": "The rules and nothing else.",
-        "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Option of "
-        "lockprobe-robot: camera.",
-    }
+    """Lockprobe's own plants, each with a description, or what has to be installed for it."""
+    found = dict[str, str]()
     for name in PLANTS:
-        if name not in found:
-            try:
-                found[name] = " ".join(docstring(_of_robot(name).load()).split())
-            except Missing as missing:
-                found[name] = str(missing)
-    return {name: found[name] for name in PLANTS}
+        try:
+            found[name] = _HERE.get(name) or " ".join(docstring(_of_robot(name).load()).split())
+        except Missing as missing:
+            found[name] = str(missing)
+    return found
 
 
 def _of_robot(plant: str) -> Plugin:
@@ -143,7 +144,13 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     if spec.full_name == "symbolic":
         raise BadValue("plant", str(spec), "symbolic without options")
     if spec.full_name == "manual" and not spec.options:
-        return PlantSource(spec=str(spec), make=_by_hand, lays_out=False, is_attended=lambda: True, options={})
+        return PlantSource(
+            spec=str(spec),
+            make=lambda box, labels, rng: Manual(box, labels=labels, operator=TerminalOperator()),
+            lays_out=False,
+            is_attended=lambda: True,
+            options={},
+        )
     if spec.full_name in PLANTS:
         ours: PlantSource = _of_robot(str(spec)).load()(spec)
         return ours
@@ -162,10 +169,7 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
 
 
 def with_camera(plant: str, camera: str) -> Spec:
-    """The spec of a plant with its option ``camera``, as if it had been written there.
-
-    >>> str(with_camera("manual", "pictures"))
-    'manual?camera=pictures'
+    """The spec of a plant with its option ``camera``, as if it had been written there: ``manual?camera=pictures``.
 
     A plant of another package says itself, when it is made, whether it has the option.
     """
@@ -177,10 +181,6 @@ def with_camera(plant: str, camera: str) -> Spec:
     if spec.options.get("camera", camera) != camera:
         raise BadValue("camera", camera, f"none with {plant}, which has another")
     return spec if "camera" in spec.options else spec.appending("camera", camera)
-
-
-def _by_hand(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
-    return Manual(box, labels=labels, operator=TerminalOperator())
 
 
 def _of_a_maker(spec: Spec, plugin: Plugin) -> PlantSource:
@@ -216,14 +216,10 @@ def _of_a_maker(spec: Spec, plugin: Plugin) -> PlantSource:
 
 
 def plant_change(plant: str | PlantSource, asked: Mapping[str, str]) -> PlantChange:
-    """What a condition changes of a plant: the options that differ, each written in one way.
+    """What a condition changes of the study's plant: of what it asks for the options that differ, each in one writing.
 
     >>> plant_change("twin", {"pose_error": "0.010", "looks": "plain"}).options
     {'pose_error': '0.01'}
-
-    Args:
-        plant: The study's plant, or its spec.
-        asked: Option -> its value in the condition.
     """
     if not asked:
         return PlantChange()

@@ -21,12 +21,7 @@ from lockprobe.trial.told_outcome import in_words
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seen:
-    """What a picture shows.
-
-    Attributes:
-        configuration: The positions of the joints, in panel order.
-        look: Returns the picture as a frame; None if nothing took one.
-    """
+    """What a picture shows: the positions of the joints, in panel order, and the picture as a frame, if it is one."""
 
     configuration: Configuration
     look: Callable[[], Frame] | None
@@ -41,10 +36,9 @@ class Sight(Protocol):
         ...
 
     def read(self, names: tuple[str, ...]) -> Seen:
-        """Take a new picture and read it.
+        """Take a new picture and read it; the joints have these names in panel order, for the message.
 
-        Args:
-            names: The joints in panel order, for the message.
+        With a ``PlantFault`` if there is none, or no clear position of a joint, the person is asked for another one.
         """
         ...
 
@@ -54,15 +48,10 @@ class Sight(Protocol):
 
 
 class Manual:
-    """A box in front of a person.
+    """A box in front of a person, whose rules only detect typing errors: they decide no outcome.
 
-    The trial begins when the person says that the box stands in its initial configuration.
-
-    Args:
-        box: The box. Its rules only detect typing errors; they decide no outcome.
-        labels: Labels of the joints, in panel order.
-        operator: The person.
-        sight: Reads the truth from pictures; None if the person tells it.
+    The trial begins when the person says that the box stands in its initial configuration. Labels are in panel order.
+    Without a ``sight``, which reads the truth from pictures, the person tells it.
     """
 
     def __init__(

@@ -24,11 +24,9 @@ class Operator(Protocol):
     """A person who works at the box."""
 
     def ask(self, question: str, answers: Sequence[str]) -> str:
-        """Ask until one of the answers is given.
+        """Ask in one line until one of the answers is given, in lower case; with :data:`ENTER` it may be empty.
 
-        Args:
-            question: One line.
-            answers: The accepted answers, in lower case; with :data:`ENTER` an empty line is accepted.
+        ``OperatorStopped`` if the person stops, or nobody is there.
         """
         ...
 

@@ -98,9 +98,6 @@ def propagate(
         listing: ``shuffled`` averages over all orders of the listing, where the order matters.
         most_states: Largest number of states.
 
-    Raises:
-        UserMistake: If a name does not exist, a value is out of range, or there are more states.
-
     >>> course = propagate("human-inspired")
     >>> round(course.steps, 9), course.by(0.8), course.by(1)
     (8.5, 9, 10)
@@ -113,7 +110,7 @@ def propagate(
         raise BadValue("flip", "while=looping", "none with while, which has to be sampled (lockprobe.run_trial)")
     tell = what_is_told(modality, "memoryless" if isinstance(flip, OutcomeFlip) else flip)
     policy, world = policy_of(agent), world_of(box, flip=acting, max_steps=max_steps, tell=tell)
-    panel = tuple(range(len(world.places)))
+    panel = tuple(range(world.space.joints))
     orders = list(permutations(panel)) if listing == "shuffled" and heeds_order(policy) else [panel]
     solved, apart, states = [0.0] * (world.budget + 1), [0.0] * (world.budget + 1), 0
     given = false = 0.0
@@ -179,7 +176,8 @@ class _MarkovChain:
         self._numbers: dict[_State, int] = {}  # states are compared once and then known by number
         self._states: list[_State] = []
         self._policy, self._world, self._order, self._most = policy, world, order, most_states
-        self._view, self._may_move = world.view(order), world.may_move.tolist()
+        self._view, self._space = world.view(order), world.space
+        self._may_move = world.space.may_move.tolist()
 
     def run(self) -> Iterator[tuple[float, float]]:
         """After step 0, 1, ...: P(solved), and P(not solved, and the reported positions are wrong)."""
@@ -210,7 +208,7 @@ class _MarkovChain:
         if (state, falls) not in self.onward:
             if len(self.onward) >= self._most:
                 raise BadValue(
-                    f"states of {type(self._policy).__name__} on {self._world.name}",
+                    f"states of {type(self._policy).__name__} on {self._world.box.name}",
                     f"more than {self._most}",
                     "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
                 )
@@ -234,8 +232,8 @@ class _MarkovChain:
         world, flip = self._world, self._world.flip
         for place, chance in enumerate(self._policy.probabilities(self._view, state.memory)):
             joint = self._order[place]
-            moved = self._may_move[state.configuration ^ world.start][joint]
-            if not chance or (moved and joint == world.target):
+            moved = self._may_move[state.configuration ^ self._space.start][joint]
+            if not chance or (moved and joint == self._space.target):
                 if chance:
                     yield None, chance, False, False
                 continue

@@ -21,7 +21,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.policy import Policy, Told, View, running_sums
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import find_box
-from lockprobe.boxes.state_space import space_of
+from lockprobe.boxes.state_space import Space, space_of
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.validation import check_choice, check_whole
@@ -41,24 +41,10 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class World:
-    """A box and its reports, as numbers.
+    """A box with its state space, what its reports tell, and the flip that can invert each; ``budget`` is in steps."""
 
-    Attributes:
-        name: Name of the box.
-        target: Index of the target in panel order.
-        start: The initial configuration.
-        may_move: Whether a joint may move in a configuration, shape (2 ** joints, joints).
-        places: Position of each joint on the panel, shape (joints, 2).
-        flip: The outcome flip: its rate, and what a false report is.
-        budget: Budget in steps.
-        tell: Whether positions are told, outcomes, or both.
-    """
-
-    name: str
-    target: int
-    start: int
-    may_move: Flags
-    places: tuple[tuple[float, float], ...]
+    box: Lockbox
+    space: Space
     flip: OutcomeFlip
     budget: int
     tell: Tell = "both"
@@ -73,30 +59,20 @@ class World:
 
         Without ``panel`` the view leaves out where the joints lie.
         """
-        places = tuple(self.places[joint] for joint in order) if panel else ()
-        return View(joints=len(order), target=order.index(self.target), places=places)
+        places = tuple(self.box.joints[joint].place for joint in order) if panel else ()
+        return View(joints=len(order), target=order.index(self.space.target), places=places)
 
 
 def world_of(box: str | Path | Lockbox, *, flip: OutcomeFlip, max_steps: int, tell: Tell = "both") -> World:
     """The world of a box, given by name, path or value; every report can be inverted by the flip."""
     flip.check_told(f"symbolic?tell={tell}", outcomes=tell != "state", positions=tell != "outcome")
-    lockbox = find_box(box)
+    found = find_box(box)
     check_whole("max_steps", max_steps, 1, LONGEST)
-    space = space_of(lockbox)
-    return World(
-        name=lockbox.name,
-        target=space.target,
-        start=space.start,
-        may_move=space.may_move,
-        places=tuple(joint.place for joint in lockbox.joints),
-        flip=flip,
-        budget=max_steps,
-        tell=tell,
-    )
+    return World(box=found, space=space_of(found), flip=flip, budget=max_steps, tell=tell)
 
 
 def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
-    """The policy with a spec."""
+    """The policy with a spec; an agent whose memory is not one value is refused."""
     if isinstance(agent, str):
         allow(agent)
     found = resolve(agent).make() if isinstance(agent, str) else agent
@@ -106,7 +82,7 @@ def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
 
 
 def what_is_told(modality: str | None, flip: FlipKind) -> Tell:
-    """What a modality tells; None means the default of studies, and ``outcome-only`` makes it blind."""
+    """What a modality in words tells; None means the default of studies, and ``outcome-only`` makes it blind."""
     check_choice("flip", flip, get_args(FlipKind))
     if not isinstance(modality, str | None):
         raise BadValue("modality", modality, "a text, such as symbolic")
@@ -133,8 +109,7 @@ class Boxes:
     def __init__(self, may_move: Flags, start: int, flips: Sequence[OutcomeFlip], orders: Whole) -> None:
         self._may_move, self._start, self._flips = may_move, start, flips
         self._orders = orders
-        self.configuration = np.empty(len(orders), np.int64)
-        self.positions, self.told = self.configuration.copy(), self.configuration.copy()
+        self.configuration, self.positions, self.told = np.empty((3, len(orders)), np.int64)
         self.begin(np.arange(len(orders)), orders)
 
     def begin(self, rows: Whole, orders: Whole) -> None:
@@ -146,10 +121,7 @@ class Boxes:
     def attempt(self, rows: Whole, places: Whole, drawn: Sequence[Any]) -> tuple[Whole, Flags, Flags]:
         """Attempt the joint at a place of the listing in some rows.
 
-        Args:
-            rows: Which rows.
-            places: The place in each.
-            drawn: For each flip the random numbers of its report, as :meth:`OutcomeFlip.lasting` takes them.
+        ``drawn`` are for each flip the random numbers of its report, as :meth:`OutcomeFlip.lasting` takes them.
 
         Returns:
             The joint by index in panel order, whether it moved, and the told outcome.
@@ -183,8 +155,7 @@ class _Minds:
     """
 
     def __init__(self, policy: Policy[Any], world: World) -> None:
-        self._policy, self._world = policy, world
-        self._joints = len(world.places)
+        self._policy, self._world, self._joints = policy, world, world.space.joints
         self._minds: list[_Mind] = []
         self._numbers: dict[tuple[View, Hashable], int] = {}
         self._after: dict[int, int] = {}
@@ -192,7 +163,7 @@ class _Minds:
     def begin(self, orders: Whole) -> Whole:
         """The mind before the first step of each row."""
         panel = self._policy.heeds_panel
-        seen = orders if panel else np.argmax(orders == self._world.target, axis=1)[:, None]
+        seen = orders if panel else np.argmax(orders == self._world.space.target, axis=1)[:, None]
         _, first, rows = np.unique(seen, axis=0, return_index=True, return_inverse=True)
         views = [self._world.view(tuple(order), panel=panel) for order in orders[first].tolist()]
         begun = np.array([self._number(view, self._policy.begin(view)) for view in views])
@@ -238,11 +209,9 @@ class Played:
     """The outcomes of trials, one a row.
 
     Attributes:
-        solved: Whether the target moved, shape (trials,).
-        steps: Steps played, shape (trials,).
+        solved, steps: Whether the target moved, and the steps played, shape (trials,).
         actions: Joints attempted, by index in panel order, -1 after the end, shape (trials, budget).
-        moved: Whether each joint moved, the same shape; False after the end.
-        told_moved: The reported outcomes, the same shape.
+        moved, told_moved: Whether each joint moved, and is reported to have, the same shape; False after the end.
     """
 
     solved: Flags
@@ -253,29 +222,23 @@ class Played:
 
 
 def play(policy: Policy[Any], world: World, orders: Whole, *, seed: int, repetition: int, first: int = 1) -> Played:
-    """Play trials of a study.
+    """Play trials of a study, the ``first`` of which has this number, from 1.
 
-    Args:
-        policy: Who plays.
-        world: The box and what is told.
-        orders: The joints, by index in panel order, as each trial lists them, shape (trials, joints).
-        seed: Of the study.
-        repetition: Of the study, from 1.
-        first: Number of the first trial, from 1.
+    ``orders`` are the joints, by index in panel order, as each trial lists them, shape (trials, joints).
     """
-    trials, flip = len(orders), world.flip
+    trials, flip, space = len(orders), world.flip, world.space
     found = Played(
         np.zeros(trials, bool),
         np.full(trials, world.budget, np.int32),
         np.full((trials, world.budget), -1, np.int8),
         *(np.zeros((trials, world.budget), bool) for _ in range(2)),
     )
-    boxes, minds = Boxes(world.may_move, world.start, [flip], orders.copy()), _Minds(policy, world)
+    boxes, minds = Boxes(space.may_move, space.start, [flip], orders.copy()), _Minds(policy, world)
     start, mind, rows = boxes.told.copy(), minds.begin(orders), np.arange(trials)
     for step in range(1, world.budget + 1):
-        luck = partial(numbers, world.name, seed=seed, repetition=repetition, trial=first + rows, step=step)
+        luck = partial(numbers, world.box.name, seed=seed, repetition=repetition, trial=first + rows, step=step)
         places = minds.choose(mind, luck("agent")[:, 0])
-        count = flip.numbers(len(world.places))
+        count = flip.numbers(space.joints)
         drawn = luck(f"{flip.stream}-0", places=count).T if flip.p else np.ones((count, 1))
         last = boxes.told[rows]
         joints, moved, outcome = boxes.attempt(rows, places, [drawn])
@@ -283,7 +246,7 @@ def play(policy: Policy[Any], world: World, orders: Whole, *, seed: int, repetit
         said = ((told ^ last) >> places & 1).astype(bool) if world.states_only else outcome
         at = (rows, step - 1)
         found.actions[at], found.moved[at], found.told_moved[at] = joints, moved, said
-        done = moved & (joints == world.target)
+        done = moved & (joints == space.target)
         found.solved[rows[done]], found.steps[rows[done]] = True, step
         on = ~done
         rows = rows[on]

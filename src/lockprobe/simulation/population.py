@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lockprobe.agents.policy import Policy
 from lockprobe.boxes.box import Lockbox, Shuffle
-from lockprobe.boxes.families import DEFAULT_BOX, find_box
+from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
@@ -34,9 +34,7 @@ PIECE = 8_192
 class Population(Played):
     """The outcomes of many trials of one agent under one condition; columns have one row per trial.
 
-    Attributes:
-        agent: Agent spec, or the name of its class.
-        world: The box, its reports and the budget.
+    ``agent`` is its spec, or the name of its class; ``world`` has the box, its reports and the budget.
     """
 
     agent: str
@@ -80,6 +78,9 @@ def population(
     Trial i equals ``run_trial(..., trial=i)``, action by action and report by report (rows start at 0, trials at 1).
     The layout of the panel is fixed.
 
+    >>> population("round-robin", trials=100).success
+    1.0
+
     Args:
         agent: Spec of an agent that is a policy, or a policy.
         box: Name of a box, path of a TOML file, or a box.
@@ -91,12 +92,6 @@ def population(
         repetition: Repetition of the study, from 1.
         max_steps: Budget in steps.
         shuffle: How often the order of the list is drawn: in every ``trial``, once for the ``study``, ``never``.
-
-    Raises:
-        UserMistake: If a name does not exist, or a value is out of range.
-
-    >>> population("round-robin", trials=100).success
-    1.0
     """
     check_choice("shuffle", shuffle, get_args(Shuffle))
     check_whole("trials", trials, 1)
@@ -110,7 +105,7 @@ def population(
     parts = []
     for first in range(1, trials + 1, PIECE):
         rows = np.arange(first, min(first + PIECE, trials + 1))
-        orders = _orders(find_box(box), shuffle, seed, repetition, rows)
+        orders = _orders(world.box, shuffle, seed, repetition, rows)
         parts.append(play(policy, world, orders, seed=seed, repetition=repetition, first=first))
     return Population(
         **{one.name: np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Played)},

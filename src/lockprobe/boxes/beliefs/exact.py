@@ -34,7 +34,7 @@ def can_plan(interlocks: Interlocks) -> bool:
 
 @cache
 def planner(interlocks: Interlocks) -> Planner:
-    """The planner of these interlocks, with a cache of its results."""
+    """The planner of these interlocks, with a cache of its results; ``BadValue`` if there are too many."""
     if not can_plan(interlocks):
         raise BadValue(
             "plan steps, told the truth",
@@ -53,8 +53,7 @@ open), and the others with the unchanged configuration."""
 class Planner:
     """Minimum expected steps if every report is true. A set of interlocks is a number with bit s for interlock s.
 
-    Args:
-        interlocks: The interlocks of a prior. Each set passed to a method must be solvable from its configuration.
+    Each set passed to a method must be solvable from its configuration.
     """
 
     def __init__(self, interlocks: Interlocks) -> None:

@@ -94,11 +94,8 @@ def information(belief: Belief) -> Floats:
 def _gained(mass: Floats, news: NDArray[np.int64], n: int) -> Floats:
     """Mutual information terms: entropy of the observation minus joint entropy, unnormalised, shape (2n,).
 
-    Args:
-        mass: Probability of each reading, interlock and report ("moved" of each joint, then "blocked"), shape
-            (readings, interlocks, 2n).
-        news: The positions shown, of the same shape.
-        n: Number of joints.
+    ``mass`` is the probability of each reading, interlock and report ("moved" of each joint, then "blocked"), shape
+    (readings, interlocks, 2n), and ``news`` are the positions shown, of the same shape.
     """
     columns = np.arange(2 * n)
     if len(mass) > 1:  # equal under both readings: one observation

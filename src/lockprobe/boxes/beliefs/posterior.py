@@ -63,10 +63,8 @@ Floats = NDArray[np.float64]
 class Noise:
     """An observer's model of reports.
 
-    Attributes:
-        name: ``naive``, ``aware`` or a number.
-        p: Probability that a report is false, [0, 1]; None if the observer infers it.
-        kinds: The possible readings: one, or those that invert the same.
+    ``p`` is the probability that a report is false, [0, 1], or None if the observer infers it. There is one kind of
+    reading, or there are those that invert the same.
     """
 
     name: str
@@ -80,11 +78,9 @@ class Noise:
 
 
 def noise_model(name: str, reading: KnownReading = "outcomes") -> Noise:
-    """A noise model by name.
+    """A noise model by name: ``naive``, ``aware``, or a flip probability from 0 to 1; 0 is ``naive``.
 
-    Args:
-        name: ``naive``, ``aware``, or a flip probability from 0 to 1; 0 is ``naive``.
-        reading: The reading of a false report that the observer was told; a naive observer ignores it.
+    ``reading`` is that of a false report that the observer was told; a naive observer ignores it.
     """
     try:
         p = None if name == "aware" else 0.0 if name == "naive" else float(name)
@@ -99,13 +95,10 @@ def noise_model(name: str, reading: KnownReading = "outcomes") -> Noise:
 
 @dataclass(frozen=True, slots=True)
 class ReportedAttempt:
-    """One report, with joints as numbers.
+    """One report on an attempt, with joints as numbers, and whether it moved by the report or by its positions.
 
-    Attributes:
-        joint: The joint attempted.
-        moved: Whether it moved, according to the report or to the reported positions.
-        positions: The configuration as told afterwards; None where positions are not told.
-        states_only: Whether positions are told and no outcomes.
+    ``positions`` are the configuration as told afterwards, None where positions are not told; with ``states_only`` they
+    are told and no outcomes.
     """
 
     joint: int
@@ -119,12 +112,9 @@ class Belief:
     """An observer's belief at one moment. Beliefs with the same consequences are equal, whatever their history.
 
     Attributes:
-        interlocks: The interlocks of the prior.
-        noise: The model of reports.
         possible: Whether the reports are possible, by reading and interlock, shape (kinds, interlocks).
         configuration: The configuration under each interlock, shape (interlocks,).
-        false: The number of false reports under each interlock, of the same shape.
-        weights: The posterior probability of every interlock, of the same shape.
+        false, weights: The number of false reports under each, and its posterior probability, of the same shape.
         told: Reports since the beginning or the last restart.
         positions: The configuration as told last; None where positions are not told.
         states_only: Whether the last report told positions and no outcome; False before the first.

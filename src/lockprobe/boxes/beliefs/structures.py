@@ -43,8 +43,6 @@ class Interlocks:
     """The interlocks of one prior over n joints.
 
     Attributes:
-        prior: Name of the prior.
-        joints: Number of joints n.
         needs: The condition of every joint, one tuple of n per interlock.
         asks: Bit mask of the joint that a condition reads, shape (interlocks, n); 0 for a free joint.
         finds: The value that the masked bit must have, of the same shape.
@@ -63,14 +61,7 @@ class Interlocks:
         return len(self.needs)
 
     def may_move(self, configuration: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Whether each joint may move in the configuration under each interlock.
-
-        Args:
-            configuration: One configuration per interlock, shape (..., interlocks).
-
-        Returns:
-            Shape (..., interlocks, n).
-        """
+        """Whether each joint may move in the configuration of each interlock: from (..., interlocks) to (..., n)."""
         allowed: NDArray[np.bool_] = (configuration[..., None] & self.asks) == self.finds
         return allowed
 
