@@ -2,7 +2,6 @@
 
 import sys
 
-import forked
 import pytest
 import strangers
 
@@ -23,7 +22,6 @@ from lockprobe.foundation.plugins import (
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.measures import find_measure
-from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
@@ -206,20 +204,3 @@ def test_nothing_of_others_runs_where_none_may():
             with pytest.raises(BadValue, match="no other code runs here"):
                 USES[kind](spec)
     assert USES["agent"]("python:strange:First").facts == {"place": 0}
-
-
-def test_a_study_is_run_with_what_a_module_here_has(tmp_path):
-    """A command line names a module in the working directory; workers import it too, and the study is resumed."""
-    (tmp_path / "mine.py").write_text(strangers.WORKING, "utf-8")
-    command = [
-        "run", "flips", "--agent", "python:mine:First", "--agent", "random",
-        "--plant", "python:mine:Plain", "--box", "python:mine:gate?size=5", "--p", "0", "--trials", "2",
-        "--repetitions", "1", "--workers", "2", "--no-report", "--out", "d",
-    ]  # fmt: skip
-    for _ in range(2):
-        done = forked.run(command, cwd=tmp_path, timeout=120)
-        assert done.returncode == 0, done.stderr
-    records = load(tmp_path / "d")
-    assert {(trial.agent, trial.box) for trial in records} == {("python:mine:First", "gate-5"), ("random", "gate-5")}
-    assert len(records) == 4
-    assert all(trial.plant["force"] == 1.5 and trial.steps[0].sensed == {"force": 1.5} for trial in records)

@@ -17,21 +17,6 @@ from lockprobe.trial.record import Moment, Percept, Task
 TASK = Task(joints=("B", "A"), target="A", budget=20)
 
 
-@pytest.mark.parametrize(
-    ("percept", "text"),
-    [
-        (Percept(positions=(True, False)), "At 1: B."),  # in the listed order
-        (Percept(positions=(False, False)), "At 1: none."),
-        (Percept(joint="A", outcome="moved", positions=(True, True)), "A moved. At 1: B, A."),
-        (Percept(joint="A", outcome="blocked", positions=(True, False)), "A did not move. At 1: B."),
-        (Percept(joint="B", outcome="blocked"), "B did not move."),
-        (Percept(), ""),
-    ],
-)
-def test_a_report_in_words(percept, text):
-    assert TextChannel().perceive(percept, (), TASK, np.random.default_rng(1)).text == text
-
-
 FORMS, TELLS = ("words", "json", "table"), ("state", "outcome", "both")
 LABELS = ("B", "D", "A", "C", "E")
 EARLIER = (Moment(was=Percept(), told=Percept()),)

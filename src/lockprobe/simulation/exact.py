@@ -10,11 +10,10 @@ and from it the success rate in the limit of infinitely many trials. Larger stat
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import permutations
-from math import nan
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
@@ -46,16 +45,10 @@ class Propagation:
 
     Attributes:
         solved: Probability that the box is solved by step 0, 1, ..., shape (budget + 1,).
-        apart: Probability that the reported configuration is not the true one after step 0, 1, ..., given that the
-            trial goes on, shape (budget + 1,); 0 if no trial goes on. None where positions are not told.
-        false_outcomes: Share of all reports whose outcome, told or inferred by comparing two reports, is the opposite
-            of the true one, [0, 1]. Only reports in trials that go on count; NaN if there is none.
         states: Number of states met, over all listings. A state counts twice if the flip leaves some steps out.
     """
 
     solved: tuple[float, ...]
-    apart: tuple[float, ...] | None
-    false_outcomes: float
     states: int
 
     @property
@@ -112,21 +105,13 @@ def propagate(
     policy, world = policy_of(agent), world_of(box, flip=acting, max_steps=max_steps, tell=tell)
     panel = tuple(range(world.space.joints))
     orders = list(permutations(panel)) if listing == "shuffled" and heeds_order(policy) else [panel]
-    solved, apart, states = [0.0] * (world.budget + 1), [0.0] * (world.budget + 1), 0
-    given = false = 0.0
+    solved, states = [0.0] * (world.budget + 1), 0
     for order in orders:
         chain = _MarkovChain(policy, world, order, most_states - states)
-        for step, (done, differs) in enumerate(chain.run()):
+        for step, done in enumerate(chain.run()):
             solved[step] += done / len(orders)
-            apart[step] += differs / len(orders)
-        given, false, states = given + chain.given, false + chain.false, states + len(chain.onward)
-    shares = tuple(part / (1 - done) if 1 - done > _ROUNDING else 0.0 for part, done in zip(apart, solved, strict=True))
-    return Propagation(
-        solved=tuple(solved),
-        apart=None if world.tell == "outcome" else shares,
-        false_outcomes=false / given if given else nan,
-        states=states,
-    )
+        states += len(chain.onward)
+    return Propagation(solved=tuple(solved), states=states)
 
 
 def heeds_order(policy: Policy[Any]) -> bool:
@@ -149,53 +134,36 @@ class _State(NamedTuple):
     memory: Hashable
 
 
-class _Onward(NamedTuple):
-    """All that can follow a state: the next states by number, and the probability that the next step ...
-
-    ... solves the box, reports wrong positions, or reports a false outcome.
-    """
-
-    goals: tuple[tuple[int, float], ...]
-    solved: float
-    apart: float
-    false: float
-
-
 class _MarkovChain:
     """The Markov chain of one policy under one order of the listing: its states and transition probabilities.
 
     Attributes:
-        onward: What can follow each state met, by its number, and whether the flip falls on the step.
-        given: Expected number of reports, after a run.
-        false: Expected number of reports whose outcome is false.
+        onward: What can follow each state met, by its number, and whether the flip falls on the step: the probability
+            that the next step solves the box, and those of the next states by number.
     """
 
     def __init__(self, policy: Policy[Any], world: World, order: tuple[int, ...], most_states: int) -> None:
-        self.onward: dict[tuple[int, bool], _Onward] = {}
-        self.given = self.false = 0.0
+        self.onward: dict[tuple[int, bool], tuple[float, Mapping[int, float]]] = {}
         self._numbers: dict[_State, int] = {}  # states are compared once and then known by number
         self._states: list[_State] = []
         self._policy, self._world, self._order, self._most = policy, world, order, most_states
         self._view, self._space = world.view(order), world.space
         self._may_move = world.space.may_move.tolist()
 
-    def run(self) -> Iterator[tuple[float, float]]:
-        """After step 0, 1, ...: P(solved), and P(not solved, and the reported positions are wrong)."""
+    def run(self) -> Iterator[float]:
+        """The probability that the box is solved after step 0, 1, ..."""
         solved, running = 0.0, {self._number(_State(0, 0, 0, self._policy.begin(self._view))): 1.0}
-        yield solved, 0.0
+        yield solved
         for step in range(1, self._world.budget + 1):
             after: dict[int, float] = defaultdict(float)
-            apart, falls = 0.0, self._world.flip.falls_on(step)
+            falls = self._world.flip.falls_on(step)
             for state, mass in running.items():
-                onward = self._follow(state, falls=falls)
-                solved += mass * onward.solved
-                apart += mass * onward.apart
-                self.given += mass * (1 - onward.solved)
-                self.false += mass * onward.false
-                for goal, chance in onward.goals:
+                opens, goals = self._follow(state, falls=falls)
+                solved += mass * opens
+                for goal, chance in goals.items():
                     after[goal] += mass * chance
             running = after
-            yield solved, apart
+            yield solved
 
     def _number(self, state: _State) -> int:
         number = self._numbers.setdefault(state, len(self._states))
@@ -203,49 +171,30 @@ class _MarkovChain:
             self._states.append(state)
         return number
 
-    def _follow(self, state: int, *, falls: bool) -> _Onward:
+    def _follow(self, number: int, *, falls: bool) -> tuple[float, Mapping[int, float]]:
         """What can follow a state; ``falls`` says whether the flip can invert the next report."""
-        if (state, falls) not in self.onward:
-            if len(self.onward) >= self._most:
-                raise BadValue(
-                    f"states of {type(self._policy).__name__} on {self._world.box.name}",
-                    f"more than {self._most}",
-                    "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
-                )
-            goals: dict[int, float] = defaultdict(float)
-            solved = apart = false = 0.0
-            for goal, chance, wrong, untrue in self._expand(self._states[state], falls=falls):
-                if goal is None:
-                    solved += chance
-                    continue
-                goals[self._number(goal)] += chance
-                apart += chance * wrong
-                false += chance * untrue
-            self.onward[state, falls] = _Onward(tuple(goals.items()), solved, apart, false)
-        return self.onward[state, falls]
-
-    def _expand(self, state: _State, *, falls: bool) -> Iterator[tuple[_State | None, float, bool, bool]]:
-        """The next states (None if the box is solved) with their probabilities.
-
-        With each, whether its report tells wrong positions, and whether it tells a false outcome.
-        """
-        world, flip = self._world, self._world.flip
+        if (found := self.onward.get((number, falls))) is not None:
+            return found
+        if len(self.onward) >= self._most:
+            raise BadValue(
+                f"states of {type(self._policy).__name__} on {self._world.box.name}",
+                f"more than {self._most}",
+                "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
+            )
+        state, flip, opens, goals = self._states[number], self._world.flip, 0.0, dict[int, float]()
         for place, chance in enumerate(self._policy.probabilities(self._view, state.memory)):
             joint = self._order[place]
             moved = self._may_move[state.configuration ^ self._space.start][joint]
             if not chance or (moved and joint == self._space.target):
-                if chance:
-                    yield None, chance, False, False
+                opens += chance
                 continue
-            configuration = state.configuration ^ moved << joint
             lie = flip.p if falls and flip.only in ("any", "moved" if moved else "blocked") else 0.0
             for inverted, share in ((True, lie), (False, 1 - lie)):
                 for others, part in self._others(state.wrong, joint, falls=falls) if share else ():
-                    told, wrong = self._told(state, configuration, place, moved, others, inverted=inverted)
-                    memory = self._policy.remember(self._view, state.memory, told)
-                    heeded = wrong if flip.keep or flip.inverts == "outcome" else 0
-                    goal = _State(configuration, heeded, configuration ^ wrong if world.states_only else 0, memory)
-                    yield goal, chance * share * part, wrong != 0, told.moved != moved
+                    goal = self._number(self._told(state, place, others, moved=moved, inverted=inverted))
+                    goals[goal] = goals.get(goal, 0.0) + chance * share * part
+        self.onward[number, falls] = opens, goals
+        return opens, goals
 
     def _others(self, wrong: int, joint: int, *, falls: bool) -> list[tuple[int, float]]:
         """The joints besides the attempted one whose positions a report tells falsely, and how probably.
@@ -268,20 +217,23 @@ class _MarkovChain:
             ]
         return found
 
-    def _told(
-        self, state: _State, configuration: int, place: int, moved: bool, others: int, *, inverted: bool
-    ) -> tuple[Told, int]:
-        """A report on an attempt, and the joints whose positions it tells falsely."""
-        flip, states_only, positions = self._world.flip, self._world.states_only, self._world.tell != "outcome"
-        told, bit = configuration, 1 << self._order[place]
+    def _told(self, state: _State, place: int, others: int, *, moved: bool, inverted: bool) -> _State:
+        """The state after a report on the attempt at a place of the listing."""
+        world, flip, positions = self._world, self._world.flip, self._world.tell != "outcome"
+        bit = 1 << self._order[place]
+        told = configuration = state.configuration ^ moved * bit
         if positions:
             last = (configuration ^ others) & ~bit | (state.configuration ^ state.wrong) & bit
             lasting = others if flip.others == "noisy" else -1
             told = flip.positions(configuration, last, bit, moved=moved, flipped=inverted, lasting=lasting)
-        heard = moved != (inverted and flip.part != "position")
-        said = bool((told ^ state.compared) >> self._order[place] & 1) if states_only else heard
+        said = moved != (inverted and flip.part != "position")
+        if world.states_only:
+            said = (told ^ state.compared) & bit != 0
         shifted = _listed(told, self._order) if positions else None
-        return Told(joint=place, moved=said, shifted=shifted, states_only=states_only), told ^ configuration
+        report = Told(joint=place, moved=said, shifted=shifted, states_only=world.states_only)
+        wrong = told ^ configuration if flip.keep or flip.inverts == "outcome" else 0
+        memory = self._policy.remember(self._view, state.memory, report)
+        return _State(configuration, wrong, told if world.states_only else 0, memory)
 
 
 @lru_cache(maxsize=4096)

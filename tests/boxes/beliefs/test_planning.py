@@ -1,6 +1,5 @@
 """Plans are the best there are: against dynamic programming without shortcuts, and the exact figures of the notes."""
 
-from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
@@ -9,58 +8,11 @@ from boxes.beliefs.enumeration import histories
 
 from lockprobe.boxes.beliefs.exact import MOST_PLANNED, Planner, can_plan, planner
 from lockprobe.boxes.beliefs.planning import best_joints, expected_steps, information
-from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, update
+from lockprobe.boxes.beliefs.posterior import begin, entropy, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.foundation.errors import BadValue
 
-CHAIN = tuple((joint + 1, 1) if joint < 3 else None for joint in range(4))
 NAIVE = noise_model("naive")
-
-
-def truthful(belief, joint, true):
-    """The belief after the true report of an attempt; None once the box is open."""
-    allowed = belief.interlocks.may_move(belief.configuration)[true, joint]
-    if allowed and joint == 0:
-        return None
-    positions = int(belief.configuration[true]) ^ int(allowed) << joint
-    return update(belief, ReportedAttempt(joint, bool(allowed), positions))
-
-
-def course(prior, plan="steps"):
-    """Exact probability that chain-4 is solved at step 1, 2, ..., ties broken evenly, told the truth."""
-    known = interlocks(prior, 4)
-    true, front, solved = known.needs.index(CHAIN), {begin(known, NAIVE): 1.0}, [0.0]
-    while front:
-        later = defaultdict(float)
-        solved.append(0.0)
-        for belief, mass in front.items():
-            best = np.flatnonzero(best_joints(belief, plan))
-            for joint in best.tolist():
-                after = truthful(belief, joint, true)
-                if after is None:
-                    solved[-1] += mass / len(best)
-                else:
-                    later[after] += mass / len(best)
-        front = later
-        assert len(solved) < 30
-    return np.array(solved)
-
-
-@pytest.mark.parametrize(
-    ("prior", "mean", "by", "last"),
-    [
-        ("chains", 5.5, {4: 1 / 6, 5: 3 / 6, 6: 5 / 6, 7: 1}, 7),
-        ("single-parent", 8.5, {7: 1 / 6, 8: 3 / 6, 9: 5 / 6, 10: 1}, 10),
-        ("any-literal", 25 / 3, {6: 1 / 6, 8: 3 / 6, 9: 5 / 6, 10: 1}, 10),
-    ],
-)
-def test_steps_to_solve_the_papers_chain(prior, mean, by, last):
-    solved = course(prior)
-    assert solved.sum() == pytest.approx(1)
-    assert np.arange(len(solved)) @ solved == pytest.approx(mean)
-    assert len(solved) - 1 == last
-    for step, share in by.items():
-        assert solved[: step + 1].sum() == pytest.approx(share)
 
 
 def slow_values(known):

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from boxes.beliefs.enumeration import as_box, histories, told
+from boxes.beliefs.enumeration import histories
 
 from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
@@ -48,30 +48,6 @@ def test_the_posterior_is_that_of_enumeration(name, reading, kinds, states_only)
             assert np.allclose(belief.weights, expected, atol=1e-12)
             assert belief.moved == pytest.approx(sum(m for (_, moved), m in behind.items() if moved) / total)
             assert belief.restarts == 0
-
-
-def test_beliefs_are_calibrated():
-    """Of interlocks believed with probability x a share of x is true, and so with moves, if all is drawn from the prior."""
-    known, noise, rng = interlocks("single-parent", 4), noise_model("aware"), np.random.default_rng(5)
-    predicted, hits = [], []
-    for _ in range(300):
-        place, p = rng.integers(len(known)), rng.random()
-        kind = ("re-observed", "integrated")[rng.integers(2)]
-        joints, flips = rng.integers(0, 4, 9).tolist(), (rng.random(9) < p).tolist()
-        box = as_box(known.needs[place])
-        while (heard := told(box, kind, joints, flips)) is None:
-            joints, flips = joints[:-1], flips[:-1]
-        if not joints:
-            continue
-        belief = after(known, noise, heard[0])
-        predicted += [*belief.weights.tolist(), belief.moved]
-        hits += [*(s == place for s in range(len(known))), heard[1][-1]]
-    predicted, hits = np.array(predicted), np.array(hits)
-    for low, high in [(0, 0.01), (0.01, 0.05), (0.05, 0.2), (0.2, 0.5), (0.5, 0.9), (0.9, 1.01)]:
-        here = (predicted >= low) & (predicted < high)
-        expected, spread = predicted[here].sum(), np.sqrt((predicted[here] * (1 - predicted[here])).sum())
-        assert here.sum() > 20
-        assert abs(hits[here].sum() - expected) < 4 * spread + 1e-9
 
 
 def test_a_naive_observer_begins_again_from_the_last_report():
