@@ -8,7 +8,6 @@ from builders import SOLUTION, make_trial, play_study, played_by_people, small_s
 
 from lockprobe.statistics.course import courses
 from lockprobe.statistics.hazards import pace
-from lockprobe.statistics.people import steps_of_people, success_of_people
 
 STUDY = small_study(("participant", "random"), (0.0, 0.3, 0.6), 2, 4)
 
@@ -21,21 +20,6 @@ def person(identity, solved, *, position=1, p=0.0, trial=1, **facts):
 @pytest.fixture(scope="module")
 def played():
     return [*played_by_people(STUDY, 3), *play_study(small_study(("random",), STUDY.p, 2, 4))]
-
-
-def test_the_interval_of_success_holds_whatever_became_of_broken_trials():
-    """Twelve people, two boxes each; every fourth trial broke, as a plant may: unsolved at one end, solved at the other."""
-    whole = [person(f"{i // 2:04d}", solved=i % 3 == 0, trial=i) for i in range(24)]
-    broke = [replace(one, ending="error") if i % 4 == 1 else one for i, one in enumerate(whole)]
-    failed, opened = (
-        success_of_people(
-            [replace(one, ending="solved" if end else "budget") if one.ending == "error" else one for one in broke]
-        )
-        for end in (False, True)
-    )
-    found = success_of_people(broke)
-    assert (found.n, found.clusters) == (18, 12)
-    assert (found.low, found.high) == (failed.low, opened.high)
 
 
 def test_people_are_one_agent_and_order_does_not_matter(played):
@@ -73,13 +57,3 @@ def test_people_are_never_taken_for_blind():
     ]
     assert not courses(own)[0].blind
     assert courses([replace(trial, agent="llm:a") for trial in own])[0].blind
-
-
-def test_boxes_of_one_person_are_less_than_as_many_people():
-    """Three people, ten boxes each, who differ much: how fast people are is not known from thirty boxes."""
-    waits = [0] * 10 + [4] * 10 + [12] * 10
-    trials = [
-        make_trial((*(0,) * wait, *SOLUTION), agent=f"participant:{i // 10:04d}", trial=i + 1)
-        for i, wait in enumerate(waits)
-    ]
-    assert steps_of_people(trials, trials[0].modality)[:3] == (8, 4, 16)

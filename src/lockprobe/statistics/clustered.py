@@ -183,7 +183,7 @@ def share_of(happened: ArrayLike, player: ArrayLike, luck: ArrayLike, box: Array
         of = ((one[~unknown] if len(one) == len(events) else one) for one in (people, lucks, boxes))
         return between(share_of(events[~unknown], *of), none, every)
     if len(people):
-        return replace(crossed_proportion(events, np.ones(len(events)), people, lucks), clusters=None)
+        return crossed_proportion(events, np.ones(len(events)), people, lucks)
     names, place = np.unique(boxes, return_inverse=True)
     if len(names) > 1:
         return share_over_boxes(np.bincount(place, weights=events), np.bincount(place))

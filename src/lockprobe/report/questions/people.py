@@ -20,9 +20,9 @@ from lockprobe.report.prose import condition_words
 from lockprobe.report.rows import Course, Estimate, Results, Row
 from lockprobe.report.section import Block, Figure, Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
-from lockprobe.statistics.clustered import alike_weights
-from lockprobe.statistics.outcomes import ended
-from lockprobe.statistics.people import steps_of_people, success_of_people
+from lockprobe.statistics.clustered import alike_weights, share_of
+from lockprobe.statistics.curves import success_curve
+from lockprobe.statistics.outcomes import ended, outcomes
 from lockprobe.statistics.proportions import proportion
 from lockprobe.trial.record import Trial
 
@@ -88,7 +88,8 @@ def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str
     yield _people(quantity="people", value=len(sizes), unit="people")
     for of, boxes in (("fewest of a person", min(sizes.values())), ("most of a person", max(sizes.values()))):
         yield _people(quantity="boxes", of=of, value=boxes, unit="boxes")
-    yield from share_rows("success", success_of_people(begun), agent=PEOPLE, of=_BY_PERSON)
+    every = outcomes(begun)
+    yield from share_rows("success", share_of(every.known, every.player, every.luck), agent=PEOPLE, of=_BY_PERSON)
     alike = float(np.mean([trial.solved for trial in own] * alike_weights([trial.agent for trial in own])))
     yield _people(quantity="success", of="every person alike", value=alike, n=len(sizes))
     placed = [(at, trial.solved) for trial in own if isinstance(at := trial.facts.get("position"), int)]
@@ -104,15 +105,18 @@ def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str
 
 def _at(begun: Sequence[Trial], **place: Any) -> Iterator[Estimate]:
     """People under one condition, or in one modality over all conditions."""
-    own = ended(begun)
-    yield _people(quantity="people", **place, value=len({trial.agent for trial in own}), unit="people")
-    yield from share_rows("success", success_of_people(begun), agent=PEOPLE, **place, of=_BY_PERSON)
-    of = {**place, "of": _BY_PERSON, "unit": "steps", "n": len(own)}
-    median, low, high, mean = steps_of_people(own, place["modality"], place.get("condition", ""))
+    every = outcomes(begun)
+    yield _people(quantity="people", **place, value=len({*every.ended.player.tolist()}), unit="people")
+    yield from share_rows(
+        "success", share_of(every.known, every.player, every.luck), agent=PEOPLE, **place, of=_BY_PERSON
+    )
+    curve = success_curve(every)
+    of = {**place, "of": _BY_PERSON, "unit": "steps", "n": curve.n}
+    median, (low, high) = curve.steps_to(0.5), curve.steps_to_interval(0.5)
     note = _BEYOND if median is None else "open high" if high is None and low is not None else ""
     half = {"of": f"half, {_BY_PERSON}", "value": median, "low": low, "high": high, "note": note}
     yield _people(quantity="steps_to_solve", **of | half)
-    yield _people(quantity="mean_steps_all", **of, value=mean)
+    yield _people(quantity="mean_steps_all", **of, value=curve.restricted_mean_steps)
 
 
 def _flow_said(found: Results) -> Iterator[str]:
@@ -233,9 +237,9 @@ _FIGURE = Figure(
 _NOTE = Note(
     "Median steps: Kaplan-Meier estimates with unsolved trials censored at the budget; in means they count with the "
     "whole budget. Later boxes include only people who stayed; those who left early have no trials for the others.",
-    "Intervals of success are clustered by person and block, those of steps resample people with all their boxes, and "
-    "blocks of trials: each end is the wider of the two. Of the first, second, … box they are Wilson intervals; all "
-    "are of the boxes that were played, not of others like them.",
+    "Intervals of success are clustered by person and block, and so is the band of the curve by which half of the "
+    "trials are solved. Of the first, second, … box they are Wilson intervals; all are of the boxes that were played, "
+    "not of others like them.",
     Markup(
         "<p>In other tables, people are one agent, <code>participant</code>. Each trial was played by one person, and "
         "another person may have played the same trial under another condition. Tests of conditions cluster trials by "
