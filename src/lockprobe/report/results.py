@@ -109,7 +109,10 @@ def _design(numbers: StudyNumbers) -> Design:
         ),
         players=tuple(players),
         axes=(*_flip_axes(numbers), *_other_axes(numbers)),
-        contrasts=tuple(Contrast(name=name, of=one.of, minus=one.minus) for name, one in study.contrasts.items()),
+        contrasts=tuple(
+            Contrast(name=name, of=one.of, minus=one.minus, measure=one.measure)
+            for name, one in study.contrasts.items()
+        ),
         flip_kind=study.flip_kind,
     )
 

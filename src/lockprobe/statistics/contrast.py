@@ -7,22 +7,25 @@ the agents that are judged together: those that the study is about, or baselines
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.blocks import blocks_of, contrast
-from lockprobe.statistics.clustered import share_of
+from lockprobe.statistics.blocks import TIE, blocks_of, contrast
+from lockprobe.statistics.clustered import share_of, student
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.design import Crossed, Design, Factor
 from lockprobe.statistics.differences import DifferenceAt, each_difference
 from lockprobe.statistics.every_look import share_at_every_look
 from lockprobe.statistics.idle import idle_interventions
-from lockprobe.statistics.outcomes import Outcomes, plays_alike
+from lockprobe.statistics.misinterpretation import claims
+from lockprobe.statistics.outcomes import Outcomes, ended, plays_alike
 from lockprobe.statistics.proportions import Difference
 from lockprobe.trial.condition import Contrast
 from lockprobe.trial.record import Trial
@@ -72,31 +75,59 @@ class Effect(NamedTuple):
 
 def declared(
     cells: Cells, contrasts: Mapping[str, Contrast], design: Design
-) -> Iterator[tuple[str, str, int, tuple[Difference, Difference, Difference]]]:
+) -> Iterator[tuple[str, str, int, list[Difference]]]:
     """What a study asks of each agent that has trials under all conditions of a contrast, in blocks of equal luck.
 
     All contrasts of all agents that the study is about are one family, and those of baselines another. A condition in
     which nothing was changed is in no contrast; people, whose boxes lie in several blocks, have none.
 
     Yields:
-        Agent, name of the contrast, how many are judged together, and mean success under the conditions of one side
-        minus that under those of the other, followed by both in the blocks that count; of several conditions these are
-        without interval.
+        Agent, name of the contrast, how many are judged together, and the mean under the conditions of one side minus
+        that under those of the other. Of success it is followed by both in the blocks that count; of several conditions
+        these are without interval.
     """
     cells = acting(cells, design)
     asked = []
     for agent, (name, one) in product(design.agents, contrasts.items()):
         labels = {*one.of, *one.minus}
-        own = {label: cells[agent, label].outcomes for label in labels if (agent, label) in cells}
-        if own.keys() >= labels and not any(cell.ended.crossed for cell in own.values()):
+        own = {label: cells[agent, label] for label in labels if (agent, label) in cells}
+        if own.keys() >= labels and not any(cell.outcomes.ended.crossed for cell in own.values()):
             asked.append((agent, is_baseline(design.spec_of(agent)), name, one, own))
     sizes = Counter(baseline for _, baseline, *_ in asked)
     for agent, baseline, name, one, own in asked:
-        weights = dict.fromkeys(one.of, len(one.minus)) | dict.fromkeys(one.minus, -len(one.of))
-        factor = 1 / (len(one.of) * len(one.minus))
-        change = contrast(own, weights, factor=factor, choices=sizes[baseline])
-        if change.n:
-            yield agent, name, sizes[baseline], (change, _share(own, one.of), _share(own, one.minus))
+        if one.measure == "misreading":
+            found = [_misread(own, one, sizes[baseline])]
+        else:
+            weights = dict.fromkeys(one.of, len(one.minus)) | dict.fromkeys(one.minus, -len(one.of))
+            factor, groups = 1 / (len(one.of) * len(one.minus)), {label: cell.outcomes for label, cell in own.items()}
+            change = contrast(groups, weights, factor=factor, choices=sizes[baseline])
+            found = [change, *(_share(groups, side) for side in (one.of, one.minus))] if change.n else [change]
+        if found[0].n:
+            yield agent, name, sizes[baseline], found
+
+
+def _misread(cells: Mapping[str, Cell], asked: Contrast, choices: int) -> Difference:
+    """Misreading under some conditions less that under others, over the blocks that have statements under all of them.
+
+    With Student's interval and P value, both corrected (Bonferroni); none if all blocks are alike.
+    """
+    by_block = [
+        {(one.repetition, one.trial): [said.false_belief for said in claims(one)] for one in ended(cells[label].trials)}
+        for label in (*asked.of, *asked.minus)
+    ]
+    shared = set.intersection(*map(set, by_block))
+    table = [
+        [np.mean(own[block]) for own in by_block] for block in sorted(shared) if all(own[block] for own in by_block)
+    ]
+    if not table:
+        return Difference(value=math.nan)
+    rates, sides = np.array(table), len(asked.of)
+    changes = rates[:, :sides].mean(axis=1) - rates[:, sides:].mean(axis=1)
+    n, mean = len(changes), Difference(value=float(changes.mean()), n=len(changes), clusters=len(changes))
+    if n < 2 or np.ptp(changes) < TIE:
+        return mean
+    found = student(mean, float(changes.var(ddof=1)) / n, n, most=1.0, choices=choices)
+    return replace(found, p_value=min(1.0, choices * (found.p_value or 0.0)))
 
 
 def _share(groups: Mapping[str, Outcomes], names: Sequence[str]) -> Difference:

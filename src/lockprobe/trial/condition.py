@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, ConfigDict, Field, GetPydanticSchema, PlainSerializer
 
@@ -48,15 +48,17 @@ _Labels = Annotated[tuple[Text, ...], BeforeValidator(_listed), Field(min_length
 
 @dataclass(frozen=True, slots=True)
 class Contrast:
-    """Labels of conditions: what is asked is the mean success under some, minus that under the others.
+    """Labels of conditions: what is asked is a mean under some, minus that under the others.
 
-    In a study file one label may stand without a list.
+    In a study file one label may stand without a list. The mean is of success, or of what is misread: the share of
+    statements about an attempt that contradict what happened.
     """
 
     __pydantic_config__ = ConfigDict(extra="forbid")
 
     of: _Labels
     minus: _Labels
+    measure: Literal["success", "misreading"] = "success"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

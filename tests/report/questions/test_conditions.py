@@ -1,7 +1,5 @@
 """Conditions: what each changes, doses, factors, levels and grids, as rows and as sentences."""
 
-from itertools import combinations
-
 import pytest
 from reported import found_in
 
@@ -99,29 +97,3 @@ def test_from_what_changed_nothing_nothing_is_concluded(tmp_path):
     assert "effects" not in [one.name for one in figures_of(parts_of(found))]
     found = found_in(tmp_path / "beside", study("flips", condition=[acts, "distract?p=0.3"], **more))
     assert {row.condition for row in found.against_control()} == {"distract?p=0.3"}
-
-
-PARTS = ["tremble?p=0.6", "flip?p=0.4", "nudge"]
-CONDITIONS = [" + ".join(one) for size in (1, 2, 3) for one in combinations(PARTS, size)]
-ASKED = study("flips", agent=[READER], repetitions=1, trials=12, condition=CONDITIONS)
-
-
-@pytest.fixture(scope="module")
-def factorial(tmp_path_factory):
-    return found_in(tmp_path_factory.mktemp("lab"), ASKED)
-
-
-def test_every_factor_has_an_effect_on_both_measures_and_the_page_says_which_matter(factorial):
-    rows, factors = factorial.where("factor_effect"), ["tremble.p=0.6", "flip.p=0.4", "nudge=yes"]
-    assert {(row.of, row.axis) for row in rows} == {(of, axis) for of in ("misreading", "success") for axis in factors}
-    shares = {name: factorial.one("success", agent=READER, condition=name).value for name in ("truth", *CONDITIONS)}
-    change = sum(share * (1 if "tremble" in name else -1) for name, share in shares.items()) / 4
-    row = factorial.one("factor_effect", of="success", axis="tremble.p=0.6")
-    assert row.value == pytest.approx(change)
-    assert (row.clusters, row.corrected_for) == (12, 3)
-    assert factorial.one("factor_effect", of="misreading", axis="flip.p=0.4").value > 0.2
-    assert factorial.answer == "Misreading changes with flip.p=0.4; success changes with tremble.p=0.6."
-    (part,) = [part for part in parts_of(factorial) if part.name == "factorial"]
-    assert (part.heading, part.answer) == ("Which features matter?", "2 of 4 effects detected.")
-    assert part.blocks[0][0].startswith(f"{READER}: misreading changes with flip.p=0.4 (+")
-    assert [line[2] for line in tables_of(factorial)["factorial"]][:4] == ["factor", *factors]

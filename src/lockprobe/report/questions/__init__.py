@@ -11,7 +11,7 @@ __all__ = ["all_sections"]
 
 _OWN = (
     "first_screen", "trials", "people", "places", "stopping", "contrasts", "why", "success", "boxes", "readings",
-    "crossings", "factors", "loops", "agents_compared",
+    "crossings", "loops", "agents_compared",
     "speed", "modalities", "actions", "misreading", "seen", "robot", "conditions",
     "study_design", "limits", "claims", "forks",
 )  # fmt: skip

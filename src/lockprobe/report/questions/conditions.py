@@ -20,7 +20,7 @@ from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Note, Part, Section, Table
 from lockprobe.report.study_numbers import BOUNDS, PERMUTED, StudyNumbers, measured_row, share_rows
 from lockprobe.report.table_rows import chance_said, distinct, varied
-from lockprobe.statistics.contrast import LEVELS, Effect, against_control
+from lockprobe.statistics.contrast import LEVELS, Effect, against_control, against_first
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.measures import find_measure, measured
@@ -64,6 +64,12 @@ def compared_rows(found: Iterable[Effect], numbers: StudyNumbers) -> Iterator[Es
 def _effects(numbers: StudyNumbers) -> Iterator[Row]:
     if not numbers.study.of_flips:
         yield from compared_rows(against_control(numbers.by_name, numbers.design), numbers)
+
+
+def _factors(numbers: StudyNumbers) -> Iterator[Row]:
+    """Options that are no numbers, each level against the first."""
+    if not numbers.study.of_flips:
+        yield from compared_rows(against_first(numbers.by_name, numbers.design.factors, numbers.design), numbers)
 
 
 def detected_said(rows: Sequence[Estimate], what: str) -> str:
@@ -207,5 +213,6 @@ SECTIONS = (
         name="conditions", title="All conditions", rows=_rows, show=_show, tables=(_CONDITIONS, EFFECTS, _MEASURES)
     ),
     Section(name="effects", title="Every condition against the control", rows=_effects),
+    Section(name="factors", title="Options compared", rows=_factors),
     Section(name="measures", title="Measures", rows=measure_rows),
 )

@@ -17,8 +17,7 @@ from lockprobe.report.prose import at_dose, cause
 from lockprobe.report.questions import speed, stopping, why
 from lockprobe.report.questions.boxes import boxes_said, differ_said
 from lockprobe.report.questions.conditions import EFFECTS
-from lockprobe.report.questions.contrasts import CONTRASTS
-from lockprobe.report.questions.factors import FACTORIAL, factors_said
+from lockprobe.report.questions.contrasts import CONTRASTS, misreading_said
 from lockprobe.report.questions.modalities import effect_said
 from lockprobe.report.questions.stopping import every_look_said, small_said
 from lockprobe.report.rows import Fact, Results, Row
@@ -27,7 +26,6 @@ from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.factorial import factorial_of
 from lockprobe.statistics.idle import idle_interventions, never_acted
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
@@ -44,7 +42,7 @@ _JOINTS = 6
 _NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
 
-_CHANGES, _MOST = (CONTRASTS, why.TABLE, FACTORIAL, EFFECTS), 20
+_CHANGES, _MOST = (CONTRASTS, why.TABLE, EFFECTS), 20
 """Tables of changes that the first screen shows in place of a curve, the first that has rows, and the most rows of one.
 Of more it shows what was detected, and says so. The last stands beside no list of many agents, who have it there."""
 
@@ -84,9 +82,11 @@ def _question(study: Study) -> str:
     if _asks_why(study):
         return f"Why do false reports change how agents open {box}?"
     if study.contrasts:
-        return f"Does {next(iter(study.contrasts))} change how agents open {box}?"
-    if any(factorial_of(design.shown(modality)) for modality in design.modalities):
-        return f"Which features of the scene change how agents open {box}?"
+        name, first = next(iter(study.contrasts.items()))
+        if first.measure == "misreading":
+            misread = [name for name, one in study.contrasts.items() if one.measure == "misreading"]
+            return f"Do{'es' * (len(misread) == 1)} {listed(misread, named=3)} change what agents misread of {box}?"
+        return f"Does {name} change how agents open {box}?"
     if study.of_flips and len(study.modalities) > 1 and not any(study.p):
         return f"Does what agents see change how they open {box}?"
     compared = [design.comparisons[modality] for modality in design.modalities]
@@ -165,15 +165,15 @@ def answer_of(found: Results) -> str:
     solved, broke = found.where("success", of=""), found.where("broken", of="")
     if found.progress.finished and not (solved or broke):
         return "The answer could not be computed; the sections below that are left out say why."
-    factors = found.where("factor_effect")
+    misread = found.where("misreading_difference")
     shown = [row for row in found.where("modality_effect") if row.agent in found.subjects]
     alone = bool(shown) and not found.several_p and not found.beside_flips
     if found.where("false_report_effect", of="total"):
         said = why.answer(found)
-    elif found.progress.every_look and (factors or alone):
+    elif found.progress.every_look and (misread or alone):
         said = ONE_LOOK
-    elif factors:
-        said = factors_said(factors)
+    elif misread and not any(line.cause for line in primary_lines(found)):
+        said = misreading_said(misread)
     else:
         said = effect_said(found, shown[0]) if alone else answer(found)
         nothing = found.fact("overview", "changed_nothing")
@@ -232,7 +232,7 @@ def _show(found: Results) -> Iterator[Part]:
         "axis": drawn[0].name if drawn else "",
         "stars": any(one.axis == "flip rate" for one in drawn),
         "figures": [] if drawn or listing.many else figures[:1],
-        "changes": next(filter(None, (_changes(found, table) for table in _CHANGES[: 3 if listing.many else 4])), None),
+        "changes": next(filter(None, (_changes(found, table) for table in _CHANGES[: 2 if listing.many else 3])), None),
     }
     yield Part("First screen", found.answer, [Template("first_screen", values)])
 

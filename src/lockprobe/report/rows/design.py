@@ -22,11 +22,12 @@ class Condition(Part):
 
 
 class Contrast(Part):
-    """What the study asks by itself: mean success under some conditions minus that under others."""
+    """What the study asks by itself: a mean under some conditions minus that under others."""
 
     name: str = Field(description="What the study calls it.")
     of: tuple[str, ...] = Field(description="The conditions of one side.")
     minus: tuple[str, ...] = Field(description="The conditions of the other side.")
+    measure: str = Field(default="success", description="Of what the mean is: success, or misreading.")
 
 
 class Player(Part):

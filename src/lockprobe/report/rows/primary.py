@@ -74,12 +74,12 @@ def primary_lines(found: Results) -> list[Line]:
     """A line for each agent: those that the study is about, then baselines.
 
     What is compared goes by a rule: the first contrast that the study declares; else false reports of the study of
-    controls (``why``); of many factors nothing, which have a table; else flip rates, or the doses of
+    controls (``why``); of contrasts of misreading nothing, which have a table; else flip rates, or the doses of
     the first other axis; else single conditions; else nothing. Of several doses or conditions it is the one with the
     smallest P value, of equal ones the largest difference: intervals and P values are corrected for that choice.
     """
     lines = list(_declared(found)) or list(_of_controls(found))
-    if not lines and found.where("factor_effect"):
+    if not lines and found.where("misreading_difference"):
         lines = [replace(line, second=None, change=None, under="") for _, line in _of_conditions(found)]
     if not lines:
         others = [axis for axis in found.design.axes if not axis.of_flips]

@@ -202,8 +202,8 @@ class StudyOptions(BaseModel):
     contrasts: Annotated[
         Annotated[dict[str, Contrast], Field(max_length=64)] | None,
         _about(
-            "What is asked, by its name: mean success under the conditions of one list minus that under the conditions "
-            "of another; a table of a study file, or a dict in Python (none).",
+            "What is asked, by its name: mean success, or misreading, under the conditions of one list minus that "
+            "under the conditions of another; a table of a study file, or a dict in Python (none).",
         ),
     ] = None
     sweep: Annotated[
