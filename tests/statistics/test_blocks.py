@@ -10,10 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import norm
 
-from lockprobe.statistics.blocks import FEWEST, at_one_dose, block_mean, blocks_of, crossed_mean, sign_flip
+from lockprobe.statistics.blocks import FEWEST, at_one_dose, blocks_of, crossed_mean, exchanged, rare_block, sign_flip
 from lockprobe.statistics.outcomes import BlockOrder, outcomes
 from lockprobe.statistics.pairs import paired
-from lockprobe.statistics.steps import rare_block
 
 
 @given(st.lists(st.integers(-7, 7), min_size=1, max_size=9))
@@ -26,7 +25,7 @@ def test_copies_of_a_column_are_no_more_than_one_and_one_is_mcnemars_test():
     rng = np.random.default_rng(2)
     first, second = rng.random(40) < 0.4, rng.random(40) < 0.7
     column, mcnemar = (second * 1.0 - first)[:, None], paired(first, second)
-    once, often = block_mean(column, unit=1.0), block_mean(np.tile(column, 7), unit=1.0)
+    once, often = exchanged(column, unit=1.0), exchanged(np.tile(column, 7), unit=1.0)
     for found in (once, often):
         assert (found.value, found.p_value, found.clusters) == pytest.approx((mcnemar.value, mcnemar.p_value, 40))
         assert (found.low, found.high) == pytest.approx((mcnemar.low, mcnemar.high), abs=0.05)
@@ -35,9 +34,9 @@ def test_copies_of_a_column_are_no_more_than_one_and_one_is_mcnemars_test():
 
 def test_missing_pairs_are_in_no_number():
     differences = np.array([[1.0, np.nan], [np.nan, np.nan], [0.0, 1.0], [-1.0, 0.0]])
-    found = block_mean(differences, unit=1.0)
+    found = exchanged(differences, unit=1.0)
     assert (found.n, found.clusters, found.value) == (5, 3, pytest.approx(0.2))
-    assert block_mean(np.full((3, 2), np.nan), unit=1.0).p_value is None
+    assert exchanged(np.full((3, 2), np.nan), unit=1.0).p_value is None
     one = outcomes([make_trial([3, 2, 1, 0], p=0.0), make_trial([0], p=0.3, trial=2, broken="model")])
     blocks = blocks_of([one.ended, outcomes([make_trial([0] * 20, p=0.3, trial=2)])])
     assert np.isnan(blocks.solved).tolist() == [[False, True], [True, False]]
@@ -78,18 +77,16 @@ def test_at_one_dose_whole_people_are_exchanged():
 def exchanged_over_doses(rng):
     """An agent's trials go alike at every dose."""
     one, two = (np.repeat(rng.random((30, 1)) < 0.5, 7, axis=1) * 1.0 for _ in range(2))
-    return block_mean(two - one, unit=1.0)
+    return exchanged(two - one, unit=1.0)
 
 
-def people_who_differ(rng, exchange=False):
+def people_who_differ(rng):
     """Thirty people differ much from each other, and each plays seven boxes."""
     seat = np.array([[(block - column) % 30 for column in range(7)] for block in range(30)])
     luck = np.repeat(np.arange(30)[:, None], 7, axis=1)
     people = 0.8 * rng.standard_normal(30)[seat] + 0.6 * rng.standard_normal(seat.shape) > 0
     apart = people * 1.0 - (rng.random(seat.shape) < 0.5)
-    return (
-        block_mean(apart, unit=1.0) if exchange else crossed_mean(apart.ravel(), luck.ravel(), seat.ravel(), unit=1.0)
-    )
+    return crossed_mean(apart.ravel(), luck.ravel(), seat.ravel(), unit=1.0)
 
 
 def able_people_who_stay(rng):
@@ -104,8 +101,8 @@ def able_people_who_stay(rng):
     return crossed_mean(solved - (rng.random(len(who)) < 0.5) * 1.0, np.arange(len(who)), who, unit=1.0)
 
 
-def rejections(world, studies, **more):
-    found = [world(np.random.default_rng([seed, 9]), **more) for seed in range(studies)]
+def rejections(world, studies):
+    found = [world(np.random.default_rng([seed, 9])) for seed in range(studies)]
     return sum(one.clear and one.p_value < 0.05 for one in found)
 
 
@@ -135,7 +132,7 @@ def test_an_agent_with_rare_long_trials_is_not_called_faster(budget, blocks, slo
         first = rng.integers(5, 8, size=(blocks, 7)) * 1.0
         stuck = rng.random((blocks, 1)) < slow
         second = np.where(stuck, budget, np.floor(usual + rng.random((blocks, 7))) + rng.integers(-1, 2, (blocks, 7)))
-        rare = rare_block(first.mean(), second.mean(), budget, min(first.min(), second.min()))
-        found = block_mean(second - first, unit=float(budget), rare=rare)
+        rare = rare_block(first, second, budget)
+        found = exchanged(second - first, unit=float(budget), rare=rare)
         wrong += found.clear and found.p_value < 0.05
     assert wrong / 200 <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 200)

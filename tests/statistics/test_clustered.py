@@ -10,7 +10,6 @@ from lockprobe.statistics.clustered import (
     FEWEST_BOXES,
     clustered_difference,
     clustered_proportion,
-    crossed_proportion,
     share_of,
     share_over_boxes,
 )
@@ -58,7 +57,7 @@ def ends(counts, sizes):
 def test_where_all_or_none_succeed_a_cluster_counts_as_one_trial(copies, success):
     sizes = np.full(30, copies)
     assert ends(sizes * success, sizes) == pytest.approx(ends(np.full(30, success), np.ones(30)))
-    both = crossed_proportion(np.full(30 * copies, success), np.ones(30 * copies), np.arange(30 * copies) // copies,
+    both = clustered_proportion(np.full(30 * copies, success), np.ones(30 * copies), np.arange(30 * copies) // copies,
                               np.arange(30 * copies))  # fmt: skip
     assert (both.low, both.high) == pytest.approx(ends(sizes * success, sizes))
 
@@ -77,7 +76,7 @@ def test_a_share_of_one_condition_is_wilsons_for_agents_and_knows_people():
     solved = np.repeat([True, True, False, False], 5)
     luck, person = np.arange(20), np.repeat(list("abcd"), 5)
     assert share_of(solved, np.empty(0, dtype=np.str_), luck) == proportion(10, 20)
-    found, crossed = share_of(solved, person, luck), crossed_proportion(solved, np.ones(20), person, luck)
+    found, crossed = share_of(solved, person, luck), clustered_proportion(solved, np.ones(20), person, luck)
     assert (found.count, found.n, found.low, found.high) == (10, 20, crossed.low, crossed.high)
     assert found.low < proportion(10, 20).low
 
@@ -101,7 +100,7 @@ def test_the_interval_holds_the_truth_though_those_who_fail_leave(people, boxes,
     held = []
     for seed in range(150):
         who, solved = left_after_failures(np.random.default_rng([seed, people]), people, boxes, leaves)
-        found = crossed_proportion(solved, np.ones(len(who)), who, np.arange(len(who)))
+        found = clustered_proportion(solved, np.ones(len(who)), who, np.arange(len(who)))
         held.append(found.low <= 0.5 <= found.high)
     assert np.mean(held) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 150)
 

@@ -20,11 +20,10 @@ SAMPLE = st.tuples(st.floats(-1, 1), st.floats(0.01, 2), st.integers(2, 40))
 
 
 @given(SHARES, st.integers(1, 500), st.floats(-30, 30))
-def test_students_and_the_normal_distribution(share, freedom, value):
+def test_students_distribution(share, freedom, value):
     assert distributions.student_quantile(share, freedom) == pytest.approx(stats.t.ppf(share, freedom), rel=1e-12)
     tails = distributions.student_tails([value, -value], freedom)
     assert tails == pytest.approx([2 * stats.t.sf(abs(value), freedom)] * 2, rel=1e-12)
-    assert distributions.normal_quantile(share) == pytest.approx(stats.norm.ppf(share), rel=1e-12, abs=1e-15)
 
 
 @given(SAMPLE, SAMPLE)

@@ -7,7 +7,7 @@ from builders import make_trial
 
 from lockprobe.interventions.misread_flip import MisreadFlip
 from lockprobe.statistics.misinterpretation import Claim, claim_counts, claims, misread_rates
-from lockprobe.statistics.proportions import proportion
+from lockprobe.statistics.proportions import wilson
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import Condition
 
@@ -54,8 +54,8 @@ def test_the_rates_that_made_false_reports_lie_within_the_intervals_of_what_is_f
     for joint, rates in zip(joints, RATES.values(), strict=True):
         for i, outcome in enumerate(("moved", "blocked")):
             n = sum(count for claim, count in said.items() if (claim.joint, claim.truth) == (joint, outcome))
-            within = proportion(round(found[joint][i] * n), n, level=0.999)
-            assert n == 0 or within.low <= rates[i] <= within.high
+            low, high = wilson(found[joint][i], n, 3.29)  # at 99.9 %
+            assert low <= rates[i] <= high
     by = misread_rates(said, joints, "direction")
     assert len({*by.values()}) == 1 < len({*found.values()})
 

@@ -97,7 +97,7 @@ def test_a_change_of_steps_holds_at_both_ends_of_what_broken_trials_can_have_bec
     quick = [make_trial(SOLUTION, trial=i) for i in range(30)]
     slow = [make_trial([0] * 10 + [*SOLUTION], p=0.4, trial=i) for i in range(30)]
     broke = [make_trial([0, 0], p=0.4, trial=i, broken="model") for i in range(30)]
-    whole, few, many = (over_doses([*quick, *broke[:n], *slow[n:]]) for n in (0, 2, 28))
+    whole, few, many = (over_doses([*quick, *broke[:n], *slow[n:]]) for n in (0, 2, 23))
     assert whole == steps_over_doses(outcomes([*quick, *slow]))
     assert (whole.value, few.value, many.value) == (10, 10, 10)
     solved = [make_trial([0, *SOLUTION][-3:], p=0.4, trial=i) for i in range(2)]

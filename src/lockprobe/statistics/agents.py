@@ -34,13 +34,13 @@ from lockprobe.statistics.blocks import (
     crossed_mean,
     mean_of_blocks,
     over_boxes,
+    rare_block,
     success_in_pairs,
     two_way,
 )
 from lockprobe.statistics.broken_trials import bounded, ends_of
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.proportions import Difference
-from lockprobe.statistics.steps import rare_block
 
 BASELINES = ("human-inspired", "random")
 """Kinds of agents that every agent is compared with, if they were played."""
@@ -164,13 +164,8 @@ class AgentPair:
         one, two = (own[:, here] for own in self._two(blocks.steps if quantity == STEPS else blocks.solved))
         both, apart, unit, rare = ~np.isnan(two - one), two - one, 1.0, None
         if quantity == STEPS:
-            unit, first, second = (
-                float(max(self.first.outcomes.budget, self.second.outcomes.budget)),
-                one[both],
-                two[both],
-            )
-            shortest = float(min(first.min(), second.min()))
-            rare = rare_block(float(first.mean()), float(second.mean()), unit, shortest)
+            unit = float(max(self.first.outcomes.budget, self.second.outcomes.budget))
+            rare = rare_block(one[both], two[both], unit)
         if not self.people:
             return mean_of_blocks(apart, blocks, unit=unit, rare=rare)
         person = self._person(blocks)[:, here][both]
@@ -249,7 +244,7 @@ def changes_beside_people(doses: Sequence[float], apart: Array, person: Labels) 
             found[doses[i + 1]] = mean
     found = {dose: replace(one, p_value=min(1.0, len(found) * (one.p_value or 0.0))) for dose, one in found.items()}
     # the blocks of the mean share people
-    every = replace(block_mean(changes, unit=2.0, exchange=False), low=None, high=None, p_value=None)
+    every = replace(block_mean(changes, unit=2.0), low=None, high=None, p_value=None)
     return found | {None: every} if found else found
 
 
@@ -285,7 +280,7 @@ def changes_of(
         largest += (np.abs(flipped) / scale).max(axis=1).tolist()
     for i, value in zip(met, np.abs(table.sum(axis=1)) / scale, strict=True):
         p_value = (1 + int(np.sum(np.array(largest) >= value - TIE))) / (1 + FLIPS)
-        mean = block_mean(changes[:, [i]], unit=2.0, choices=len(met), exchange=False)
+        mean = block_mean(changes[:, [i]], unit=2.0, choices=len(met))
         found[doses[i + 1]] = over_boxes(replace(mean, p_value=p_value), changes[:, [i]], blocks, len(met))
-    mean = over_boxes(block_mean(changes, unit=2.0, exchange=False), changes, blocks, len(met))
+    mean = over_boxes(block_mean(changes, unit=2.0), changes, blocks, len(met))
     return found | {None: replace(mean, p_value=None)}

@@ -17,18 +17,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.broken_trials import whatever_broke
-from lockprobe.statistics.clustered import alike_weights, student, two_way_variance
+from lockprobe.statistics.clustered import alike_weights, clustered_variance, student
 from lockprobe.statistics.every_look import Numbers, at_every_look
 from lockprobe.statistics.outcomes import BlockOrder, Outcomes
 from lockprobe.statistics.pairs import FEW, mean_over_boxes, paired, score_interval
 from lockprobe.statistics.proportions import ALPHA, Difference
-from lockprobe.statistics.steps import RareBlock
 
 Array = NDArray[np.float64]
 Labels = NDArray[Any]
@@ -41,6 +40,9 @@ FEWEST = 7
 
 TIE = 1e-9
 """Sum of squared deviations below which all blocks count as equal, within rounding."""
+
+_RARE_BLOCKS = 3
+"""Blocks that are added to the variance of a mean of steps."""
 
 _EXACT = 50_000_000
 """Additions up to which the exchange distribution of a sum is exact; beyond, it is approximated as normal."""
@@ -145,7 +147,7 @@ def mean_of_blocks(
         (ever,) = at_every_look([numbers_of(numbers, blocks, factor * unit)], agents=choices)
         pairs, p_value = int(np.count_nonzero(~np.isnan(numbers))), ever.p_value if ever.n else None
         return Difference(value=ever.value, low=ever.low, high=ever.high, p_value=p_value, n=pairs, clusters=ever.n)
-    mean = block_mean(numbers, unit=factor * unit, choices=choices, rare=rare, exchange=False)
+    mean = block_mean(numbers, unit=factor * unit, choices=choices, rare=rare)
     if mean.n:
         mean = replace(mean, p_value=min(1.0, choices * sign_flip(np.nansum(differences, axis=1))))
     return over_boxes(mean, numbers, blocks, choices)
@@ -183,29 +185,19 @@ def over_boxes(mean: Difference, differences: Array, blocks: Blocks, choices: in
     return mean_over_boxes(mean, np.nanmean(differences[rows], axis=1), blocks.box[rows], choices=choices)
 
 
-def block_mean(
-    differences: Array,
-    *,
-    unit: float | None = None,
-    choices: int = 1,
-    rare: RareBlock | None = None,
-    exchange: bool = True,
-) -> Difference:
-    """The mean of all differences, clustered by block, with a test that exchanges the two within whole blocks.
+def block_mean(differences: Array, *, unit: float = 1.0, choices: int = 1, rare: RareBlock | None = None) -> Difference:
+    """The mean of all differences, clustered by block, with Student's P value if there are blocks enough.
 
-    The interval is Student's over blocks, for a ratio of sums. With a unit, it is widened as if one more pair of each
-    column differed, so that it has a width even if few pairs differ (as Agresti and Min 2005 for independent pairs). If
-    all blocks differ alike, or none differs, a block counts as a single trial. Of shares with one pair a block, of
-    which five or fewer differ, it also holds Tango's score interval.
-
-    Of steps, it is widened by rare *blocks* instead (:mod:`lockprobe.statistics.steps`).
+    The interval is Student's over blocks, for a ratio of sums. It is widened as if one more pair of each column
+    differed, so that it has a width even if few pairs differ (as Agresti and Min 2005 for independent pairs). If all
+    blocks differ alike, or none differs, a block counts as a single trial. Of shares with one pair a block, of which
+    five or fewer differ, it also holds Tango's score interval. Of steps, it is widened by rare *blocks* instead.
 
     Args:
         differences: Shape (blocks, pairs of a block), NaN where a pair is missing.
-        unit: The largest difference of a single trial, 1 for shares; None if it is not known.
+        unit: The largest difference of a single trial, 1 for shares.
         choices: Number of means examined (Bonferroni); the interval has the level 1 - 0.05 / choices.
         rare: Of steps, how far a rare block may lie from the mean.
-        exchange: Whether it is tested so; else by Student's t, if there are blocks enough.
     """
     present = ~np.isnan(differences)
     sizes = present.sum(axis=1).astype(np.float64)
@@ -215,24 +207,25 @@ def block_mean(
     if not n:
         return Difference(value=math.nan, n=0, clusters=0)
     value = float(sums.sum()) / pairs
-    found = Difference(value=value, p_value=sign_flip(sums) if exchange else None, n=pairs, clusters=n)
     spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
-    if unit is None and spread < TIE:
-        return found
     more = _more(spread, float(sizes.max()), pairs, unit, rare, small=n / max(1, n - 1))
-    limit = math.inf if unit is None else unit
-    found = student(found, spread / pairs**2, n, more=more, most=limit, choices=choices, fewest=FEWEST)
-    if found.low is None or found.high is None or unit != 1.0 or pairs != n:
-        return found
+    found = Difference(value=value, n=pairs, clusters=n)
+    found = student(found, spread / pairs**2, n, more=more, most=unit, choices=choices, fewest=FEWEST)
     first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
-    if first + second > FEW:
+    if found.low is None or found.high is None or unit != 1.0 or pairs != n or first + second > FEW:
         return found
     low, high = score_interval(first, second, n, 1 - ALPHA / choices)  # few pairs differ: not narrower than Tango's
     return replace(found, low=min(found.low, low), high=max(found.high, high))
 
 
+def exchanged(differences: Array, *, unit: float = 1.0, rare: RareBlock | None = None, choices: int = 1) -> Difference:
+    """The mean of whole numbers as :func:`block_mean` has it, with a test that exchanges sides within whole blocks."""
+    found = block_mean(differences, unit=unit, rare=rare, choices=choices)
+    return replace(found, p_value=sign_flip(np.nansum(differences, axis=1))) if found.n else found
+
+
 def _more(
-    spread: float, widest: float, pairs: int, unit: float | None, rare: RareBlock | None, small: float = 1.0
+    spread: float, widest: float, pairs: int, unit: float, rare: RareBlock | None, small: float = 1.0
 ) -> tuple[float, float]:
     """What is added to the variance of a mean of so many pairs, below and above it.
 
@@ -241,8 +234,38 @@ def _more(
     """
     if rare is not None:
         return rare.more(widest / pairs)
-    one = small * (unit or 0.0) ** 2 * (widest**2 if spread < TIE else widest) / pairs**2
+    one = small * unit**2 * (widest**2 if spread < TIE else widest) / pairs**2
     return one, one
+
+
+class RareBlock(NamedTuple):
+    """How far below and above a mean difference in steps a rare block may lie.
+
+    An agent that is mostly a little faster and now and then needs its whole budget is no faster, and a sample without
+    such a trial has neither its mean nor its spread. So three more blocks are added to the variance, as Agresti and Min
+    (2005) add pairs that differ to shares. In each, one of the two takes the whole budget, or as few steps as the
+    shortest trial, and the other what it takes on average, whichever is farther.
+
+    Three are enough for every budget. Rare blocks have a Poisson distribution. A decrease is said after k of them if
+    more than k + 1.96 sqrt(k + 3) were to be expected, and at most 5 % of samples have so few.
+    """
+
+    below: float
+    above: float
+
+    def more(self, share: float) -> tuple[float, float]:
+        """What rare blocks add to the variance of a mean below and above it; one is this share of the sample."""
+        return _RARE_BLOCKS * (share * self.below) ** 2, _RARE_BLOCKS * (share * self.above) ** 2
+
+
+def rare_block(first: Array, second: Array, budget: float) -> RareBlock:
+    """How far a rare block may lie from the mean of the steps of the second less those of the first.
+
+    A rare trial is taken to be as short as the shortest of both, or a fifth of the budget.
+    """
+    least = min(float(first.min()), float(second.min()), budget / 5)
+    before, after = float(first.mean()), float(second.mean())
+    return RareBlock(max(budget - after, before - least, 1.0), max(budget - before, after - least, 1.0))
 
 
 def two_way(
@@ -265,7 +288,7 @@ def two_way(
     sizes = [np.unique(of, return_counts=True)[1] for of in (luck, person)]
     found = Difference(value=value, n=pairs, clusters=len(sizes[0]))
     fewest, widest = min(map(len, sizes)), float(max(of.max() for of in sizes))
-    spread = two_way_variance(residuals, luck, person) if fewest > 1 else 0.0
+    spread = clustered_variance(residuals, luck, person) if fewest > 1 else 0.0
     more = _more(spread, widest, pairs, unit, rare)
     return student(found, spread / pairs**2, fewest, more=more, most=most, choices=choices, fewest=FEWEST)
 
@@ -276,7 +299,7 @@ def crossed_mean(
     """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
 
     If people have unequally many trials, a conclusion must hold with every trial and with every person counted alike
-    (:func:`lockprobe.statistics.clustered.crossed_proportion`).
+    (:func:`lockprobe.statistics.clustered.clustered_proportion`).
     """
     pooled, alike = (
         two_way(mean, weight * (values - mean), luck, person, pairs=len(values), unit=unit, most=unit, rare=rare)
@@ -295,7 +318,7 @@ def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock |
     rows = np.full((len(sizes), int(sizes.max())), math.nan)
     for i in range(len(sizes)):
         rows[i, : sizes[i]] = values[place.reshape(-1) == i]
-    found = block_mean(rows, unit=unit, rare=rare)
+    found = exchanged(rows, unit=unit, rare=rare)
     if np.ptp(sizes) == 0:
         return found
     means = np.nanmean(rows, axis=1)

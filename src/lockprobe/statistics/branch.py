@@ -16,12 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.blocks import Array, block_mean
+from lockprobe.statistics.blocks import TIE, Array, exchanged, rare_block
+from lockprobe.statistics.clustered import student
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Difference
-from lockprobe.statistics.steps import rare_block
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports
@@ -204,10 +204,11 @@ def _effect(trials: Sequence[Array], outcome: str, budget: int, agents: int) -> 
     for row, pairs in zip(differences, trials, strict=True):
         row[: len(pairs)] = pairs[:, 0] - pairs[:, 1]
     changed, told = np.concatenate(trials).T
-    rare = None
-    if outcome == "steps":
-        rare = rare_block(float(told.mean()), float(changed.mean()), budget, float(min(told.min(), changed.min())))
-    unit = {"steps": float(budget), "next choice": None}.get(outcome, 1.0)
-    change = block_mean(differences, unit=unit, choices=agents, rare=rare)
-    untested = outcome == "next choice" or change.p_value is None  # that chances differ is known
-    return float(told.mean()), replace(change, p_value=None if untested else min(1.0, agents * (change.p_value or 0.0)))
+    if outcome == "next choice":  # that chances differ is known
+        change = Difference(value=float(changed.mean()), n=len(changed), clusters=len(changed))
+        if np.ptp(changed) > TIE:
+            change = student(change, float(changed.var(ddof=1)) / len(changed), len(changed), choices=agents)
+        return float(told.mean()), replace(change, p_value=None)
+    unit, rare = (float(budget), rare_block(told, changed, budget)) if outcome == "steps" else (1.0, None)
+    change = exchanged(differences, unit=unit, choices=agents, rare=rare)
+    return float(told.mean()), replace(change, p_value=min(1.0, agents * (change.p_value or 0.0)))

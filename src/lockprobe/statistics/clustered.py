@@ -29,7 +29,7 @@ def student(
     choices: int = 1,
     fewest: int = 2,
 ) -> Difference:
-    """A mean with Student's interval, and with Student's P value if it has none and there are clusters enough.
+    """A mean with Student's interval, and with Student's P value if there are clusters enough.
 
     Args:
         found: The mean, of so many clusters; with fewer than two it stays as it is.
@@ -44,70 +44,62 @@ def student(
         return found
     below, above = (math.sqrt(variance + one) for one in more)
     reach = student_quantile(1 - (1 - LEVEL) / choices / 2, clusters - 1)
-    tested = found.p_value
-    if tested is None and clusters >= fewest:
+    tested = None
+    if clusters >= fewest:
         tested = float(student_tails(found.value / (below if found.value > 0 else above), clusters - 1))
     low, high = max(-most, found.value - reach * below), min(most, found.value + reach * above)
     return replace(found, low=low, high=high, p_value=tested)
 
 
-def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> Proportion:
-    """A pooled share, from successes and trials per cluster, with Wilson's interval on the effective number of trials.
+def clustered_proportion(counts: ArrayLike, sizes: ArrayLike, *kinds: ArrayLike) -> Proportion:
+    """A pooled share with Wilson's interval on the effective number of trials.
 
     With k clusters of c_i successes in n_i trials and the pooled share s: the variance of s as a ratio is
-    ``k / (k - 1) sum (c_i - s n_i)^2 / n^2``, the design effect is that over ``s (1 - s) / n`` and at least 1, and the
-    interval is Wilson's with ``n / design_effect`` trials and Student's t of k - 1 degrees of freedom in place of z;
-    with fewer than two clusters [0, 1]. Empty clusters do not count.
+    ``k / (k - 1) sum (c_i - s n_i)^2 / n^2`` (:func:`clustered_variance`), the design effect is that over
+    ``s (1 - s) / n`` and at least 1, and the interval is Wilson's with ``n / design_effect`` trials and Student's t of
+    k - 1 degrees of freedom in place of z; with fewer than two clusters [0, 1]. The fewer of two kinds count.
 
     Near 0 or 1 the data do not show whether the rarer outcome comes by whole clusters. The design effect is therefore
     at least that with half a cluster more, wholly of the rarer outcome: 120 of 120 in 30 clusters have the interval of
     30 of 30.
 
-    Coverage of 1500 samples with 10 trials per cluster, true shares of 0.1 to 0.5 and intraclass correlations of 0 to
-    0.5: 99.7-100 % with 3 clusters (mean width 0.75 to 0.87), 96.6-99.9 % with 10 and 96.0-99.6 % with 30. Near the
-    ceiling it equals Wilson's interval of as many trials as clusters (``benchmarks/ceiling_coverage.py``).
-    """
-    solved, trials = np.asarray(counts, dtype=np.float64), np.asarray(sizes, dtype=np.float64)
-    solved, trials = solved[trials > 0], trials[trials > 0]
-    count, n, k = round(float(solved.sum())), round(float(trials.sum())), len(trials)
-    share = float(solved.sum() / trials.sum()) if n else math.nan
-    variance = k / (k - 1) * float(np.sum((solved - share * trials) ** 2)) / n**2 if k > 1 else 0.0
-    return _effective(count, n, k, variance, _least_design_effect(solved, trials), share)
-
-
-def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, player: ArrayLike, luck: ArrayLike) -> Proportion:
-    """A pooled share of trials in two crossed kinds of clusters, players and luck.
-
-    The interval is that of :func:`clustered_proportion` with the variance of :func:`two_way_variance`. Student's t has
-    k - 1 degrees of freedom, k the number of clusters of the kind with fewer. The design effect is at least that of
-    half a cluster more of either kind.
-
     If players have unequally many trials, the interval also holds that of the mean over players, each of whom counts
     alike. People who leave after a failure have few trials, so the pooled share is too high, and the mean over players,
     most of whom end with a failure, is too low.
 
-    Columns have the shape (trials,): successes and attempts of each trial (with 0 it does not count), its player, and
-    its block of luck.
+    Coverage of 1500 samples with 10 trials per cluster, true shares of 0.1 to 0.5 and intraclass correlations of 0 to
+    0.5: 99.7-100 % with 3 clusters (mean width 0.75 to 0.87), 96.6-99.9 % with 10 and 96.0-99.6 % with 30. Near the
+    ceiling it equals Wilson's interval of as many trials as clusters (``benchmarks/ceiling_coverage.py``).
+
+    Args:
+        counts: Successes of each trial or cluster.
+        sizes: Its attempts, of the same shape; with 0 it does not count.
+        kinds: Of what cluster each is: nothing if it is one itself, a label, or a player and a block of luck.
     """
-    solved, trials = np.asarray(counts, dtype=np.float64), np.asarray(sizes, dtype=np.float64)
-    one, two = np.asarray(player)[trials > 0], np.asarray(luck)[trials > 0]
-    solved, trials = solved[trials > 0], trials[trials > 0]
-    count, n, k = int(solved.sum()), int(trials.sum()), min(len(np.unique(one)), len(np.unique(two)))
-    pooled = count / n if n else math.nan
+    solved, trials = (np.asarray(of, dtype=np.float64) for of in (counts, sizes))
+    there = trials > 0
+    solved, trials = solved[there], trials[there]
+    places = [_place(np.asarray(kind)[there]) for kind in kinds] or [np.arange(len(trials))]
+    count, n, k = round(float(solved.sum())), round(float(trials.sum())), min(len(np.unique(of)) for of in places)
+    share = float(solved.sum()) / float(trials.sum()) if n else math.nan
+    found, ends = Proportion(count=count, n=n, clusters=k, value=share, low=0.0, high=1.0), []
     if k < 2:
-        return _effective(count, n, k, 0.0, 1.0, pooled)
-    least = max(
-        _least_design_effect(np.bincount(kind, solved), np.bincount(kind, trials))
-        for kind in (_place(one), _place(two))
-    )
-    found = _effective(count, n, k, two_way_variance(solved - pooled * trials, one, two) / n**2, least, pooled)
-    weight = alike_weights(one, trials)
-    if np.ptp(weight) < _TIE:
         return found
-    share = float(np.sum(weight * solved)) / n
-    variance = two_way_variance(weight * (solved - share * trials), one, two) / n**2
-    alike = _effective(count, n, k, variance, least, share)
-    return replace(found, low=min(found.low, alike.low), high=max(found.high, alike.high))
+    least = max(_least_design_effect(np.bincount(of, solved), np.bincount(of, trials)) for of in places)
+    weights = [np.ones(len(trials))]
+    if len(places) > 1 and np.ptp(alike := alike_weights(places[0], trials)) > _TIE:
+        weights.append(alike)
+    for weight in weights:
+        share = float(np.sum(weight * solved)) / n
+        variance, binomial = (
+            clustered_variance(weight * (solved - share * trials), *places) / n**2,
+            share * (1 - share) / n,
+        )
+        effect = max(least, variance / binomial) if binomial else least
+        low, high = wilson(share, n, student_quantile((1 + LEVEL) / 2, k - 1), design_effect=effect)
+        ends.append((low if count else 0.0, high if count < n else 1.0, effect))  # a share may be 1 but for rounding
+    lows, highs, effects = zip(*ends, strict=True)
+    return replace(found, low=min(lows), high=max(highs), design_effect=effects[0])
 
 
 def _place(kind: ArrayLike) -> NDArray[np.int64]:
@@ -131,11 +123,11 @@ def clustered_difference(
 ) -> Difference:
     """The difference between the shares of two groups of trials in two crossed kinds of clusters, players and luck.
 
-    The variance is that of :func:`two_way_variance`, and at least that of independent trials with one more of each
+    The variance is that of :func:`clustered_variance`, and at least that of independent trials with one more of each
     outcome (Agresti and Caffo 2000), whose difference is the centre of the interval. Student's t has k - 2 degrees of
     freedom, k the number of clusters of the kind with fewer; with three or fewer the interval is from -1 to 1. If
     players have unequally many trials, the interval also holds that of the difference of means over players, and the P
-    value is the larger, as in :func:`crossed_proportion`. It is below 0.05 if an interval at 95 % leaves out 0.
+    value is the larger, as in :func:`clustered_proportion`. It is below 0.05 if an interval at 95 % leaves out 0.
 
     Columns have the shape (trials,): whether the event happened, whether the trial belongs to the second group (both
     have one), its player, and its block of luck. ``choices`` is the number of groups that the second was chosen from;
@@ -155,7 +147,7 @@ def clustered_difference(
         n = np.bincount(group, weights=weight, minlength=2)
         shares = np.bincount(group, weights=weight * events, minlength=2) / n
         smooth = (n * shares + 1) / (n + 2)
-        spread = two_way_variance(weight * (events - shares[group]) * (2 * group - 1) / n[group], people, lucks)
+        spread = clustered_variance(weight * (events - shares[group]) * (2 * group - 1) / n[group], people, lucks)
         error = math.sqrt(max(spread, float(np.sum(smooth * (1 - smooth) / (n + 2)))))
         found.append((float(smooth[1] - smooth[0]), error))
     middles, errors = np.array(found).T
@@ -183,7 +175,7 @@ def share_of(happened: ArrayLike, player: ArrayLike, luck: ArrayLike, box: Array
         of = ((one[~unknown] if len(one) == len(events) else one) for one in (people, lucks, boxes))
         return between(share_of(events[~unknown], *of), none, every)
     if len(people):
-        return crossed_proportion(events, np.ones(len(events)), people, lucks)
+        return clustered_proportion(events, np.ones(len(events)), people, lucks)
     names, place = np.unique(boxes, return_inverse=True)
     if len(names) > 1:
         return share_over_boxes(np.bincount(place, weights=events), np.bincount(place))
@@ -207,11 +199,12 @@ def share_over_boxes(counts: ArrayLike, sizes: ArrayLike) -> Proportion:
     return Proportion(count=int(solved.sum()), n=int(n), value=share, low=low, high=high)
 
 
-def two_way_variance(residuals: ArrayLike, first: ArrayLike, second: ArrayLike) -> float:
-    """Two-way clustered variance of a sum of trials (Cameron, Gelbach and Miller 2011).
+def clustered_variance(residuals: ArrayLike, *kinds: ArrayLike) -> float:
+    """The variance of a sum of trials in clusters of one kind, or of two that cross.
 
-    It is the sum of both one-way variances minus the variance of single trials, and at least either one-way variance.
-    ``residuals`` are each trial less its expectation, shape (trials,); there are at least two clusters of each kind.
+    Of two kinds it is the sum of both one-way variances minus the variance of single trials, and at least either
+    one-way variance (Cameron, Gelbach and Miller 2011). ``residuals`` are each trial less its expectation, shape
+    (trials,); there are at least two clusters of each kind.
     """
     rest = np.asarray(residuals, dtype=np.float64)
 
@@ -219,8 +212,8 @@ def two_way_variance(residuals: ArrayLike, first: ArrayLike, second: ArrayLike) 
         sums = np.bincount(place, weights=rest)
         return len(sums) / (len(sums) - 1) * float(np.sum(sums**2))
 
-    one, two = one_way(_place(first)), one_way(_place(second))
-    return max(one, two, one + two - one_way(np.arange(len(rest))))
+    ways = [one_way(_place(kind)) for kind in kinds]
+    return max(*ways, sum(ways) - one_way(np.arange(len(rest)))) if len(ways) > 1 else ways[0]
 
 
 def _least_design_effect(counts: ArrayLike, sizes: ArrayLike) -> float:
@@ -234,14 +227,3 @@ def _least_design_effect(counts: ArrayLike, sizes: ArrayLike) -> float:
     share = (rare.sum() + size / 2) / (n + size / 2)
     spread = float(np.sum((rare - share * trials) ** 2)) + (size * (1 - share)) ** 2 / 2
     return max(1.0, float(spread / ((n + size / 2) * share * (1 - share))))
-
-
-def _effective(count: int, n: int, k: int, variance: float, least: float, share: float) -> Proportion:
-    """Wilson's interval of a share for the effective number of trials; the design effect is at least ``least``."""
-    effect, low, high = 1.0, 0.0, 1.0
-    if k > 1:
-        binomial = share * (1 - share) / n
-        effect = max(least, variance / binomial) if binomial else least
-        low, high = wilson(share, n, student_quantile((1 + LEVEL) / 2, k - 1), design_effect=effect)
-        low, high = low if count else 0.0, high if count < n else 1.0  # a share may be 1 but for rounding
-    return Proportion(count=count, n=n, clusters=k, value=share, design_effect=effect, low=low, high=high)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.clustered import crossed_proportion
+from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import wilson
 
@@ -62,7 +62,7 @@ def success_curve(outcomes: Outcomes) -> Incidence:
     for of in [outcomes.completed(soon) for soon in (False, True)] if 0 < counted < begun else [outcomes.ended]:
         effect = 1.0
         if of.crossed:  # else all trials are independent
-            effect = crossed_proportion(of.solved, np.ones(len(of)), of.player, of.luck).design_effect
+            effect = clustered_proportion(of.solved, np.ones(len(of)), of.player, of.luck).design_effect
         ends.append(incidence(of.length, of.solved, outcomes.budget, effect))
     share = np.array([one.share for one in ends]).mean(axis=0)
     return Incidence(n=counted and begun, share=tuple(share.tolist()), low=ends[0].low, high=ends[-1].high)

@@ -8,23 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 _CLOSE = 1e-13
-"""How far the ends about a root may lie apart, as a part of it, or as it is below 1."""
+"""How far two steps towards a root may lie apart, as a part of it, or as it is below 1."""
 
 _TIE = 1e-7
 """Relative difference up to which two tables are equally likely, as in R."""
-
-
-def normal_quantile(probability: float) -> float:
-    """The quantile of the standard normal distribution."""
-    from scipy.special import ndtri
-
-    return float(ndtri(probability))
 
 
 def student_quantile(probability: float, freedom: float) -> float:
@@ -43,42 +37,28 @@ def student_tails(value: ArrayLike, freedom: float) -> Any:
 
 
 def root(of: Callable[[float], float], low: float, high: float) -> float:
-    """Where a continuous function that has two signs at the ends is 0, by Chandrupatla's method (1997).
+    """Where a continuous function that has two signs at the ends is 0, by Ridders' method (1979).
 
     ``scipy.optimize.brentq`` gives the same; to import it takes a second.
 
     >>> round(root(lambda x: x**3 - 2, 0, 2) ** 3, 12)
     2.0
     """
-    b, a = low, high
-    at_b, at_a = of(b), of(a)
-    c, at_c, part = b, at_b, 0.5
-    while at_a and at_b:
-        x = a + part * (b - a)
-        if ((at_x := of(x)) > 0) == (at_a > 0):
-            c, at_c = a, at_a
-        else:
-            c, at_c, b, at_b = b, at_b, a, at_a
-        a, at_a = x, at_x
-        near = _CLOSE * max(1.0, abs(a)) / abs(b - c)
-        if near > 0.5:
-            break
-        xi, phi = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
-        part = 0.5
-        if phi**2 < xi and (1 - phi) ** 2 < 1 - xi:  # inverse quadratic interpolation stays between the ends
-            part = at_a / (at_b - at_a) * at_c / (at_b - at_c)
-            part += (c - a) / (b - a) * at_a / (at_c - at_a) * at_b / (at_c - at_b)
-        part = min(1 - near, max(near, part))
-    return a if abs(at_a) < abs(at_b) else b
-
-
-def student_mean(values: NDArray[np.float64], level: float) -> tuple[float, float, float]:
-    """Student's interval of a mean, and its two-sided P value; shape (n,), two at least."""
-    k, mean = len(values), float(values.mean())
-    error = float(values.std(ddof=1)) / math.sqrt(k)
-    half = student_quantile((1 + level) / 2, k - 1) * error
-    p_value = float(student_tails(mean / error, k - 1)) if error else float(mean == 0)
-    return mean - half, mean + half, p_value
+    ends, last = [(low, of(low)), (high, of(high))], math.inf
+    for x, value in ends:
+        if value == 0:
+            return x
+    while True:
+        (a, at_a), (b, at_b) = ends
+        middle = (a + b) / 2
+        at_middle = of(middle)
+        x = middle + math.copysign(
+            (middle - a) * at_middle / math.sqrt(at_middle**2 - at_a * at_b), (at_a - at_b) * at_middle
+        )
+        if (value := of(x)) == 0 or abs(x - last) <= _CLOSE * max(1.0, abs(x)):
+            return x
+        known = sorted([(a, at_a), (middle, at_middle), (x, value), (b, at_b)])
+        ends, last = next([*two] for two in pairwise(known) if two[0][1] * two[1][1] <= 0), x
 
 
 def welch_test(first: tuple[float, float, int], second: tuple[float, float, int]) -> float | None:
@@ -91,16 +71,6 @@ def welch_test(first: tuple[float, float, int], second: tuple[float, float, int]
     if a + b == 0:
         return None
     return float(student_tails((one - two) / math.sqrt(a + b), (a + b) ** 2 / (a**2 / (n - 1) + b**2 / (m - 1))))
-
-
-def binomial_interval(count: int, n: int, level: float) -> tuple[float, float]:
-    """The ends of Clopper and Pearson's exact interval of a share (1934); ``n`` is at least 1."""
-    from scipy.special import betaincinv
-
-    tail = (1 - level) / 2
-    low = float(betaincinv(count, n - count + 1, tail)) if count else 0.0
-    high = float(betaincinv(count + 1, n - count, 1 - tail)) if count < n else 1.0
-    return low, high
 
 
 def sign_test(first: int, second: int) -> float:

@@ -21,7 +21,7 @@ from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
 from lockprobe.foundation.spec import Spec, arguments_from
-from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion, two_way_variance
+from lockprobe.statistics.clustered import clustered_proportion, clustered_variance
 from lockprobe.statistics.distributions import student_quantile
 from lockprobe.statistics.loops import cover, onset
 from lockprobe.statistics.outcomes import ended
@@ -189,13 +189,11 @@ def _measured(trials: Sequence[Trial], measure: NamedMeasure) -> Measured:
         mean = Difference(value=float(values.mean()))
         if share:
             of = proportion(int(values.sum()), n)
-            if clusters < n and alone:
-                of = clustered_proportion(np.bincount(luck, values), np.bincount(luck))
-            elif clusters < n:
-                of = crossed_proportion(values, np.ones(n), player, luck)
+            if clusters < n:
+                of = clustered_proportion(values, np.ones(n), *([luck] if alone else [player, luck]))
             mean = Difference(value=of.value, low=of.low, high=of.high)
         elif clusters > 1 and np.ptp(values):
-            error = math.sqrt(two_way_variance(values - mean.value, luck, np.arange(n) if alone else player)) / n
+            error = math.sqrt(clustered_variance(values - mean.value, luck, np.arange(n) if alone else player)) / n
             half = student_quantile((1 + LEVEL) / 2, clusters - 1) * error
             mean = Difference(value=mean.value, low=mean.value - half, high=mean.value + half)
     return Measured(

@@ -24,14 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lockprobe.statistics.distributions import (
-    normal_quantile,
-    root,
-    sign_test,
-    student_mean,
-    student_quantile,
-    student_tails,
-)
+from lockprobe.statistics.distributions import root, sign_test, student_quantile, student_tails
 from lockprobe.statistics.proportions import LEVEL, Difference
 
 FEW = 5
@@ -100,7 +93,7 @@ def paired(first: Flags, second: Flags, box: Labels = ONE_BOX, *, choices: int =
     only = float(weights @ lost), float(weights @ gained)
     middle = (only[1] - only[0]) / (n + 2)  # half a pair is added to each of the four cells
     error = math.sqrt(effect * ((sum(only) + 1) / (n + 2) - middle**2) / (n + 2))
-    half = -normal_quantile(tail / 2) * error
+    half = -NormalDist().inv_cdf(tail / 2) * error
     ends, tests = [(middle - half, middle + half)], [2 * NormalDist().cdf(-abs(middle) / error)]
 
     def few_differ(first: int, second: int, all_: int) -> None:
@@ -112,8 +105,8 @@ def paired(first: Flags, second: Flags, box: Labels = ONE_BOX, *, choices: int =
         few_differ(one, two, int(n))
     if k >= FEWEST:
         apart = (gained - lost) / pairs
-        low, high, p_value = student_mean(apart, 1 - tail)
-        ends.append((low, high))
+        *over, p_value = _student_mean(apart, 1 - tail)
+        ends.append((over[0], over[1]))
         tests.append(p_value)
         if np.sum(lost + gained > 0) <= min(FEW, k / 2):
             few_differ(int(np.sum(apart < 0)), int(np.sum(apart > 0)), k)
@@ -147,7 +140,7 @@ def score_interval(only_first: int, only_second: int, pairs: int, level: float) 
     >>> [round(end, 3) for end in score_interval(0, 0, 18, 0.95)]
     [-0.176, 0.176]
     """
-    z, value, end = -normal_quantile((1 - level) / 2), (only_second - only_first) / pairs, 1 - 1e-9
+    z, value, end = -NormalDist().inv_cdf((1 - level) / 2), (only_second - only_first) / pairs, 1 - 1e-9
 
     def above(change: float, by: float) -> float:
         return float(score(only_first, only_second, pairs, change)) - by
@@ -199,7 +192,7 @@ def mean_over_boxes(found: Difference, sums: Array, box: Labels, *, choices: int
     means = _means(sums, box)
     if len(means) < FEWEST or found.low is None or found.high is None:
         return found
-    low, high, p_value = student_mean(means, 1 - (1 - LEVEL) / choices)
+    low, high, p_value = _student_mean(means, 1 - (1 - LEVEL) / choices)
     tested = None if found.p_value is None else max(found.p_value, min(1.0, choices * p_value))
     return replace(found, low=min(found.low, low), high=max(found.high, high), p_value=tested)
 
@@ -216,6 +209,15 @@ def small_over_boxes(values: Array, box: Labels, margin: float) -> float:
     return tail if away > 0 else 1 - tail
 
 
+def _student_mean(values: Array, level: float) -> tuple[float, float, float]:
+    """Student's interval of a mean, and its two-sided P value; shape (n,), two at least."""
+    k, mean = len(values), float(values.mean())
+    error = float(values.std(ddof=1)) / math.sqrt(k)
+    half = student_quantile((1 + level) / 2, k - 1) * error
+    p_value = float(student_tails(mean / error, k - 1)) if error else float(mean == 0)
+    return mean - half, mean + half, p_value
+
+
 def _means(values: Array, box: Labels) -> Array:
     if not len(box):
         return np.empty(0)
@@ -223,21 +225,13 @@ def _means(values: Array, box: Labels) -> Array:
     return np.bincount(place, weights=values) / np.bincount(place)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BetweenBoxes(Difference):
-    """Whether an effect differs between boxes, and how much: its mean, and the range in which that of a further lies.
+def between_boxes(before: Flags, after: Flags, box: Labels) -> tuple[Difference, float] | None:
+    """Whether an effect differs between boxes; None with too few of them, or of pairs on one.
 
-    Attributes:
-        p_value: The larger of those of an F test and of Cochran's Q: each alone finds differences that are not there,
-            in up to .27 and .62 of studies, and the larger in at most .057.
-        deviation: Standard deviation of the effect between boxes, points. It has no interval that holds near 0 and 1.
+    Its mean, the range in which that of a further box lies, and the larger P value of an F test and of Cochran's Q:
+    each alone finds differences that are not there, in up to .27 and .62 of studies, and the larger in at most .057.
+    Last its standard deviation between boxes, points, which has no interval that holds near 0 and 1.
     """
-
-    deviation: float
-
-
-def between_boxes(before: Flags, after: Flags, box: Labels) -> BetweenBoxes | None:
-    """Whether an effect differs between boxes; None with too few of them, or of pairs on one."""
     first, second, n = _by_box(before, after, box)
     k, many = len(n), float(n.sum())
     if k < FEWEST_THAT_DIFFER or n.min() < FEWEST_PAIRS:
@@ -254,12 +248,12 @@ def between_boxes(before: Flags, after: Flags, box: Labels) -> BetweenBoxes | No
     f_test = float(fdtrc(k - 1, many - k, among / within)) if within else float(among == 0)
     noise = float(np.mean(((first + second) / n - d**2) / (n - 1)))
     half = student_quantile((1 + LEVEL) / 2, k - 1) * float(d.std(ddof=1)) * math.sqrt(1 + 1 / k)
-    return BetweenBoxes(
+    mean = Difference(
         value=float(d.mean()),
         p_value=max(f_test, q_test),
-        deviation=math.sqrt(max(0.0, float(d.var(ddof=1)) - noise)),
         low=max(-1.0, float(d.mean()) - half),
         high=min(1.0, float(d.mean()) + half),
         n=int(many),
         clusters=k,
     )
+    return mean, math.sqrt(max(0.0, float(d.var(ddof=1)) - noise))

@@ -1,4 +1,4 @@
-"""Shares of trials with their intervals, and the difference and the ratio of two independent shares."""
+"""Shares of trials with their intervals, and the difference of two independent shares."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from statistics import NormalDist
-from typing import Literal, NamedTuple
 
-from lockprobe.statistics.distributions import binomial_interval, fisher_exact, normal_quantile, root
+from lockprobe.statistics.distributions import fisher_exact
 
 ALPHA = 0.05
 """Level of every test."""
@@ -78,29 +77,16 @@ class Difference:
         return self.p_value is not None and self.p_value < level and self.clear
 
 
-class Ratio(NamedTuple):
-    """The ratio of two shares, second over first, with its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-
-
 @lru_cache(maxsize=65536)
-def proportion(count: int, n: int, level: float = LEVEL, method: Literal["wilson", "exact"] = "wilson") -> Proportion:
-    """A share with its interval: Wilson's, of right average coverage, or ``exact`` (Clopper & Pearson), never below.
+def proportion(count: int, n: int) -> Proportion:
+    """A share with Wilson's interval.
 
     >>> round(proportion(7, 30).low, 3), round(proportion(7, 30).high, 3)
     (0.118, 0.409)
-    >>> round(proportion(7, 30, method="exact").low, 3), round(proportion(7, 30, method="exact").high, 3)
-    (0.099, 0.423)
     """
     if n == 0:
         return Proportion(count=0, n=0, value=math.nan, low=0.0, high=1.0)
-    if method == "wilson":
-        low, high = wilson(count / n, n, NormalDist().inv_cdf((1 + level) / 2))
-    else:
-        low, high = binomial_interval(count, n, level)
+    low, high = wilson(count / n, n)
     return Proportion(count=count, n=n, value=count / n, low=low, high=high)
 
 
@@ -163,25 +149,3 @@ def opposed_shares(first: Proportion, second: Proportion) -> list[tuple[Proporti
         for one in (first, second)
     )
     return [(first_high, second_low), (first_low, second_high)]
-
-
-def ratio(first: Proportion, second: Proportion) -> Ratio | None:
-    """The second share over the first with Miettinen & Nurminen's score interval; None if it is not finite."""
-    if first.n == 0 or second.n == 0 or first.count == 0:
-        return None
-    value, z = second.value / first.value, normal_quantile((1 + LEVEL) / 2)
-    middle, far = math.log(value) if value else -30.0, 30.0
-    low = math.exp(root(lambda x: _ratio_score(first, second, math.exp(x)) - z, -far, middle)) if value else 0.0
-    high = math.exp(root(lambda x: _ratio_score(first, second, math.exp(x)) + z, middle, far))
-    return Ratio(value, low, high)
-
-
-def _ratio_score(first: Proportion, second: Proportion, value: float) -> float:
-    """The score statistic: second share minus ``value`` times the first, in standard errors under that ratio."""
-    total, solved = first.n + second.n, first.count + second.count
-    square, linear = total * value, second.n * value + second.count + first.n + first.count * value
-    base = (linear - math.sqrt(max(0.0, linear**2 - 4 * square * solved))) / (2 * square)
-    base = min(base, 1.0, 1 / value)
-    variance = value * base * (1 - value * base) / second.n + value**2 * base * (1 - base) / first.n
-    away = second.value - value * first.value
-    return away / math.sqrt(variance * total / (total - 1)) if variance > 0 else 0.0

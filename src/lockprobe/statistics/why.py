@@ -20,6 +20,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
+from statistics import NormalDist
 from typing import Literal
 
 import numpy as np
@@ -30,7 +31,6 @@ from lockprobe.statistics.broken_trials import ends_of
 from lockprobe.statistics.contrast import Cells
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.design import Design
-from lockprobe.statistics.distributions import normal_quantile
 from lockprobe.statistics.every_look import at_every_look
 from lockprobe.statistics.idle import never_acted
 from lockprobe.statistics.outcomes import Outcomes
@@ -231,7 +231,8 @@ class Why:
         kept = solved[:, 0] * 1.0 - solved[:, 1]
         n, mean = len(kept), float(kept.mean())
         error = math.sqrt((float(np.sum((kept - mean) ** 2)) + 1) / (n - 1) / n)
-        reach = normal_quantile(1 - ALPHA / 2 / self.agents) + normal_quantile(_POWER)
+        quantile = NormalDist().inv_cdf
+        reach = quantile(1 - ALPHA / 2 / self.agents) + quantile(_POWER)
         return math.ceil(n * (reach * error / MARGIN) ** 2)
 
 

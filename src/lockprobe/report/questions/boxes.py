@@ -50,9 +50,10 @@ def _against(cell: PlayedCell, control: PlayedCell) -> Iterator[Row]:
         found = paired(*solved[box == name].T)
         yield measured_row("success_difference", found, **cell.of, **of, of=name, p_value=None)
     if between := between_boxes(solved[:, 0], solved[:, 1], box):
-        tested = {"p_value": between.p_value, "test": _TEST, "n": between.n, "clusters": between.clusters}
-        yield cell.estimate("success_difference", between.deviation, of=_BETWEEN, **tested, **of)
-        yield measured_row("success_difference", between, **cell.of, **of, of=_FURTHER, p_value=None)
+        mean, deviation = between
+        tested = {"p_value": mean.p_value, "test": _TEST, "n": mean.n, "clusters": mean.clusters}
+        yield cell.estimate("success_difference", deviation, of=_BETWEEN, **tested, **of)
+        yield measured_row("success_difference", mean, **cell.of, **of, of=_FURTHER, p_value=None)
 
 
 def boxes_said(found: Results) -> str:

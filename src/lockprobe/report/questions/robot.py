@@ -11,7 +11,7 @@ from lockprobe.report.format import Entry, count_of
 from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, share_rows
-from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion
+from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.rules import Judged
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
 
@@ -111,7 +111,7 @@ def _misses(cell: PlayedCell, judged: Sequence[Sequence[Judged]]) -> Iterator[Es
         of = [list(filter(among, trial)) for trial in judged]
         counts, sizes = [sum(map(happened, trial)) for trial in of], list(map(len, of))
         crossed = any(player)
-        found = crossed_proportion(counts, sizes, player, luck) if crossed else clustered_proportion(counts, sizes)
+        found = clustered_proportion(counts, sizes, *([player, luck] if crossed else []))
         yield from cell.share("against_rules", found, of=kind, note="clustered by trial")
     kept = (trial for trial, of in zip(cell.trials, judged, strict=True) if not any(one.against for one in of))
     yield from cell.share("success", replace(cell, trials=tuple(kept)).success, of="without a miss")
