@@ -45,11 +45,8 @@ from lockprobe.statistics.proportions import Difference
 BASELINES = ("human-inspired", "random")
 """Kinds of agents that every agent is compared with, if they were played."""
 
-FLIPS = 4000
-"""Flips of the signs of all blocks, for the test of a change at any dose."""
-
-_AT_ONCE = 1 << 24
-"""Signs that are flipped at once."""
+FLIPS, _AT_ONCE = 4000, 100
+"""Flips of the signs of all blocks, for the test of a change at any dose, and how many are made at once."""
 
 SUCCESS, STEPS, CHANGE = "success_difference", "steps_difference", "success_interaction"
 """Difference in success; in steps, an unsolved trial with its whole budget; in what a dose changes in success."""
@@ -71,18 +68,16 @@ class AgentPair:
     doses: tuple[float, ...]
     of: Sequence[str]
 
-    def _laid(self, *gains: Sequence[bool]) -> list[Blocks]:
-        """Blocks of both at every dose, the first agent before the second; if trials broke also at both ends."""
-        groups = [
-            one.outcomes.at(one.outcomes.dose == dose) for one in (self.first, self.second) for dose in self.doses
-        ]
-        return [blocks_of(of) for of in ends_of(groups, [gain for own in gains for gain in own])]
+    def _laid(self, *gains: bool) -> list[Blocks]:
+        """Blocks of the first agent at every dose, then of the second; if trials broke also at both ends."""
+        trials = [one.outcomes.at(one.outcomes.dose == at) for one in (self.first, self.second) for at in self.doses]
+        return [blocks_of(of) for of in ends_of(trials, gains)]
 
     @cached_property
     def laid(self) -> list[Blocks]:
         """The trials of both; if some broke, also as if all of the one had been solved, and none of the other."""
         n = len(self.doses)
-        return self._laid([False] * n, [True] * n)
+        return self._laid(*[False] * n, *[True] * n)
 
     def _two(self, table: Array) -> tuple[Array, Array]:
         """The columns of the first and of the second agent, each of shape (blocks, doses)."""
@@ -117,11 +112,9 @@ class AgentPair:
     @cached_property
     def copies(self) -> bool:
         """Whether each of the two plays identically at every dose, so that all doses are equal."""
-        blocks = self.laid[0]
-        columns = [*self._two(blocks.solved), *self._two(blocks.steps)]
-        return len(self.doses) > 1 and all(
-            np.array_equal(of, np.broadcast_to(of[:, :1], of.shape), equal_nan=True) for of in columns
-        )
+        columns = [of for table in (self.laid[0].solved, self.laid[0].steps) for of in self._two(table)]
+        alike = (np.array_equal(of, np.broadcast_to(of[:, :1], of.shape), equal_nan=True) for of in columns)
+        return len(self.doses) > 1 and all(alike)
 
     @cached_property
     def alike(self) -> frozenset[float]:
@@ -157,26 +150,21 @@ class AgentPair:
         return bounded(found, *ends) if ends else found
 
     def _mean(self, quantity: str, dose: float | None, blocks: Blocks) -> Difference:
-        if dose is not None and quantity == SUCCESS and not self.every_look:
-            at = self.doses.index(dose)
-            return success_in_pairs(blocks, at, len(self.doses) + at)
-        here = slice(None) if dose is None else [self.doses.index(dose)]
+        at, n = None if dose is None else self.doses.index(dose), len(self.doses)
+        if at is not None and quantity == SUCCESS and not self.every_look:
+            return success_in_pairs(blocks, at, n + at)
+        here = slice(None) if at is None else [at]
         one, two = (own[:, here] for own in self._two(blocks.steps if quantity == STEPS else blocks.solved))
-        both, apart, unit, rare = ~np.isnan(two - one), two - one, 1.0, None
+        apart, both, unit, rare = two - one, ~np.isnan(two - one), 1.0, None
         if quantity == STEPS:
             unit = float(max(self.first.outcomes.budget, self.second.outcomes.budget))
             rare = rare_block(one[both], two[both], unit)
         if not self.people:
             return mean_of_blocks(apart, blocks, unit=unit, rare=rare)
-        person = self._person(blocks)[:, here][both]
-        if dose is None:
+        person = blocks.people(range(n), range(n, 2 * n))[:, here][both]
+        if at is None:
             return crossed_mean(apart[both], np.nonzero(both)[0], person, unit=unit, rare=rare)
         return at_one_dose(apart[both], person, unit=unit, rare=rare)
-
-    def _person(self, blocks: Blocks) -> Labels:
-        """The person of each trial, shape (blocks, doses)."""
-        n = len(self.doses)
-        return blocks.people(range(n), range(n, 2 * n))
 
     @property
     def change_p(self) -> float | None:
@@ -194,15 +182,15 @@ class AgentPair:
             return {}
         # at the lowest dose success of the first counts for the change, so its broken trials end the other way
         higher = [dose > self.doses[0] for dose in self.doses]
-        found, *ends = map(self._changes, self._laid([not one for one in higher], higher))
+        found, *ends = map(self._changes, self._laid(*[not one for one in higher], *higher))
         return {dose: bounded(mean, *(end[dose] for end in ends)) if ends else mean for dose, mean in found.items()}
 
     def _changes(self, blocks: Blocks) -> dict[float | None, Difference]:
-        one, two = self._two(blocks.solved)
+        (one, two), n = self._two(blocks.solved), len(self.doses)
+        if self.people:
+            return changes_beside_people(self.doses, two - one, blocks.people(range(n), range(n, 2 * n)))
         who = self.first.spec, self.first.modality, self.second.spec, self.second.modality
         rng = generator(self.first.trials[0].seed, "analysis", *who, "comparison", *self.of)
-        if self.people:
-            return changes_beside_people(self.doses, two - one, self._person(blocks))
         return changes_of(self.doses, two - one, rng, blocks)
 
 
@@ -243,8 +231,7 @@ def changes_beside_people(doses: Sequence[float], apart: Array, person: Labels) 
         if mean.p_value is not None:
             found[doses[i + 1]] = mean
     found = {dose: replace(one, p_value=min(1.0, len(found) * (one.p_value or 0.0))) for dose, one in found.items()}
-    # the blocks of the mean share people
-    every = replace(block_mean(changes, unit=2.0), low=None, high=None, p_value=None)
+    every = replace(block_mean(changes, unit=2.0), low=None, high=None, p_value=None)  # its blocks share people
     return found | {None: every} if found else found
 
 
@@ -264,23 +251,22 @@ def changes_of(
     """
     changes = apart[:, 1:] - apart[:, :1]
     met = np.flatnonzero(~np.isnan(changes).all(axis=0)).tolist()
-    found = dict[float | None, Difference]()
-    table = np.nan_to_num(changes[~np.isnan(changes).all(axis=1)][:, met]).T
-    if table.shape[1] < 2:
-        return found
-    scale = np.sqrt(np.sum(table**2, axis=1))
+    table = np.nan_to_num(changes[~np.isnan(changes).all(axis=1)][:, met])
+    count = len(table)
+    if count < 2:
+        return {}
+    scale = np.sqrt(np.sum(table**2, axis=0))
     scale[scale == 0] = np.inf
-    own, count, largest = table.astype(np.float32), table.shape[1], []
-    rows = max(2, _AT_ONCE // count // 2 * 2)
-    for first in range(0, FLIPS, rows):
-        some = min(rows, FLIPS - first)
-        bits = rng.bit_generator.random_raw(some * count // 2).view(np.uint32)  # two draws a number
-        plus = (bits >= 2**31).reshape(some, count).astype(np.float32)
-        flipped = 2 * (plus @ own.T) - own.sum(axis=1)  # whole numbers, so exact
+    own, largest = table.astype(np.float32), []
+    for _ in range(FLIPS // _AT_ONCE):
+        bits = rng.bit_generator.random_raw(_AT_ONCE * count // 2).view(np.uint32)  # two draws a number
+        plus = (bits >= 2**31).reshape(_AT_ONCE, count).astype(np.float32)
+        flipped = 2 * (plus @ own) - own.sum(axis=0)  # whole numbers, so exact
         largest += (np.abs(flipped) / scale).max(axis=1).tolist()
-    for i, value in zip(met, np.abs(table.sum(axis=1)) / scale, strict=True):
+    found = dict[float | None, Difference]()
+    for i, value in zip(met, np.abs(table.sum(axis=0)) / scale, strict=True):
         p_value = (1 + int(np.sum(np.array(largest) >= value - TIE))) / (1 + FLIPS)
-        mean = block_mean(changes[:, [i]], unit=2.0, choices=len(met))
-        found[doses[i + 1]] = over_boxes(replace(mean, p_value=p_value), changes[:, [i]], blocks, len(met))
+        mean = replace(block_mean(changes[:, [i]], unit=2.0, choices=len(met)), p_value=p_value)
+        found[doses[i + 1]] = over_boxes(mean, changes[:, [i]], blocks, len(met))
     mean = over_boxes(block_mean(changes, unit=2.0), changes, blocks, len(met))
     return found | {None: replace(mean, p_value=None)}

@@ -119,52 +119,34 @@ def confidence_sequence(
     if not len(at):
         return np.empty(0), np.empty(0)
     seen, limit = counts.cumsum(axis=0)[at - 1], np.broadcast_to(np.asarray(log_threshold, float), len(counts))[at - 1]
-    lower, upper, left_out = _nested(*_ends(kinds, seen, limit, bets, all_looks=False))
-    if left_out:  # later ends then stand beside others than those that were thought to lie further inside
-        lower, upper, _ = _nested(*_ends(kinds, seen, limit, bets, all_looks=True))
+    middle = np.clip(seen @ kinds / seen.sum(axis=1), _EDGE, 1 - _EDGE)
+    lower, upper = (_end(kinds, seen, limit, bets, middle, extreme) for extreme in (_EDGE, 1 - _EDGE))
+    ends = -np.inf, np.inf
+    for i in range(len(at)):
+        first, second = max(ends[0], lower[i]), min(ends[1], upper[i])
+        ends = (first, second) if first < second else ends
+        lower[i], upper[i] = ends
     return low + (high - low) * lower, low + (high - low) * upper
 
 
-def _ends(kinds: Array, seen: Array, limit: Array, bets: Array, *, all_looks: bool) -> tuple[Array, Array]:
-    """The ends of the interval at each look, on the scale from 0 to 1, by bisection.
+def _end(kinds: Array, seen: Array, limit: Array, bets: Array, middle: Array, extreme: float) -> Array:
+    """One end of the interval at each look, on the scale from 0 to 1, by bisection.
 
     Args:
         kinds: The different numbers, shape (kinds,).
         seen: How often each was drawn by each look, shape (looks, kinds).
         limit: Logarithm of the e-value that excludes a mean, shape (looks,).
         bets: Bets between 0 and 1.
-        all_looks: Whether an end is also looked for where those before it lie further inside for certain. An end that
-            is not looked for lies further outside than it would.
+        middle: The mean at each look, shape (looks,).
+        extreme: The end of the range, which the interval has where not even that is excluded.
     """
-    middle = np.clip(seen @ kinds / seen.sum(axis=1), _EDGE, 1 - _EDGE)
-    ends = []
-    for extreme, inwards in ((_EDGE, 1), (1 - _EDGE, -1)):
-        inside, outside = middle.copy(), np.full(len(middle), extreme)
-        is_open = _wealth_at(kinds, seen, outside, bets) < limit
-        sought = np.flatnonzero(~is_open)
-        for _ in range(_HALVINGS):
-            half = (inside[sought] + outside[sought]) / 2
-            kept = _wealth_at(kinds, seen[sought], half, bets) < limit[sought]
-            inside[sought[kept]], outside[sought[~kept]] = half[kept], half[~kept]
-            if not all_looks:
-                before = np.maximum.accumulate(inwards * outside[sought])
-                further = inwards * inside[sought] > np.append(-np.inf, before[:-1])
-                sought = sought[further]
-        ends.append(np.where(is_open, round(extreme), outside))
-    return ends[0], ends[1]
-
-
-def _nested(lower: Array, upper: Array) -> tuple[Array, Array, bool]:
-    """Each interval within those before it; one that leaves nothing of them is left out. Last, whether one was."""
-    low, high, left_out = -np.inf, np.inf, False
-    for i in range(len(lower)):
-        first, second = max(low, lower[i]), min(high, upper[i])
-        if first < second:
-            low, high = first, second
-        else:
-            left_out = True
-        lower[i], upper[i] = low, high
-    return lower, upper, left_out
+    inside, outside = middle.copy(), np.full(len(middle), extreme)
+    is_open = _wealth_at(kinds, seen, outside, bets) < limit
+    for _ in range(_HALVINGS):
+        half = (inside + outside) / 2
+        kept = _wealth_at(kinds, seen, half, bets) < limit
+        inside, outside = np.where(kept, half, inside), np.where(kept, outside, half)
+    return np.where(is_open, round(extreme), outside)
 
 
 def _counted(values: ArrayLike, low: float, high: float) -> tuple[Array, Array]:
