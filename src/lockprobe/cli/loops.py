@@ -18,7 +18,6 @@ from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import LARGEST_INPUT
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.statistics.loops import Solver
-from lockprobe.statistics.loops.sequence_line import parse_sequence
 
 if TYPE_CHECKING:
     from lockprobe.statistics.loops import LoopCover
@@ -114,6 +113,31 @@ def _sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
     if empty := sum(not sequence for _, sequence in found):
         print(f"{count(empty, 'empty line')} skipped", file=sys.stderr)
     return [(number, sequence) for number, sequence in found if sequence]
+
+
+_ACTION = re.compile(r"[+-]?[^\W_][\w'+-]*")
+
+
+def parse_sequence(line: str) -> tuple[str, ...]:
+    """One trial: a JSON array of names or whole numbers, or actions with blanks or commas between them.
+
+    A line without either has one action per character: ``ABCABC`` is six (and ``slider1`` seven: write ``slider1,`` for
+    a trial of that one action). A line is refused if punctuation would be an action or part of one.
+    """
+    text = line.strip()
+    if text.startswith("["):
+        try:
+            found = json_.loads(text)
+        except (ValueError, RecursionError):
+            found = [None]
+        if {*map(type, found)} in ({str}, {int}, set()):
+            return tuple(map(str, found))
+    else:
+        found = [part for part in re.split(r"[\s,]+", text) if part] if re.search(r"[\s,]", text) else [*text]
+        if all(map(_ACTION.fullmatch, found)):
+            return tuple(found)
+    expected = 'actions with blanks or commas between them, or a JSON array such as ["A", "B"]'
+    raise BadValue("sequence", text if len(text) <= 40 else f"{text[:39]}…", expected)
 
 
 def _row(found: LoopCover) -> dict[str, object]:

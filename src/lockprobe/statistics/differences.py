@@ -141,9 +141,7 @@ def differences_before_breaks(
     that of the steps that could be chosen.
     """
     by_then = [
-        replace(one, solved=one.solved & (one.length <= step), broke=one.broke & (one.length < step))
-        if len(one.broke)
-        else replace(one, solved=one.solved & (one.length <= step))
+        replace(one, solved=one.solved & (one.length <= step), broke=one.broke & (one.length[: len(one.broke)] < step))
         for one in groups
     ]
     return each_difference(by_then, rng, agents=agents)
@@ -151,20 +149,24 @@ def differences_before_breaks(
 
 def _held(found: Found, low: Found, high: Found) -> Found:
     """The differences without the broken trials, with what holds at both ends of what these can have become."""
-    ends = [{one.dose: one for one in end} for end in (low, high)]
-    return tuple(_bounded(one, *(end[one.dose] for end in ends)) for one in found)
-
-
-def _bounded(found: DifferenceAt, low: DifferenceAt, high: DifferenceAt) -> DifferenceAt:
-    made = bounded(found, low, high)
-    return replace(
-        made,
-        first=between(found.first, high.first, low.first),
-        second=between(found.second, low.second, high.second),
-        course=found.course and low.course and high.course and held_at_both_ends(found.course, low.course, high.course),
-        exchange=1.0 if made.p_value == 1 else max(low.exchange, high.exchange),
-        bounds=(low.value, high.value),
-    )
+    lows, highs, held = {one.dose: one for one in low}, {one.dose: one for one in high}, []
+    for one in found:
+        least, most = lows[one.dose], highs[one.dose]
+        made = bounded(one, least, most)
+        held.append(
+            replace(
+                made,
+                first=between(one.first, most.first, least.first),
+                second=between(one.second, least.second, most.second),
+                course=one.course
+                and least.course
+                and most.course
+                and held_at_both_ends(one.course, least.course, most.course),
+                exchange=1.0 if made.p_value == 1 else max(least.exchange, most.exchange),
+                bounds=(least.value, most.value),
+            )
+        )
+    return tuple(held)
 
 
 def _against_first(groups: Sequence[Outcomes], rng: np.random.Generator, agents: int) -> Found:

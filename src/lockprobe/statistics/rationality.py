@@ -13,13 +13,13 @@ agent is told of it misleads every observer. So of each trial the actions before
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from typing import Literal
 
 from lockprobe.boxes.beliefs.planning import all_expected_steps, least
 from lockprobe.boxes.beliefs.posterior import Belief, ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.clustered import clustered_proportion
+from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Judged, state_after, unbroken
 from lockprobe.trial.record import Trial
@@ -52,19 +52,12 @@ def optimal_actions(
     not the choice or a report was missing (the others would be no fair sample). ``judged`` says how the
     attempts of a trial stand before the rules of its box, where some broke them.
     """
-    counted, joints = list[Trial](), 0
-    for trial in trials:
-        if trial.ending != "error" and trial.steps:
-            joints = max(joints, len(trial.joints))
-            if not trial.ordinary:
-                return None
-            if len(counted) < JUDGED:
-                counted.append(trial)
-    prior = prior_for(joints) if counted else None
-    if prior is None:
+    counted = [trial for trial in ended(trials) if trial.steps]
+    prior = prior_for(max((len(trial.joints) for trial in counted), default=0))
+    if prior is None or not all(trial.ordinary for trial in counted):
         return None
     weighed, actions = [], 0
-    for trial in counted:
+    for trial in counted[:JUDGED]:
         if actions < ACTIONS:
             weighed.append(_choices(trial, prior, unbroken(trial, judged(trial) if judged else ())))
             actions += len(trial.steps)
@@ -88,14 +81,12 @@ class _Moment:
 
     def after(self, report: _Report) -> tuple[_Moment, bool]:
         """The moment after a report, and whether the report was impossible."""
-        found = self._after.get(report)
-        if found is None:
+        if report not in self._after:
             belief = update(self.belief, ReportedAttempt(*report))
             again = belief.restarts > self.belief.restarts
-            # Scaled weights of equal beliefs differ in their last digits.
-            scaled = again and report[0] == 0
-            found = self._after[report] = (_Moment if scaled else _moment)(belief), again
-        return found
+            scaled = again and report[0] == 0  # scaled weights of equal beliefs differ in their last digits
+            self._after[report] = (_Moment if scaled else _moment)(belief), again
+        return self._after[report]
 
 
 _known: dict[Hashable, _Moment] = {}
@@ -106,15 +97,6 @@ def _moment(belief: Belief) -> _Moment:
     if len(_known) >= _MANY:
         _known.clear()
     return _known.setdefault(belief.key, _Moment(belief))
-
-
-def _start(prior: str, joints: int, inverted: Literal["positions", "outcomes"]) -> _Moment:
-    """The moment before the first attempt of a trial."""
-    found = _known.get((prior, joints, inverted))
-    if found is None:
-        found = _moment(begin(interlocks(prior, joints), noise_model("naive", inverted)))
-        _known[prior, joints, inverted] = found
-    return found
 
 
 def _weigh(moments: Iterable[_Moment]) -> None:
@@ -139,7 +121,8 @@ def _choices(trial: Trial, prior: str, first: int) -> tuple[list[tuple[_Moment, 
     bits = [1 << numbers[joint] for joint in trial.joints]
     # what the observer knows to be inverted: what was inverted in this trial, or outcomes
     positions = any(channel.get("inverts") == "position" for channel in trial.channels)
-    now = _start(prior, len(trial.joints), "positions" if positions else "outcomes")
+    noise = noise_model("naive", "positions" if positions else "outcomes")
+    now = _moment(begin(interlocks(prior, len(trial.joints)), noise))
     found, contradicted, start, states_only = [], False, trial.steps[0].state, trial.states_only
     for step in trial.steps[:first]:
         joint = numbers[step.joint]

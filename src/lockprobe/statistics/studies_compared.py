@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,10 +23,8 @@ from lockprobe.statistics.outcomes import Outcomes, joined, outcomes
 from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, between, difference, proportion
 from lockprobe.trial.record import Trial
 
-Kind = Literal["between", "between-baselines", "within", "within-baselines"]
+_KINDS = ("between", "between-baselines", "within", "within-baselines")
 """Whether two sides belong to different studies or to one, and whether one of them is a baseline."""
-
-_KINDS: tuple[Kind, ...] = ("between", "between-baselines", "within", "within-baselines")
 
 
 class Side(NamedTuple):
@@ -84,7 +82,7 @@ class StudyDifference:
 
     condition: str
     family: str = ""
-    kind: Kind
+    kind: str
     first: Side
     second: Side
     paired: bool
@@ -124,7 +122,7 @@ def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
     return tuple(sorted(adjusted, key=lambda one: _KINDS.index(one.kind)))
 
 
-def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | None:
+def _difference(first: Sample, second: Sample, kind: str) -> StudyDifference | None:
     """The difference, in pairs of trials that both finished if luck is shared; None without a trial to compare."""
     groups = [outcomes(one.trials) for one in (first, second)]
     broken = sum(len(one.broken) for one in groups)
@@ -156,10 +154,9 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
 
 def _independent(groups: Sequence[Outcomes], *, same_luck: bool) -> Difference:
     """The difference of two samples without pairs, clustered by person where people are on one side."""
-    if not any(group.crossed for group in groups):
-        before, after = (proportion(int(one.solved.sum()), len(one)) for one in groups)
-        apart = difference(before, after)
-        assert apart is not None  # both have trials
+    before, after = (proportion(int(one.solved.sum()), len(one)) for one in groups)
+    apart = difference(before, after)
+    if apart is not None and not any(group.crossed for group in groups):
         return apart
     together = joined(groups)
     later = together.dose == 1

@@ -38,13 +38,7 @@ class Counts(NamedTuple):
 
 
 class Line(NamedTuple):
-    """One line of the two-lines test.
-
-    Attributes:
-        z: The score of that slope in standard errors (Cochran-Armitage; of loop onset, log-rank), of the same sign; it
-            always exists.
-        p_value: Two-sided, of that score; with clusters by Student's t.
-    """
+    """The score of a slope in standard errors (Cochran-Armitage; of loop onset log-rank), and its two-sided P value."""
 
     z: float
     p_value: float
@@ -123,10 +117,8 @@ def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArra
     at, lines = _robin_hood_break(counted), []
     for counts, side in zip(counted.sides(at), (p <= doses[at], p >= doses[at]), strict=True):
         z = _score(counts)
-        p_value = (
-            math.erfc(abs(z) / math.sqrt(2)) if cluster is None else _clustered_p(p[side], solved[side], cluster[side])
-        )
-        lines.append(Line(z, p_value))
+        alone = math.erfc(abs(z) / math.sqrt(2))
+        lines.append(Line(z, alone if cluster is None else _clustered_p(p[side], solved[side], cluster[side])))
     return _two_lines_test(float(doses[at]), *lines)
 
 
