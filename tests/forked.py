@@ -184,10 +184,10 @@ def _stem():
 
 
 IMPORTED = (
-    "agents.catalogue", "simulation.power.effects", "cli.list_", "cli.box", "cli.loops", "cli.progress",
+    "agents.catalogue", "simulation.power", "cli.list_", "cli.box", "cli.loops", "cli.progress",
     "cli.export", "cli.import_", "cli.doctor", "cli.play", "cli.power", "cli.replay", "cli.report", "cli.run",
     "cli.serve", "cli.status", "people.web.serving", "report.figures",
-    "report.report_files", "studies.running.runner",
+    "report.write", "studies.running.runner",
 )  # fmt: skip
 
 

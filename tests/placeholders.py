@@ -4,13 +4,13 @@ from contextlib import contextmanager
 
 import pytest
 
-from lockprobe.report import report_files
+from lockprobe.report import write
 from lockprobe.report.questions import all_sections
 from lockprobe.statistics import rationality
 
 PLACEHOLDERS = {"svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>', "png": b"\x89PNG\r\n\x1a\n"}
 
-_DRAWN = report_files.drawn_figure
+_DRAWN = write.drawn_figure
 """What draws a figure."""
 
 
@@ -31,6 +31,6 @@ def undrawn(but=lambda name: False, judged=8):
         return forms if figure.applies(found) else {}
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(report_files, "drawn_figure", instead)
+        patch.setattr(write, "drawn_figure", instead)
         patch.setattr(rationality, "JUDGED", judged)
         yield

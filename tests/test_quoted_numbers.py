@@ -19,8 +19,7 @@ from lockprobe.boxes.layouts import permuted
 from lockprobe.boxes.solve import difficulty, optimum, random_no_repeat_success, random_success
 from lockprobe.interventions.flip import DEFAULT
 from lockprobe.simulation.exact import propagate
-from lockprobe.simulation.power.people import EFFECT_SD, PERSON_SD, People, people_power
-from lockprobe.simulation.power.simulator import Simulation
+from lockprobe.simulation.power import Clusters, power
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion
 
@@ -107,9 +106,8 @@ def widest_gap(*several):
 
 def power_of_forty(boxes):
     """The least and the greatest power of forty people within persons, by assumed spread, for success of 0.4 and 0.6."""
-    models = [People(success=(0.4, 0.6), boxes=boxes, person_sd=of * PERSON_SD, effect_sd=of * EFFECT_SD)
-              for of in (0.5, 1.0, 1.5)]  # fmt: skip
-    rates = [one.measured[0].power for one in people_power(models, Simulation(trials=(40,)))]
+    models = [Clusters(success=(0.4, 0.6), each=boxes, sd=of, effect_sd=of / 2) for of in (0.5, 1.0, 1.5)]
+    rates = [one["2"].measured[0].power for one in power(models, [40])]
     return min(rates), max(rates)
 
 

@@ -5,7 +5,7 @@ from lockprobe_robot import plant_camera
 from saboteur import Evidence
 
 from lockprobe import run_study, run_trial, study
-from lockprobe.report.verify.verification import verify
+from lockprobe.report.verify import verify
 from lockprobe.studies.records.read_records import load
 
 SMALL = "width=96&height=72"
@@ -51,7 +51,6 @@ def test_a_study_of_readings_is_verified_without_a_picture(tmp_path, monkeypatch
     monkeypatch.setattr(plant_camera, "Renderer", unseen)
     found = {check.name: check for check in verify(tmp_path / "study")}
     assert found["luck"].holds
-    assert "1 take what a camera read from their records" in found["luck"].said
     files = Evidence(tmp_path / "study")
     files.records[0].update(EDITED)
     files.save()

@@ -9,7 +9,7 @@ from lockprobe.report.format import entry_text
 from lockprobe.report.page import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
-from lockprobe.report.verify.verification import verify
+from lockprobe.report.verify import verify
 from lockprobe.report.write import write_report
 from lockprobe.statistics.measures import measured
 

@@ -13,13 +13,12 @@ from reported import found_in
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.report.format import as_csv
-from lockprobe.report.opened import open_study
 from lockprobe.report.page import Page, image
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Estimate
 from lockprobe.report.section import Table
-from lockprobe.report.verify.made_again import report_held
+from lockprobe.report.verify import verify
 from lockprobe.report.write import write_report
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
@@ -154,5 +153,4 @@ def test_a_page_with_open_trials_says_when_it_was_made_and_no_other_page_does(tm
     assert pages[0].replace("on 29 November", "on 30 November") == pages[1]
     assert pages[2] == pages[3]
     assert "Made at" not in pages[2]
-    checks = list(report_held(open_study(tmp_path / "open")))
-    assert all(one.holds for one in checks), checks
+    assert [check.name for check in verify(tmp_path / "open") if not check.holds] == ["complete"]

@@ -9,10 +9,9 @@ from pydantic import BaseModel
 
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import Page, image, tables_of
-from lockprobe.report.report_files import report_files
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
-from lockprobe.report.write import write_report
+from lockprobe.report.write import report_files, write_report
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 

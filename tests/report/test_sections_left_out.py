@@ -9,12 +9,12 @@ from builders import write_study
 
 from lockprobe.cli.report import report
 from lockprobe.foundation import left_out as sections
-from lockprobe.report import report_files
+from lockprobe.report import write
 from lockprobe.report.opened import open_study
 from lockprobe.report.processor import one_thread
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rows import Results
-from lockprobe.report.verify.verification import verify
+from lockprobe.report.verify import verify
 from lockprobe.report.write import write_report
 from lockprobe.studies.options.studyfile import study
 
@@ -45,7 +45,7 @@ def report_of(monkeypatch, directory, missing=()):
         for module in [*sys.modules.values()]:
             if getattr(module, "__name__", "").startswith("lockprobe") and vars(module).get("section") is real:
                 patched.setattr(module, "section", instead)
-        files = dict(report_files.report_files(opened, tell=lambda said: None, left_out=told.append))
+        files = dict(write.report_files(opened, tell=lambda said: None, left_out=told.append))
     return html.unescape(files["report.html"]), Results.model_validate_json(files["results.json"]), told, [*called]
 
 
@@ -79,10 +79,8 @@ def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, tmp_
 
 
 def test_the_line_of_the_report_names_what_is_missing(monkeypatch, directory, capsys):
-    real = report_files.explorer_data
-    monkeypatch.setattr(
-        report_files, "explorer_data", lambda trials, box, **of: real(trials, box) if not trials else broken()
-    )
+    real = write.explorer_data
+    monkeypatch.setattr(write, "explorer_data", lambda trials, box, **of: real(trials, box) if not trials else broken())
     report([directory])
     said = capsys.readouterr().out.splitlines()[0]
     assert said.endswith(f"report.html, without Trial explorer (RuntimeError: {SAID})")
@@ -93,11 +91,9 @@ def test_the_line_of_the_report_names_what_is_missing(monkeypatch, directory, ca
 
 def test_a_figure_that_cannot_be_drawn_is_left_out_of_its_page_which_is_to_be_written_again(monkeypatch, directory):
     """The records are whole, and so are the numbers; the page is not."""
-    real = report_files.drawn_figure
+    real = write.drawn_figure
     with monkeypatch.context() as patched:
-        patched.setattr(
-            report_files, "drawn_figure", lambda found, one: broken() if one.name == "box" else real(found, one)
-        )
+        patched.setattr(write, "drawn_figure", lambda found, one: broken() if one.name == "box" else real(found, one))
         text = write_report(directory).read_text("utf-8")
     assert f"Figure box (RuntimeError: {SAID})" in text
     assert not (directory / "figures" / "box.svg").exists()

@@ -1,29 +1,33 @@
 """Verification finds what was edited, dropped, altered or played with other luck, and nothing where nothing was.
 
-``test_saboteur.py`` holds the same of hosted models, whose edits are many.
+One table of sabotages holds it: each edits the files of a study as somebody does who knows them.
 """
 
 import asyncio
 import json
 import shutil
+import sqlite3
 from contextlib import contextmanager
+from copy import deepcopy
 from functools import partial
 
 import pytest
-from builders import small_study, write_study
+from builders import make_trial, play_study, small_study, write_study
 from provider_server import ENDS, Manner, here, truthful
-from saboteur import Evidence, flipped, relabelled
+from saboteur import Evidence, Sent, flipped, played_by, relabelled, reply_of
 from stored import acts, sql
 from taking_part import take_part
 from tool_player import AGENT, Player, calls
+from typed import in_process
 from typer.testing import CliRunner
 
 from lockprobe import run_study, study
+from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.agents.local import LocalModel, LocalSettings
 from lockprobe.cli import build
 from lockprobe.interfaces.mcp.session import ToolSession
-from lockprobe.report.verify.verification import NOT_SHOWN, verify
+from lockprobe.report.verify import NOT_SHOWN, verify
 from lockprobe.report.write import write_report
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.next_choice import write_choices
@@ -33,9 +37,12 @@ from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.running.trial_setup import play_timed
+from lockprobe.trial.trial_json import trial_to_json
 from lockprobe.trial.trial_name import ForkName, TrialName
 
 LOCAL, HOSTED = "llm:local", "llm:openai-api/fake/model"
+MODEL = f"{HOSTED}?repairs=1&temperature=0.5"
+PLANNED = study("flips", agent=[MODEL, "random"], p=[0, 0.4], trials=6, repetitions=1, max_steps=9, name="small")
 STRATEGY = "flips/cognitive:careful/flip?p=0.4/rep=1/trial=2"
 PLANT = """
 from lockprobe.plants.symbolic import SymbolicPlant
@@ -135,7 +142,13 @@ def branched(directory):
         play_forks(asked, journal, limits=Limits(access=Access(connections=2)))
 
 
-STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, resumed, branched)} | {
+def sabotaged(directory):
+    """A model whose provider repeats reports and sometimes replies in another form, beside a strategy."""
+    with provider(faults={"wrong schema": 0.2}, seed=3):
+        run_study(PLANNED, directory, limits=Limits(access=Access(connections=1)))
+
+
+STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, resumed, branched, sabotaged)} | {
     name: partial(hosted, **given)
     for name, given in {
         "forgetful": {"condition": ["history?last=2", "flip?p=0.4"]},
@@ -174,18 +187,19 @@ def played(tmp_path_factory, once):
     return lambda name, to: shutil.copytree(once(f"verified {name}", partial(play, name)), to)
 
 
-def failing(directory):
-    return {check.name: check.failed for check in verify(directory) if not check.holds}
+def failing(directory, **hashes):
+    return {check.name: tuple(check.failed) for check in verify(directory, **hashes) if not check.holds}
 
 
 SAID = {
     "forked": ("forks", "forks follow from their trials, their choices and the seed"),
-    "local": ("choices", "; those of 6 trials of local models follow from their recorded probabilities"),
+    "local": ("choices", "6 trials of local models, by their recorded probabilities"),
     "client": ("attempts", "4 trials of clients and people are as their servers wrote them step by step"),
     "people": ("attempts", "2 trials of clients and people are as their servers wrote them step by step"),
-    "bench": ("replies", "6 of these trials are not played, and held by their words and joints alone"),
+    "bench": ("replies", "6 of these are not played, and held by their words alone"),
     "branched": ("fork replies", "8 trials, and all of them"),
     "seeing": ("pictures", "pictures are those that the records name"),
+    "sabotaged": ("records", "of 24 trials ended as an error (reply "),
 }
 
 
@@ -196,7 +210,6 @@ def test_a_study_as_it_was_played_holds_and_says_what_was_held_against_what(play
     of, said = SAID.get(name, ("replies", "replies in the log of calls are the decisions of"))
     assert said in checks[of].said
     if name == "bench":
-        assert "6 more of both are not asked, since they are not played" in checks["choices"].said
         assert "more need a plant or an intervention that does not ship, or a real box" in checks["luck"].said
 
 
@@ -234,14 +247,154 @@ def other_call(files):
     call["reply"] = json.dumps(json.loads(call["reply"]) | {"hypothesis": "by luck"})
 
 
-def fewer_attempts(files):
-    for call in files.calls:
-        call.answer.update({"unanswered": 1} if call.answer.get("unanswered") == 3 else {})
-
-
 def without_last_of_a_fork(files):
     sql(files.directory / FORKS, "delete from call where id = (select max(id) from call)")
 
+
+def each(change, ending=None, agent=MODEL):
+    """Change every record of an agent that ended so."""
+    return lambda files: [change(record) for record in files.of(agent, ending)]
+
+
+def first(change, ending=None):
+    """Change the files by the first record that ended so."""
+    return lambda files: change(files, files.of(MODEL, ending)[0])
+
+
+def decisions(change, after=0):
+    return each(lambda record: [change(step["decision"]) for step in record["steps"][after:]])
+
+
+def answers(change):
+    return lambda files: [change(call.answer) for call in files.calls]
+
+
+def then(*edits):
+    return lambda files: [edit(files) for edit in edits]
+
+
+def errors_with_made_up_replies(files):
+    """Failures as early errors, with no call after them, and another last reply."""
+    for record in files.of(MODEL, "budget"):
+        relabelled(record, steps=2)
+        files.calls = [one for one in files.calls if one.key != record["key"] or one.answer["step"] <= 3]
+        files.calls_of(record)[-1]["reply"] = record["error"]["replies"][-1] = '{"move": "A"}'
+
+
+def faulty(record):
+    relabelled(record)
+    record["error"] = {"boundary": "model", "message": "no reply within 120 s", "step": record["error"]["step"]}
+
+
+def an_error_as_a_success(files, record):
+    (solved, *_) = files.of("random", "solved") or files.of(MODEL, "solved")
+    played_by(record, deepcopy(solved))
+
+
+def perfect(record):
+    """The trial as the best player plays it."""
+    plan = PLANNED.plan(MODEL, PLANNED.labelled(record["condition"]), record["repetition"], record["trial"])
+    trial, _ = asyncio.run(play_timed(plan, resolve("ideal-observer").make()))
+    played_by(record, json.loads(trial_to_json(trial)))
+
+
+def said_so(decision):
+    """Its last reply says what it decides."""
+    decision["replies"][-1] = reply_of(decision)
+
+
+def calls_of_these_steps(files):
+    for record in files.of(MODEL):
+        own = files.calls_of(record)
+        for call, step in zip(own, record["steps"], strict=False):
+            call |= {"step": step["step"], "turn": 1, "reply": step["decision"]["replies"][0]}
+            step["decision"]["usage"] = call["usage"]
+        left = {id(call) for call in own[len(record["steps"]) :]}
+        files.calls = [call for call in files.calls if id(call.answer) not in left]
+
+
+def calls_of_these_replies(files):
+    for record in files.of(MODEL):
+        own = {(call["step"], call["turn"]): call for call in files.calls_of(record)}
+        for step in record["steps"][1:]:
+            own[step["step"], len(step["decision"]["replies"])]["reply"] = step["decision"]["replies"][-1]
+
+
+def facts(**changes):
+    return each(lambda record: record["facts"].update(changes))
+
+
+def sent(files, record, number):
+    """A call of a trial as it is stored, by its place among them."""
+    return [call for call in files.calls if call.key == record["key"]][number]
+
+
+def one_more_call(files, record):
+    files.calls.append(deepcopy(sent(files, record, -1)))
+    files.calls[-1].answer["reply"] = '{"last_action": "moved", "hypothesis": "", "joint": "A"}'
+
+
+PLACE = ("key", "agent", "condition", "repetition", "trial")
+
+
+def place_of(line):
+    """What names its trial in a call or a record."""
+    return {name: line[name] for name in PLACE}
+
+
+def of_another(agent=MODEL, **place):
+    """Calls that are said to be of another agent, whose costs they then are, or of another place."""
+    return lambda files: [said.update({"agent": agent} | place) for call in files.calls for said in call.said]
+
+
+def of_another_agent_and_owed(files, record):
+    files.drop(lambda one: one != record["key"])
+    for call in files.calls:
+        for said in call.said if call.key == record["key"] else ():
+            said["agent"] = "llm:openai-api/fake/cheap"
+
+
+def without_an_outcome(files, record):
+    files.calls.append(Sent(deepcopy(sent(files, record, -1).asked), None))
+
+
+def forgotten(files, record):
+    mark = place_of(record) | {"step": 0, "turn": 0, "request": "", "reply": None, "error": "owed anew"}
+    files.calls += [Sent(None, mark), *(deepcopy(one) for one in files.calls if one.key == record["key"])]
+
+
+def dropped(*, lowered=True, calls=False):
+    """Trials from the third on are dropped together with a lowered number."""
+
+    def edit(files):
+        files.settings |= {"trials": 2} if lowered else {}
+        files.drop(lambda key: int(key.rpartition("=")[2]) <= 2, calls=calls)
+
+    return edit
+
+
+def left_out(agent, *, calls=False):
+    def edit(files):
+        files.settings["agents"].remove(agent)
+        of = {record["key"] for record in files.of(agent)}
+        files.drop(lambda key: key not in of, calls=calls)
+
+    return edit
+
+
+def outcomes_left_out(files):
+    left_out(MODEL)(files)
+    for call in files.calls:
+        call.answer = None
+
+
+def a_second_record(files):
+    files.records.append(deepcopy(files.of("random", "budget")[0]))
+    files.records[-1]["steps"][0]["decision"]["hypothesis"] = "made up"
+
+
+flipped_claims = then(decisions(flipped, after=1), decisions(said_so, after=1))
+perfect_replies = then(each(perfect), decisions(lambda one: one.update(replies=[reply_of(one)])))
 
 EDITS = {
     "another outcome told": ("forked", one(lambda of: of["steps"][1].update(told_moved=not of["steps"][1]["told_moved"])), "luck", "step 2, told_moved"),
@@ -258,12 +411,41 @@ EDITS = {
     "a client's trials dropped": ("client", without_last, "attempts", ""),
     "failures of people as errors": ("people", lambda files: relabelled(files.records[0], steps=1), "attempts", ""),
     "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"]), "attempts", "is not on record"),
-    "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision (joint)"),
+    "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision"),
     "a claim there": ("bench", of_the_model(lambda step: flipped(step["decision"])), "replies", ""),
     "no reply there": ("bench", of_the_model(lambda step: step["decision"].pop("replies")), "replies", ""),
     "a reply in the log there": ("bench", other_call, "replies", ""),
-    "fewer attempts without an answer": ("resumed", fewer_attempts, "replies", "step 1 had 2 attempts without an answer, not 1"),
     "a reply of a fork dropped": ("branched", without_last_of_a_fork, "fork replies", ""),
+    "failures as errors": ("sabotaged", each(relabelled, "budget"), "replies", ""),
+    "failures as errors, replies made up": ("sabotaged", errors_with_made_up_replies, "replies", ""),
+    "failures as faults of the provider": ("sabotaged", each(faulty, "budget"), "complete", ""),
+    "an error as a success": ("sabotaged", first(an_error_as_a_success, "error"), "replies", ""),
+    "a perfect player with calls": ("sabotaged", then(perfect_replies, calls_of_these_steps), "replies", ""),
+    "flipped claims with replies": ("sabotaged", flipped_claims, "replies", ""),
+    "flipped claims with calls of another prompt": ("sabotaged", then(flipped_claims, calls_of_these_replies, facts(prompt="chat 0123456789ab", picture_prompt="chat 0123456789ab")), "replies", ""),
+    "repaired replies left out": ("sabotaged", decisions(lambda one: one.update(replies=one["replies"][-1:])), "replies", ""),
+    "rewritten message of an error": ("sabotaged", first(lambda files, one: one["error"].update(message="no usable reply in 2 turns: not one JSON object"), "error"), "replies", ""),
+    "another model": ("sabotaged", facts(model="openai-api/fake/large"), "agents", ""),
+    "another top_p": ("sabotaged", facts(top_p=0.9), "replies", ""),
+    "another schema": ("sabotaged", facts(schema="none"), "replies", ""),
+    "other repairs": ("sabotaged", facts(repairs=4), "agents", ""),
+    "a fact of one trial": ("sabotaged", first(lambda files, one: one["facts"].update(host="http://elsewhere")), "agents", ""),
+    "another model answered": ("sabotaged", decisions(lambda one: one.update(served="fake-large")), "replies", ""),
+    "cheaper calls": ("sabotaged", answers(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies", ""),
+    "a call dropped": ("sabotaged", first(lambda files, one: files.calls.remove(sent(files, one, -1)), "solved"), "replies", ""),
+    "one more call": ("sabotaged", first(one_more_call, "budget"), "replies", ""),
+    "a call of another trial": ("sabotaged", first(lambda files, one: [said.update(place_of(files.of(MODEL)[1])) for said in sent(files, one, 0).said]), "replies", ""),
+    "an outcome of another trial": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "records", ""),
+    "calls of another agent": ("sabotaged", of_another("llm:openai-api/fake/cheap"), "replies", ""),
+    "calls of another agent for an owed trial": ("sabotaged", first(of_another_agent_and_owed), "replies", ""),
+    "calls of another place": ("sabotaged", of_another(trial=1), "replies", ""),
+    "edited calls": ("sabotaged", answers(lambda call: call.update(reply=call["reply"] and call["reply"].replace("in turn", "I see the plan"))), "replies", ""),
+    "a call without an outcome": ("sabotaged", first(without_an_outcome), "replies", ""),
+    "replies to be forgotten": ("sabotaged", first(forgotten, "budget"), "replies", ""),
+    "trials dropped, number lowered": ("sabotaged", dropped(), "replies", ""),
+    "the model left out": ("sabotaged", left_out(MODEL), "replies", ""),
+    "the model left out, outcomes too": ("sabotaged", outcomes_left_out, "replies", ""),
+    "a second record": ("sabotaged", a_second_record, "records", ""),
 }  # fmt: skip
 """An edit with right columns -> the study, the edit, the check that finds it, and what it says of it."""
 
@@ -278,8 +460,83 @@ def test_an_edit_is_found_though_columns_are_right(played, tmp_path, name):
     found = failing(directory)
     assert check in found, found
     assert any(said in place for place in found[check])
-    if of in ("bench", "resumed", "branched"):
+    if of in ("bench", "branched"):
         assert list(found) == [check]
+
+
+ROWS = {
+    "key": "'small/random/truth/rep=1/trial=99'", "agent": "'random'", "player": "'participant:aaaa01'", "condition": "'truth'",
+    "repetition": "2", "trial": "7 - trial", "fork": "'lie'", "ending": "'solved'", "owed": "1", "steps": "steps + 1",
+    "identity": "'0123456789ab'", "alike": "x'00'", "current": "0",
+    "record": "(select record from trial where ending = 'solved')",
+}  # fmt: skip
+"""A column -> what somebody puts there in the row of a failure under flips."""
+
+DAMAGE = dict.fromkeys(["key", "record"], "its record is damaged (it is of small/")
+DAMAGE |= {"identity": "which is no trial of the study in study.json", "current": "its last record does not count"}
+
+
+@pytest.mark.parametrize("column", ROWS)
+def test_a_row_that_is_not_that_of_its_record_is_found(played, tmp_path, column):
+    directory = played("sabotaged", tmp_path / "out")
+    (number, key), *_ = sql(
+        directory, f"select id, key from trial where ending = 'budget' and condition != 'truth' and agent = '{MODEL}'"
+    )
+    sql(directory, f"update trial set {column} = {ROWS[column]} where id = ?", number)
+    found = failing(directory)
+    named = [one for places in found.values() for one in places if column == "key" or key in one]
+    assert any(DAMAGE.get(column, f"its {column} are not those of its record") in one for one in named), found
+
+
+def test_a_record_that_was_replaced_cannot_count_again(tmp_path):
+    """Neither the one before a fault, nor both."""
+    planned = study("flips", agent="random", p=[0], trials=1, repetitions=1)
+    (finished,) = play_study(planned)
+    directory = write_study(tmp_path, planned, [make_trial([0], agent="random", broken="plant"), finished])
+    assert failing(directory) == {}
+    with pytest.raises(sqlite3.IntegrityError):
+        sql(directory, "update trial set current = 1")
+    sql(directory, "update trial set current = 0")
+    sql(directory, "update trial set current = 1 where owed")
+    assert failing(directory)["records"] == (f"study.db: {finished.key}: its last record does not count",)
+
+
+def rewritten_last_reply(files):
+    record = files.of(MODEL, "budget")[0]
+    files.calls_of(record)[-1]["reply"] = record["steps"][-1]["decision"]["replies"][-1] = reply_of(
+        record["steps"][-1]["decision"] | {"hypothesis": "made up"}
+    )
+    record["steps"][-1]["decision"]["hypothesis"] = "made up"
+
+
+def cheaper_everywhere(files):
+    record = files.of(MODEL, "solved")[0]
+    for call in files.calls_of(record):
+        call["usage"]["input_tokens"] = 1
+    for step in record["steps"]:
+        step["decision"]["usage"]["input_tokens"] = len(step["decision"]["replies"])
+
+
+NOT_FOUND = {
+    "calls and records made up together": rewritten_last_reply,
+    "costs made up together": cheaper_everywhere,
+    "the plan and all of it": dropped(calls=True),
+    "an agent and all of it": left_out(MODEL, calls=True),
+}
+
+
+@pytest.mark.parametrize("name", NOT_FOUND)
+def test_what_no_check_can_find_is_said_and_is_found_by_a_published_hash(played, tmp_path, name):
+    directory = played("sabotaged", tmp_path / "out")
+    published = json.loads(in_process("status", directory, "--json").stdout)
+    files = Evidence(directory)
+    NOT_FOUND[name](files)
+    files.save()
+    assert failing(directory) == {}
+    found = failing(directory, settings=published["settings_hash"], results=published["results_hash"])
+    assert "results hash" in found
+    assert ("settings hash" in found) == (published["settings_hash"] != read_study(directory).settings_hash)
+    assert ("settings hash" in found) == (name.startswith(("the plan", "an agent")))
 
 
 def test_files_beside_the_records_are_held_against_them(played, tmp_path):
@@ -307,9 +564,9 @@ def test_a_damaged_record_of_a_fork_is_named_with_its_file(played, tmp_path):
     sql(directory / FORKS, "update trial set ending = 'solved' where ending = 'budget'")
     assert all(one.startswith("forks/study.db: flips/") for one in failing(directory)["records"])
     sql(directory / FORKS, "update trial set record = substr(record, 1, 99) where id = 2")
-    (check,) = verify(directory)
-    assert check.said.startswith(f"{directory}/forks/study.db: flips/")
-    assert ": its record is damaged (" in check.said
+    (said,) = failing(directory)["records"]
+    assert said.startswith(f"{directory}/forks/study.db: flips/")
+    assert ": its record is damaged (" in said
 
 
 def renamed(record, arm, **place):
@@ -383,23 +640,14 @@ def another_digit(content):
     return content[:at] + bytes([content[at] + 1]) + content[at + 1 :]
 
 
-def another_drawing(content):
-    return content.replace(b"data:image/svg+xml,", b"data:image/svg+xml,AAAA", 1)
-
-
-@pytest.mark.parametrize(
-    ("name", "edit", "named"),
-    [
-        ("report.html", another_digit, ""),
-        ("report.html", another_drawing, ""),
-        ("tables/conditions.csv", another_digit, ""),
-        ("figures/fig4.svg", lambda content: content + b" ", ""),
-        ("figures/fig4.png", lambda content: content + b" ", ""),
-    ],
-)
-def test_an_edited_page_table_or_figure_is_named(reported, edited, name, edit, named):
+def test_an_edited_page_table_or_figure_is_named(reported, edited):
     assert failing(reported) == {}
-    assert edited(name, edit((reported / name).read_bytes())) == {"report": (f"{name}{named}",)}
+    edits = {name: lambda content: content + b" " for name in ("figures/fig4.svg", "figures/fig4.png")}
+    edits |= {"report.html": another_digit, "tables/conditions.csv": another_digit}
+    for name, edit in edits.items():
+        before = (reported / name).read_bytes()
+        assert edited(name, edit(before)) == {"report": (name,)}
+        edited(name, before)
 
 
 def test_an_altered_result_is_named_as_it_is_written_and_as_it_is_computed(reported, edited):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lockprobe.simulation.power.conditions import played_blocks
+from lockprobe.simulation.power import played_blocks
 from lockprobe.studies.decisions import Family, Question, answers, decisions, families, wanted
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study

@@ -19,7 +19,6 @@ from lockprobe.cli.study_options import study_help
 from lockprobe.foundation.errors import Conflict
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.report.write import write_report
 
 if TYPE_CHECKING:
     from lockprobe.report.compare import Comparison
@@ -102,6 +101,8 @@ def _print_comparison(found: Comparison) -> None:
 
 
 def _write(directory: Path, *, paper: bool, json: bool) -> None:
+    from lockprobe.report.write import write_report  # a second of imports, for which help need not wait
+
     tell = partial(print, "Report:", file=sys.stderr)
     left_out: list[LeftOutSection] = []
     path = write_report(directory, tell=tell, left_out=left_out.append)

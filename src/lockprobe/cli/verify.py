@@ -41,17 +41,19 @@ def verify(
     if not any((directory / name).exists() for name in (SETTINGS, STORE)):
         raise BadFile(directory, f"no {SETTINGS} here; is it the directory of a study?")
     # two seconds of imports, which --help need not wait for
-    from lockprobe.report.verify.verification import NOT_SHOWN
-    from lockprobe.report.verify.verification import verify as verify_study
+    from lockprobe.report.verify import NOT_SHOWN
+    from lockprobe.report.verify import verify as verify_study
 
     checks = verify_study(directory, settings=settings, results=results, tell=time_left("trials"))
     holds = all(one.holds for one in checks)
     if json:
-        print(json_.dumps({"holds": holds, "checks": [asdict(one) for one in checks], "not_shown": NOT_SHOWN}))
+        found = [asdict(one) | {"holds": one.holds} for one in checks]
+        print(json_.dumps({"holds": holds, "checks": found, "not_shown": NOT_SHOWN}))
     else:
         wide = max(len(one.name) for one in checks)
         for one in checks:
-            print(f"{'holds' if one.holds else 'FAILS'}  {one.name:{wide}}  {printable(one.said)}")
+            exceptions = "" if one.holds else f"{len(one.failed)} exception{'s' * (len(one.failed) > 1)} to: "
+            print(f"{'holds' if one.holds else 'FAILS'}  {one.name:{wide}}  {exceptions}{printable(one.said)}")
             for name in one.failed[:_NAMED]:
                 print(f"{'':{wide + 9}}{printable(name)}")
             if len(one.failed) > _NAMED:

@@ -11,7 +11,7 @@ import hashlib
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from importlib.resources import files
 from typing import Any, NamedTuple
 from urllib.parse import quote
@@ -21,10 +21,7 @@ from lockprobe.report.format import Entry, texts
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import own_markup, rendered
 from lockprobe.report.rows import Results
-from lockprobe.report.section import Block, Figure, Note, Part, Section, Table, Template
-
-_PIXELS = 96 / 72
-"""Pixels per point."""
+from lockprobe.report.section import Block, Figure, Part, Section, Table, Template
 
 
 class Image(NamedTuple):
@@ -40,7 +37,7 @@ def image(svg: bytes) -> Image:
     wide = re.search(r'width="([\d.]+)pt"', small)
     text = re.sub(r"(?<!scale\()(\b\d+\.\d\d)\d+", r"\1", re.sub(r"\s+", " ", small)).replace('"', "'")
     source = quote(text, safe=" !$&'()*+,-./:;=?@[]^_`{|}~")
-    return Image(f"data:image/svg+xml,{source}", round(float(wide[1]) * _PIXELS) if wide else 0)
+    return Image(f"data:image/svg+xml,{source}", round(float(wide[1]) * 96 / 72) if wide else 0)
 
 
 @dataclass
@@ -67,10 +64,12 @@ class Page:
         return parts_of(self.found)
 
     def text(self) -> str:
-        """The page; if even its frame cannot be made, one that says so."""
+        """The page, with our one script and its hash; if even its frame cannot be made, one that says so."""
+        script = files("lockprobe.report").joinpath("templates/report.js").read_text(encoding="utf-8")
+        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
         return section(
             "Page report.html",
-            lambda: rendered("report", found=self.found, page=self, parts=self.parts),
+            lambda: rendered("report", found=self.found, page=self, script=script, script_hash=f"sha256-{digest}"),
             lambda: rendered("left_out", found=self.found, page="report"),
         )
 
@@ -84,10 +83,6 @@ class Page:
     def _made(self) -> dict[Table, Sequence[Sequence[Entry]]]:
         return {}
 
-    def caption(self, figure: Figure) -> Note:
-        """The caption of a figure."""
-        return figure.caption_of(self.found)
-
     def template(self, block: Template) -> Any:
         """A block that has a template of its own."""
         return own_markup(rendered(block.name, found=self.found, page=self, **block.values))
@@ -97,26 +92,6 @@ class Page:
         missing = '<p class="off">This section could not be written; the top of the page says why.</p>'
         write = partial(rendered, "written", blocks=list(part.blocks), page=self)
         return own_markup(section(part.heading, write, lambda: missing))
-
-    @property
-    def trials_data(self) -> Any:
-        """The trials as JSON that no browser runs."""
-        return own_markup(self.trials)
-
-    @property
-    def script(self) -> Any:
-        """The program of the page."""
-        return own_markup(_script())
-
-    @property
-    def script_hash(self) -> str:
-        """Its hash as a source of a content security policy."""
-        return f"sha256-{base64.b64encode(hashlib.sha256(_script().encode()).digest()).decode()}"
-
-
-@cache
-def _script() -> str:
-    return files("lockprobe.report").joinpath("templates/report.js").read_text(encoding="utf-8")
 
 
 def parts_of(found: Results) -> list[Part]:

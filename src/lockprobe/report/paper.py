@@ -24,9 +24,9 @@ from lockprobe.report.format import tex_text
 from lockprobe.report.methods import condition_in_words, methods_tex
 from lockprobe.report.page import tables_of
 from lockprobe.report.questions import all_sections
-from lockprobe.report.report_files import File
 from lockprobe.report.rows import Estimate, Results
 from lockprobe.report.section import Figure
+from lockprobe.report.write import File
 
 PAPER = "paper"
 """The directory, in that of the study."""

@@ -19,7 +19,7 @@ from lockprobe.foundation.errors import SettingsChanged
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.report.verify.verification import verify
+from lockprobe.report.verify import verify
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study

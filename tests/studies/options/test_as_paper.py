@@ -9,7 +9,7 @@ from provider_server import here, replying, words
 from lockprobe.agents.llm.settings import Access
 from lockprobe.boxes.layouts import locking_pairs, neighbours
 from lockprobe.foundation.errors import Conflict
-from lockprobe.report.verify.verification import verify
+from lockprobe.report.verify import verify
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.trial.plan import Names

@@ -8,7 +8,7 @@ import pytest
 
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.misread_flip import rates_of
-from lockprobe.report.verify.verification import verify
+from lockprobe.report.verify import verify
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study

@@ -8,10 +8,10 @@ runs, and no model is asked.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
+from itertools import zip_longest
 from typing import Any, Literal
 
 import numpy as np
@@ -81,17 +81,14 @@ async def played_again(
         foreign = any(is_foreign("intervention", one) for one in plan.condition.specs)
         if foreign or is_foreign("plant", plan.plant) or resolve_plant(plan.plant).is_attended():
             found.unplayed = True
-            found.choices = _other_replies(trial, replies, parent) if found.kind == "hosted" else ""
+            if found.kind == "hosted" and not parent:
+                found.choices = _other_replies(trial, replies)
             return found
         kept = KeptReplies(replies)
         agent = _agent(trial, found.kind, kept, KeptReplies(parent))
-        why = await _difference(plan, trial, agent)
-        if isinstance(agent, _Recorded):
-            found.luck = why
-            if found.kind == "outside" and trial.error is not None and trial.error.boundary == "reply":
-                found.choices = "people and clients are asked until they answer: none ends by a reply"
-        elif why:  # whether the rest follows from these choices
-            found.luck, found.choices = await _difference(plan, trial, _Recorded(trial)), why
+        found.luck = await _difference(plan, trial, agent)
+        if found.luck and not isinstance(agent, _Recorded):  # whether the rest follows from these choices
+            found.luck, found.choices = await _difference(plan, trial, _Recorded(trial)), found.luck
             ours = {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
             if found.kind == "hosted" and any(trial.facts.get(name) != said for name, said in ours.items()):
                 found.choices += "; its prompt is not that of this release, so verify it with its own"
@@ -166,41 +163,31 @@ def _changed(before: Any, now: Any) -> list[str]:
     return [one.name for one in fields(before) if getattr(before, one.name) != getattr(now, one.name)]
 
 
-def _other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call]) -> str:
+def _other_replies(trial: Trial, logged: Sequence[Call]) -> str:
     """Where decisions and errors of a trial that is not played again are not its replies in the log of calls.
 
     Without the plant nobody knows the requests. But the words of every reply are on record twice, and a reply names a
-    joint and a claim, whatever it was asked. Steps of a fork before its own first reply are those of its trial.
+    joint and a claim, whatever it was asked.
     """
-    first = min((call.step for call in own), default=len(trial.steps) + 1)
-    logged, recorded = defaultdict[int, list[str]](list), defaultdict[int, list[str]](list)
-    for call in (*(call for call in parent if call.step < first), *own):
-        logged[call.step].append(call.reply or "")
-    for step in trial.steps:
-        recorded[step.step] += step.decision.replies
+    recorded = [(step.step, reply) for step in trial.steps for reply in step.decision.replies]
     if trial.error is not None:
-        recorded[trial.error.step] += trial.error.replies
-    last = len(trial.steps) if trial.owed_again or parent else max((*logged, *recorded), default=0)
-    for number in range(1, last + 1):
-        if logged[number] != recorded[number]:
-            return f"step {number}, replies"
+        recorded += [(trial.error.step, reply) for reply in trial.error.replies]
+    replies = [(call.step, call.reply) for call in logged]
+    if trial.owed_again:  # the replies of the step that broke are of no decision
+        replies = replies[: len(recorded)]
+    for one, other in zip_longest(recorded, replies):
+        if one != other:
+            return f"step {(one or other or (0,))[0]}, replies"
     task = Task(joints=trial.listing, target=trial.target, budget=trial.budget)
     labels, before = dict(zip(trial.joints, trial.labels, strict=True)), None
     for step in trial.steps:
-        if why := _another_decision(step.decision, Situation(task=task, past=(), percept=Percept(joint=before))):
-            return f"step {step.step}, {why}"
+        decision, asked = step.decision, ["joint", *["last_action"] * (step.decision.claimed is not None)]
+        now = Situation(task=task, past=(), percept=Percept(joint=before))
+        try:
+            said = parse_reply(decision.replies[-1], now, asked=asked) if decision.replies else None
+        except ReplyFault:  # only its request says what it means
+            said = decision
+        if said is None or (said.joint, said.claimed) != (decision.joint, decision.claimed):
+            return f"step {step.step}, decision"
         before = labels.get(step.joint)
     return ""
-
-
-def _another_decision(decision: Decision, now: Situation) -> str:
-    """What a reply names otherwise than its decision; empty if nothing, or if only its request says what it means."""
-    if not decision.replies:
-        return "a decision without a reply"
-    asked = ["joint", *(["last_action"] if decision.claimed is not None else [])]
-    try:
-        said = parse_reply(decision.replies[-1], now, asked=asked)
-    except ReplyFault:
-        return ""
-    different = [name for name in ("joint", "claimed") if getattr(said, name) != getattr(decision, name)]
-    return f"decision ({', '.join(different)})" if different else ""

@@ -1,0 +1,385 @@
+"""Verification of a study from its records alone: settings, checksums, luck, truth, replies and report.
+
+What a record says of the box and of the reports has to follow from its actions, from the rules of the box and from the
+random streams of its seed. So every trial is played again (:mod:`lockprobe.report.replay`). Choices are held against
+what there is of their agent: strategies are asked again, hosted models have their replies in the log of calls, local
+models their probabilities, people and clients the log of their server. The report is made again and compared. No code
+of a user or of another package runs, and no model is asked.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from lockprobe.agents.catalogue import is_strategy, resolve
+from lockprobe.agents.llm.settings import Model
+from lockprobe.agents.policy import Policy
+from lockprobe.foundation.errors import LockprobeError, UserMistake
+from lockprobe.foundation.inputs import is_there, read_input
+from lockprobe.foundation.plugins import no_foreign_code
+from lockprobe.foundation.spec import MCP, Spec, spec_kind
+from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.people.journey import acts_of_steps
+from lockprobe.report.opened import OpenedStudy, open_study
+from lockprobe.report.replay import AgentKind, ReplayedTrial, is_foreign, kind_of, played_again
+from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
+from lockprobe.studies.branch import FORKS, fork_plan
+from lockprobe.studies.costs.call_log import kept_replies, logged_calls
+from lockprobe.studies.decisions import due
+from lockprobe.studies.next_choice import next_choice
+from lockprobe.studies.records.attempt_log import AttemptLog
+from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.known_facts import KnownFacts
+from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.studies.records.results_hash import results_hash
+from lockprobe.studies.records.store import STORE, read
+from lockprobe.studies.records.trial_rows import contradictions
+from lockprobe.studies.running.paused_trial import RecordedAttempt
+from lockprobe.trial.model_call import Call
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.protocols import InterventionTraits
+from lockprobe.trial.record import Trial
+
+NOT_SHOWN = (
+    "No such check can show that the plan was changed, the seed chosen, or an agent or a person left out before these "
+    "records were made, or that all of it was made up together (replies, answers of people and of local models, "
+    "clock readings). To be safe against it: put the hash of the settings, which run prints before the first trial, "
+    "under a preregistration, and that of the results under the paper; --settings HASH and --results HASH check them"
+)
+"""What verification cannot find, and what helps against it."""
+
+_RESULTS = "results.json"
+
+_TIME = re.compile(rb"Made at \d\d:\d\d on \d{1,2} [A-Z][a-z]+ \d{4};")
+"""When a page was made, of a study with open trials."""
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing that was checked: its name, what is so if it holds, and what is not: keys of trials, or lines."""
+
+    name: str
+    said: str
+    failed: Sequence[str] = ()
+
+    @property
+    def holds(self) -> bool:
+        """Whether nothing fails."""
+        return not self.failed
+
+
+def verify(
+    directory: Path | str,
+    *,
+    settings: str | None = None,
+    results: str | None = None,
+    tell: Callable[[int, int], None] = lambda done, of: None,
+) -> tuple[Check, ...]:
+    """Recompute a study from its records, and hold what lies in its directory against that.
+
+    Args:
+        directory: The directory of a study.
+        settings: The hash of its settings, as it was published; None checks none.
+        results: The hash of its records likewise.
+        tell: Called with the number of trials played again, and of all.
+
+    Returns:
+        The checks in order. After settings or records that cannot be read there are no others.
+    """
+    with no_foreign_code():
+        try:
+            opened = open_study(Path(directory))
+            acts_of_steps(opened.study, {one.key: one for one in opened.trials}, opened.diaries, opened.directory)
+            found = _PlayedAgain(opened, {"settings": settings, "results": results}, tell)
+            return tuple(one for check in _CHECKS for one in check(found))
+        except LockprobeError as error:
+            return (Check("records", "settings and records can be read", (str(error),)),)
+
+
+class _PlayedAgain:
+    """A study whose trials are played again, and its published hashes."""
+
+    def __init__(
+        self, opened: OpenedStudy, published: Mapping[str, str | None], tell: Callable[[int, int], None]
+    ) -> None:
+        self.opened, self.study, self.published = opened, opened.study, published
+        self.directory, self.trials = opened.directory, {trial.key: trial for trial in opened.trials}
+        finished = {key for key, trial in self.trials.items() if not trial.owed_again}
+        plans = (plan for agent in self.study.run_agents for plan in self.study.plans(agent))
+        self.owed = {plan.key: plan for plan in plans if plan.key not in finished}
+        self.again, kept = list[ReplayedTrial](), _kept(self.directory)
+        with asyncio.Runner() as runner:
+            for done, trial in enumerate(opened.trials, 1):
+                condition = self.study.condition_of(trial)
+                assert condition is not None  # only trials that the settings ask for are opened
+                plan = self.study.plan(trial.agent, condition, trial.repetition, trial.trial)
+                self.again.append(runner.run(played_again(plan, trial, kept.get(trial.key, ()))))
+                tell(done, len(opened.trials))
+
+
+def _kept(directory: Path) -> dict[str, list[Call]]:
+    """The replies to each trial in a log of calls."""
+    return kept_replies([one.answer for one in logged_calls(directory) if one.answer is not None])
+
+
+def _also(count: int, said: str) -> str:
+    """A further part of what was found, after its number; empty for none."""
+    return f"; {count} {said}" if count else ""
+
+
+def _records(of: _PlayedAgain) -> Iterator[Check]:
+    """The store is sound and says what its records say."""
+    failed = list[str]()
+    for folder in (of.directory, of.directory / FORKS):
+        if is_there(folder / STORE):
+            with read(folder) as store:
+                damage = [said for (said,) in store.rows("pragma quick_check") if said != "ok"]
+                path = store.path.relative_to(of.directory)
+                failed += (f"{path}: {said}" for said in damage or contradictions(store))
+    broken = Counter(trial.error.boundary for trial in of.opened.trials if trial.error is not None)
+    where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
+    ended = f"{broken.total()} of {len(of.trials)} trials ended as an error{where}"
+    yield Check("records", f"{len(of.trials)} records are unchanged; {ended}", failed)
+
+
+def _settings(of: _PlayedAgain) -> Iterator[Check]:
+    """The doses of the conditions are those of what acts in them; the hashes are the published ones."""
+    failed, own = list[str](), of.study
+    for condition in own.conditions:
+        for spec, doses in condition.acting:
+            if is_foreign("intervention", spec):
+                continue
+            try:
+                (made,) = interventions_of(spec)
+            except UserMistake:  # it cannot be made here, as without the file of a prompt
+                continue
+            if (found := InterventionTraits.of(made).doses) != doses:
+                failed.append(f"{condition.label}: the doses of {spec} are {found}, not {doses}")
+    yield Check("settings", f"all {len(of.trials)} trials are of seed {own.seed} and of these settings", failed)
+    hashes = {"settings": own.settings_hash, "results": results_hash(own, of.opened.trials)}
+    for what, published in of.published.items():
+        if published is not None:
+            same = published.strip().lower() == hashes[what]
+            said = f"these {what} have the hash {published.strip()}"
+            yield Check(f"{what} hash", said, [] if same else [f"they have {hashes[what]}"])
+
+
+def _complete(of: _PlayedAgain) -> Iterator[Check]:
+    """Every planned trial of agents is there; participants owe none."""
+    own, owed = of.study, list(of.owed)
+    if own.until is not None:  # what it has to play before its next look; nothing if it may stop
+        owed = [plan.key for agent in own.run_agents for plan in due(own, agent, of.opened.trials)]
+    people = f"; of people {sum(bool(one.player) for one in of.opened.trials)} of {own.invited}, who owe none"
+    which = f"trial that it needs until {own.until}" if own.until else "planned trial"
+    yield Check("complete", f"every {which} is there{people * bool(own.invited)}", owed)
+
+
+def _luck(of: _PlayedAgain) -> Iterator[Check]:
+    """Truth and reports follow from the choices, the box and the seed."""
+    left = sum(one.unplayed for one in of.again)
+    more = "more need a plant or an intervention that does not ship, or a real box, and are not played"
+    said = f"all {len(of.again) - left} trials follow from their choices, the box and the seed{_also(left, more)}"
+    yield Check("luck", said, [f"{one.key}: {one.luck}" for one in of.again if one.luck])
+
+
+_ASKED: Mapping[AgentKind, str] = {
+    "strategy": "of strategies, which are asked again",
+    "local": "of local models, by their recorded probabilities",
+    "own": "of your own agents, which cannot be recomputed",
+}
+"""Kind of agent -> how its choices are held."""
+
+
+def _choices(of: _PlayedAgain) -> Iterator[Check]:
+    """Strategies choose the same again, local models by their probabilities, and nobody the impossible."""
+    counts = Counter(one.kind for one in of.again if not one.unplayed or one.kind == "own")
+    held = [f"{counts[kind]} trials {said}" for kind, said in _ASKED.items() if counts[kind]]
+    said = f"all are those that their agents make: {', '.join(held) or 'of none'}"
+    yield Check(
+        "choices", said, [f"{one.key}: {one.choices}" for one in of.again if one.choices and one.kind != "hosted"]
+    )
+
+
+def _agents(of: _PlayedAgain) -> Iterator[Check]:
+    """An agent is the same in all its trials, and a model the one that its spec names."""
+    known, failed = KnownFacts(of.opened.trials), list[str]()
+    for trial in of.opened.trials:
+        for (_, name), (before, now) in known.differences(trial).items():
+            failed.append(f"{trial.key}: {name} is {now}, and {before} in other trials")
+        if kind_of(trial.agent) == "hosted":
+            model = Model.parse(trial.agent)
+            asked = {name: getattr(model.settings, name) for name in Spec.parse(trial.agent).options}
+            for name, value in {"model": model.name, **asked}.items():
+                if trial.facts.get(name) not in (None, value):
+                    failed.append(f"{trial.key}: {name} is {trial.facts[name]} in its record and {value} in its spec")
+    yield Check("agents", "every agent says the same of itself in all its trials", failed)
+
+
+def _replies(of: _PlayedAgain) -> Iterator[Check]:
+    yield from _replies_held("replies", of.directory, {**of.owed, **of.trials}, of.again)
+
+
+def _replies_held(
+    name: str, directory: Path, known: Mapping[str, Trial | Plan], again: Sequence[ReplayedTrial]
+) -> Iterator[Check]:
+    """Whether decisions of hosted models are the replies in a log, and all of them; no check without model or call.
+
+    ``known`` are the trials on record, and those that are owed; ``again`` is what follows of the records.
+    """
+    logged, hosted = logged_calls(directory), [one for one in again if one.kind == "hosted"]
+    if not (hosted or logged):
+        return
+    kept, marks = _kept(directory), Counter(one.answer.key for one in logged if one.answer and one.answer.owed_anew)
+    failed = [
+        f"{one.key}: {one.choices if kept.get(one.key) else 'the log of calls has no reply of it'}"
+        for one in hosted
+        if one.choices
+    ]
+    for _, asked, answer in logged:
+        for call in filter(None, (asked, answer)):
+            one, place = known.get(call.key), (call.agent, call.condition, call.repetition, call.trial)
+            if one is None:
+                failed.append(f"{call.key}: calls of no trial on record")
+            elif place != (one.agent, one.name.condition, one.repetition, one.trial):
+                failed.append(f"{call.key}: its calls name another trial or agent")
+        if asked and answer is None and isinstance(known.get(asked.key), Trial):
+            failed.append(f"{asked.key}: a call that was sent has no outcome")
+    for key, one in known.items():
+        if isinstance(one, Trial) and marks[key] != one.replays + (one.error is not None and one.error.again):
+            failed.append(
+                f"{key}: owed anew {marks[key]} times in the log of calls, and its record counts {one.replays}"
+            )
+    unplayed = "of these are not played, and held by their words alone"
+    said = f"{sum(len(kept.get(one.key, ())) for one in hosted)} replies in the log of calls are the decisions of "
+    said += f"{len(hosted)} trials, and all of them{_also(sum(one.unplayed for one in hosted), unplayed)}"
+    yield Check(name, said, [*dict.fromkeys(failed)])
+
+
+def _attempts(of: _PlayedAgain) -> Iterator[Check]:
+    """Steps of people and clients are the attempts in their diaries and in the log of attempts, and all of them."""
+    diaries, logged = of.opened.diaries, dict(AttemptLog.read(of.directory))
+    for diary in diaries:
+        for box in range(1, len(diary.joined.slots) + 1):
+            key, steps = diary.key(of.study, box), diary.steps.get(box)
+            if key in of.trials or (steps and steps[-1].ended is not None):
+                logged[key] = diary.attempts(box)
+    held = [one for one in of.opened.trials if spec_kind(one.agent) == MCP or (one.player and diaries)]
+    if held or logged or diaries:
+        failed = [f"{one.key}: {why}" for one in held if (why := _unlike(one, logged.pop(one.key, ())))]
+        failed += [f"{key}: it is not on record" for key in logged if key not in of.owed]
+        said = f"{len(held)} trials of clients and people are as their servers wrote them step by step"
+        yield Check("attempts", said, failed)
+
+
+def _unlike(trial: Trial, attempts: Sequence[RecordedAttempt]) -> str:
+    """The first difference between a trial and the attempts in a log; empty without one."""
+    if trial.owed_again:  # its box broke: the log starts anew
+        return ""
+    if len(attempts) != len(trial.steps):
+        return f"{len(trial.steps)} steps, and {len(attempts)} attempts in its log"
+    for step, attempt in zip(trial.steps, attempts, strict=True):
+        said = step.decision
+        if attempt != RecordedAttempt(said.joint, said.claimed, step.told, said.hypothesis):
+            return f"step {step.step} is another one in its log"
+    return ""
+
+
+def _forks(of: _PlayedAgain) -> Iterator[Check]:
+    """Forks follow from the records of their trials, their choices and the seed, and next choices from strategies."""
+    opened, own, directory = of.opened, of.study, of.directory / FORKS
+    if not opened.forks:
+        return
+    there, chances, failed = read_study(directory), dict(opened.choices), list[str]()
+    if list(map(there.record_identity, there.conditions)) != list(map(own.record_identity, own.conditions)):
+        failed.append(f"{FORKS}/study.json: the settings of another study")
+    again, kept, kept_before = list[ReplayedTrial](), _kept(directory), _kept(of.directory)
+    with asyncio.Runner() as runner:
+        for fork in opened.forks:
+            name, chosen = fork.fork, chances.pop(fork.key, None)
+            try:
+                assert name is not None
+                plan = fork_plan(own, of.trials[name.parent], name)
+            except (UserMistake, ValueError, KeyError, StopIteration):  # an unknown arm; a trial of another condition
+                failed.append(f"{fork.key}: it is a fork of no trial on record")
+                continue
+            replies = kept.get(fork.key, ()), kept_before.get(name.parent, ())
+            again.append(one := runner.run(played_again(plan, fork, *replies)))
+            if why := one.luck or one.choices * (one.kind != "hosted"):  # those have a check of their own
+                failed.append(f"{one.key}: {why}")
+            if chosen is not None:
+                policy = resolve(fork.agent).make() if is_strategy(fork.agent) else None
+                if not isinstance(policy, Policy) or runner.run(next_choice(plan, policy, name.at)) != chosen:
+                    failed.append(f"{fork.key}: another next choice than its strategy has")
+    failed += (f"{key}: a next choice, but no fork on record has it" for key in chances)
+    yield Check("forks", f"all {len(opened.forks)} forks follow from their trials, their choices and the seed", failed)
+    yield from _replies_held("fork replies", directory, {one.key: one for one in opened.forks}, again)
+
+
+def _pictures(of: _PlayedAgain) -> Iterator[Check]:
+    """Every picture that is there is the one of its name."""
+    album, names = of.directory / ALBUM, {name for one in of.opened.trials for name in one.picture_names}
+    there = [name for name in sorted(names) if (album / name).is_file()]
+    failed = [name for name in there if Picture(kind="rgb", png=read_input(album / name)).name != name]
+    if names:
+        missing = _also(len(names) - len(there), "are not there")
+        yield Check("pictures", f"{len(there)} pictures are those that the records name{missing}", failed)
+
+
+def _report(of: _PlayedAgain) -> Iterator[Check]:
+    """Results, page, tables and figures are those of a report that is made again, byte by byte.
+
+    It is made without code of packages: the rows that they measured are taken from the file, and named.
+    """
+    from lockprobe.report.write import report_files
+
+    written, measured = _bytes(of.directory / _RESULTS), list[Estimate | Fact]()
+    with suppress(ValidationError):  # what is wrong with it is named below
+        found = Results.model_validate_json(written)
+        measured += (row for row in found.measures if row.source)
+        measured += (fact for fact in found.facts if fact.about == MEASURES and fact.source)
+    files = dict(report_files(replace(of.opened, measured=measured), tell=lambda said: None))
+    made = {name: one.encode() if isinstance(one, str) else one for name, one in files.items() if one is not None}
+    there = [name for name in made if (of.directory / name).exists()]
+    if not there:
+        yield Check("results", "there is no report to compare")
+        return
+    here, now = (dict.fromkeys(line.strip(b" ,\r") for line in text.split(b"\n")) for text in (written, made[_RESULTS]))
+    lines = [("written", line) for line in here if line not in now] + [
+        ("computed", line) for line in now if line not in here
+    ]
+    failed = [f"{who}: {line[:300].decode(errors='replace')}" for who, line in lines]
+    unchecked = (
+        f"of its rows are not checked: they come from {', '.join(dict.fromkeys(row.source for row in measured))}"
+    )
+    said = f"{_RESULTS} is what this release makes of the records{_also(len(measured), unchecked)}"
+    yield Check(
+        "results", said, failed or ["lines in another order"] * (written != made[_RESULTS]) if _RESULTS in there else []
+    )
+    there = [name for name in there if name != _RESULTS]
+    different = [n for n in there if _TIME.sub(b"", _bytes(of.directory / n)) != _TIME.sub(b"", made[n])]
+    missing = _also(len(made) - 1 - len(there), "are not there")
+    said = f"{len(there)} pages, tables and figures are what this release makes of the records{missing}"
+    yield Check("report", said, different)
+
+
+def _bytes(path: Path) -> bytes:
+    """The content of a file of the report; empty if it cannot be read."""
+    try:
+        return read_input(path, 2**28)
+    except LockprobeError:
+        return b""
+
+
+_CHECKS = (
+    _records, _settings, _complete, _luck, _choices, _agents, _replies, _attempts, _forks, _pictures, _report,
+)  # fmt: skip
+"""What is checked, in order."""

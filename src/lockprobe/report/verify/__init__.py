@@ -1,1 +1,0 @@
-"""Recomputing a study from its records."""

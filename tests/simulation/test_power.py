@@ -1,0 +1,185 @@
+"""The power of a study: what is stated is what is simulated, and the report's own test judges it."""
+
+import numpy as np
+import pytest
+from builders import play_study
+from reported import found_in
+from scipy.special import expit
+
+from lockprobe.foundation.seeds import generator
+from lockprobe.simulation.power import STATED, Clusters, Conditions, Needed, conditions_of, played_blocks, power
+from lockprobe.statistics.differences import each_difference
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.single import run_trial
+
+ACTING = {"p": [0, 0.3, 0.6], "condition": ["nudge", "drop?p=0.5"], "sweep": "tremble?p=0,0.4,0.8"}
+ANY, SHAPE = "any of them", "rises and falls"
+
+
+def planned(seed=1, trials=40, agent="cognitive:perseverant", **more):
+    return study("flips", **({"agent": agent, "trials": trials, "repetitions": 1, "seed": seed} | ACTING | more))
+
+
+@pytest.mark.parametrize(
+    ("detected", "studies", "needed", "low", "high"),
+    [
+        ((20, 50, 70), 100, None, None, None),
+        ((85, 90, 99), 100, 15, None, 23),
+        ((20, 80, 99), 100, 30, 28, 40),
+        ((2000, 8000, 9900), 10_000, 30, 30, 31),
+        ((20, 50, 82), 100, 58, 50, None),
+    ],
+)
+def test_what_is_needed_lies_where_power_crosses_the_target_with_the_error_of_its_simulation(
+    detected, studies, needed, low, high
+):
+    found = Needed.of(dict(zip((15, 30, 60), detected, strict=True)), studies)
+    assert (found.needed, found.low, found.high) == (needed, low, high)
+
+
+def test_families_are_those_of_the_report():
+    rates, tremble, others = conditions_of(planned(), [0.5] * 7)
+    assert (rates.family, rates.doses) == ("flip rate", {"truth": 0, "flip?p=0.3": 0.3, "flip?p=0.6": 0.6})
+    assert (tremble.family, tremble.doses) == ("tremble p", {"truth": 0, "tremble?p=0.4": 0.4, "tremble?p=0.8": 0.8})
+    assert (others.family, [*others.doses]) == ("", ["truth", "nudge", "drop?p=0.5"])
+    two = planned(sweep=None, modality=["symbolic", "symbolic?tell=state"])
+    asked = conditions_of(two, [0.5] * len(two.conditions))
+    assert [next(iter(one.doses)) for one in asked] == ["symbolic", "symbolic", "symbolic", "truth", "truth"]
+    assert [*asked[2].doses] == ["symbolic", "truth"]  # the control of the other modality is compared too
+
+
+def test_blocks_are_the_trials_of_a_study():
+    asked, done = planned(agent=["random", "cognitive:insistent"], seed=4, layout="shuffled"), []
+    found = played_blocks(asked, 7, progress=lambda part, of: done.append((part, of)))
+    for agent, blocks in zip(asked.agents, found, strict=True):
+        settings = {"agent": agent, "seed": 4, "layout": "shuffled", "shuffle": asked.shuffle}
+        trials = [
+            [run_trial(condition=one, trial=i, modality=one.modality, **settings).solved for one in asked.conditions]
+            for i in range(1, 8)
+        ]
+        assert blocks.tolist() == trials
+    assert done[-1] == (14 * len(asked.conditions),) * 2
+
+
+@pytest.mark.slow
+def test_it_detects_in_the_trials_of_a_study_what_the_report_detects(tmp_path):
+    """Permutations are drawn by either, so that what lies about the level may be decided in two ways."""
+    asked = planned(agent=["cognitive:perseverant", "cognitive:insistent"], p=[0, 0.6], trials=30)
+    report, labels = found_in(tmp_path, asked), [one.label for one in asked.conditions]
+    decisions = []
+    for agent, solved in zip(asked.agents, played_blocks(asked, 30), strict=True):
+        for one in conditions_of(asked, [0.5] * len(labels)):
+            own = Conditions(agent=agent, family=one.family, doses=one.doses, success=(), agents=2)
+            shown = own.judged(solved[:, [labels.index(label) for label in one.doses]], generator(1, one.family))
+            rows = report.where("success_difference", agent=agent, axis=one.family, of="", versus="")
+            assert {(row.control, row.condition) for row in rows} == {("truth", label) for label in [*one.doses][1:]}
+            decisions += [(row.condition in shown, row.detected) for row in rows if not 0.03 < row.p_value < 0.08]
+    assert len(decisions) >= 8
+    assert set(decisions) == {(True, True), (False, False)}
+
+
+def test_agents_are_corrected_together_and_those_that_play_alike_do_not_count(monkeypatch):
+    monkeypatch.setattr("lockprobe.simulation.power.POOL", 40)
+    alone = {"p": [0, 0.6], "condition": None, "sweep": None}
+    agents = ["cognitive:perseverant", "cognitive:insistent", "random"]
+    found = conditions_of(asked := planned(agent=agents, **alone))
+    assert [(one.agent, one.row("")["choices"]) for one in found] == [(agents[0], 2), (agents[1], 2), (agents[2], 1)]
+    pooled = np.mean([trial.solved for trial in play_study(planned(agent=agents[0], **alone)) if trial.p == 0.6])
+    assert found[0].success[1] == pytest.approx(pooled)
+    assert len({*found[2].success}) == 1
+    (named,) = conditions_of(asked, (0.2, 0.5))
+    assert (named.agent, named.row("")["choices"]) == (STATED, 2)
+
+
+WHY = {
+    "truth": (0.23,) * 7,
+    "what they say last": (0.23, 0.67, 0.23, 0.23, 0.67, 0.67, 0.23),
+    "as any odd report": (0.23, *(0.67,) * 6),
+}
+
+
+def powers(effect, *sizes, studies=60):
+    (found,) = power([effect], sizes, studies=studies)
+    return {what: [rate.power for rate in of.measured] for what, of in found.items()}
+
+
+def test_what_is_true_is_detected_the_more_the_larger_the_study_and_else_the_level_is_kept():
+    paper, flat = (conditions_of(study("flips", agent="random", p=[0, 0.2, 0.4, 0.6]), success)[0]
+                   for success in ((0.23, 0.53, 0.67, 0.5), (0.5,) * 4))  # fmt: skip
+    found = powers(paper, 15, 60, studies=20)
+    assert [*found] == ["flip?p=0.2", "flip?p=0.4", "flip?p=0.6", ANY, SHAPE]
+    assert found["flip?p=0.4"][0] < 0.8 < found["flip?p=0.4"][1]
+    assert max(max(of) for of in powers(flat, 30).values()) <= 0.15
+    beside = conditions_of(planned(p=[0], sweep=None), (0.3, 0.7, 0.3))[0]
+    found = powers(beside, 60, studies=20)
+    assert found["nudge"][0] > 0.8
+    assert found["drop?p=0.5"][0] < 0.2
+
+
+def test_a_study_of_controls_has_the_powers_of_its_verdicts():
+    effects = {name: conditions_of(study("why", agent="random"), success)[0] for name, success in WHY.items()}
+    assert powers(effects["truth"], 150, studies=20).keys() <= {"verdict: no change"}
+    assert powers(effects["what they say last"], 150, studies=20)["claim: last"][0] > 0.8
+    assert powers(effects["as any odd report"], 150, studies=20)["verdict: form"][0] > 0.8
+
+
+def test_shared_luck_needs_fewer_trials():
+    apart = conditions_of(planned(p=[0], condition="nudge", sweep=None), (0.4, 0.6))[0]
+    alike = np.random.default_rng(1).random((500, 1)) < np.array([0.4, 0.6])
+    shared = Conditions(agent="x", family="", doses=apart.doses, success=apart.success, pool=alike)
+    assert powers(apart, 50)["nudge"][0] + 0.3 < powers(shared, 50)["nudge"][0]
+
+
+MODELS = [
+    {"success": (0.4, 0.6)},
+    {"success": (0.5, 0.7, 0.9), "each": 4, "sd": 1.5, "effect_sd": 1.0},
+    {"success": (0.8, 0.65), "each": 2, "sd": 0.5, "effect_sd": 0.0},
+    {"success": (0.02, 0.98), "sd": 3.0},
+]
+
+
+@pytest.mark.parametrize("of", ["within", "between", "boxes"])
+@pytest.mark.parametrize("given", MODELS)
+def test_persons_and_boxes_are_solved_as_stated_and_no_person_meets_luck_twice(given, of):
+    """The spread of what a person opens is that of their skill and of the luck of their boxes."""
+    model = Clusters(**given, of="boxes" if of == "boxes" else "persons", between=of == "between")
+    conditions = len(model.success)
+    groups = model.groups(6000 * conditions, np.random.default_rng(1))
+    if of == "boxes":
+        assert all((one.box == groups[0].box).all() and (one.trial == groups[0].trial).all() for one in groups)
+    else:
+        everybody = np.concatenate([one.player for one in groups])
+        assert np.unique(everybody, return_counts=True)[1].tolist() == [model.each * conditions] * 6000 * conditions
+        pairs = np.stack([everybody, np.concatenate([one.trial for one in groups]).astype(str)])
+        assert len(np.unique(pairs, axis=1).T) == len(everybody)
+        assert all(len(np.unique(one.trial)) == len(one) for one in groups)  # nobody else has it under this condition
+    for place, (one, share) in enumerate(zip(groups, model.success, strict=True)):
+        name = one.box if of == "boxes" else one.player
+        own = np.bincount(np.unique(name, return_inverse=True)[1], one.solved) / (len(one) / len({*name}))
+        assert own.mean() == pytest.approx(share, abs=0.02)
+        skill = np.random.default_rng(2).normal(0, np.hypot(model.sd, model.effect_sd * bool(place)), 200_000)
+        logit = np.linspace(-20, 20, 4001)
+        means = np.array([expit(a + skill[:2000]).mean() for a in logit[::20]])
+        chance = expit(np.interp(share, means, logit[::20]) + skill)
+        each = model.each * (conditions if of == "between" else 1)
+        assert own.var() == pytest.approx(chance.var() + (chance * (1 - chance)).mean() / each, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "given", [{}, {"between": True}, {"of": "boxes", "each": 5, "sd": 0.6, "effect_sd": 0.3}], ids=str
+)
+def test_of_clusters_that_is_detected_which_the_report_says(given):
+    model, size = Clusters(success=(0.4, 0.6), **given), 200 if "each" not in given else 30
+    luck, tests = (lambda: np.random.default_rng(3)), (lambda: np.random.default_rng(4))
+    said = [str(place + 1) for place, one in each_difference(model.groups(size, luck()), tests()) if one.p_value < 0.05]
+    assert model.detected(size, luck(), tests()) == said
+    few, many = powers(model, size // 5, size)["2"]
+    assert few < 0.6
+    assert many > 0.8
+    assert powers(Clusters(success=(0.5, 0.5), **given), size // 5)["2"][0] <= 0.12
+
+
+def test_conditions_of_people_are_corrected():
+    two, three = Clusters(success=(0.4, 0.65)), Clusters(success=(0.4, 0.65, 0.95))
+    assert powers(three, 60)["2"][0] < powers(two, 60)["2"][0]
+    assert powers(three, 60)["3"][0] > 0.95
