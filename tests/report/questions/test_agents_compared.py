@@ -1,6 +1,5 @@
 """Agents compared: rows counted by hand, families, what is said of two agents, and every pair in the figure."""
 
-import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 from statsmodels.stats.multitest import multipletests
@@ -48,7 +47,7 @@ def said(found):
     return [part.answer, *(block for block in part.blocks if isinstance(block, str))]
 
 
-def test_pairs_are_compared_over_all_flip_rates_at_each_and_in_what_noise_changes(tmp_path):
+def test_pairs_are_compared_over_all_flip_rates(tmp_path):
     solved = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}
     found = of_trials(tmp_path, *(trial for agent, n in solved.items() for trial in some(agent, *n)))
     rows = table(found)
@@ -62,13 +61,12 @@ def test_of_two_agents_it_is_said_who_solves_more_who_is_sooner_and_what_false_r
     first, second = some("llm:a", 9, 2), some("llm:b", 9, 9)
     answer, more = said(of_trials(tmp_path / "apart", *first, *second))
     assert answer.startswith("Fewer trials were solved by llm:a than by llm:b: 55 % against 90 % of 20 trials (")
-    assert more.startswith("False reports affect the two differently (under flip?p=0.4 \N{MINUS SIGN}70 points")
+    assert more.startswith("False reports affect the two differently (on average \N{MINUS SIGN}70 points")
     (answer,) = said(of_trials(tmp_path / "alike", *some("llm:a", 4, 4), *some("llm:b", 4, 4)))
     assert answer == "Both, llm:a and llm:b, play alike in all 20 trials, so nothing is tested."
 
 
 def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
-    """Over all flip rates for the pairs, at one for pairs and rates, in success; two that each play alike count once."""
     solved = {"llm:a": (20, 14), "llm:b": (11, 11), "llm:c": (2, 2), "llm:d": (2, 2), "random": (1, 1)}
     trials = [trial for agent, n in solved.items() for trial in some(agent, *n, of=20)]
     trials += some("human-inspired", 6, 6, of=20, slow=(1,) * 20)
@@ -80,18 +78,11 @@ def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
 
     for family, baseline in (("agents", False), ("agents and baselines", True)):
         own = [one for one in pairs if one.baseline is baseline]
-        at = [(one, p) for one in own for p in one.met[: 1 if one.copies else None]]
-        expected = [holm([one.mean(name).p_value for one in own]) for name in (SUCCESS, STEPS)]
-        expected.append(holm([one.mean(SUCCESS, p).p_value for one, p in at]))
-        asked = [({"axis": "flip rate"}, one, name, None) for name in (SUCCESS, STEPS) for one in own]
-        asked += [({"condition": "flip?p=0.4" if p else "truth"}, one, SUCCESS, p) for one, p in at]
-        for (columns, one, name, p), p_value in zip(asked, np.concatenate(expected), strict=True):
-            row = found.one(name, agent=one.second.agent, versus=one.first.agent, family=family, **columns)
-            alike = one.plays_alike if p is None else p in one.alike
-            assert row.p_value == (None if alike else pytest.approx(p_value))
-            assert row.corrected_for == (
-                1 if alike and p is None else len(at) if columns.get("condition") else len(own)
-            )
+        for name in (SUCCESS, STEPS):
+            for one, p_value in zip(own, holm([one.mean(name).p_value for one in own]), strict=True):
+                row = found.one(name, agent=one.second.agent, versus=one.first.agent, family=family)
+                assert row.p_value == (None if one.plays_alike else pytest.approx(p_value))
+                assert row.corrected_for == (1 if one.plays_alike else len(own))
     changes = holm([one.change_p for one in pairs if not one.baseline])
     rows = [found.get(CHANGE, agent=one.second.agent, versus=one.first.agent, of="any flip rate") for one in pairs]
     assert [row.p_value for row in rows[:5]] == pytest.approx(changes[:5])
@@ -100,13 +91,7 @@ def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
     assert alike == ["play alike"]
 
 
-CLUMSY, STUCK = {"fast": (0, 1, 0, *SOLUTION)}, {"slow": (1,) * 20}
-
-
-def test_one_agent_has_nobody_beside_it_and_one_that_has_not_begun_a_rate_is_compared_at_the_other(tmp_path):
-    begun = of_trials(tmp_path / "begun", *some("llm:a", 9, p=P[:1]), *some("llm:b", 9, 8))
-    rows = [row for row in begun.where(SUCCESS) if row.versus]
-    assert [(row.agent, row.condition, row.n) for row in rows] == [("llm:a", "", 10), ("llm:a", "truth", 10)]
+def test_one_agent_has_nobody_beside_it(tmp_path):
     found = of_trials(tmp_path, *some("llm:a", 9, 8))
     assert 'id="agents_compared"' not in Page(found=found).text()
     assert table(found) == []

@@ -1,7 +1,7 @@
 """Agents compared: who of every two solves more, how soon, and whether false reports or a condition change one more.
 
-All flip rates together and each alone, and every condition beside them. Two agents that act the same in every trial
-play alike, and nothing is tested.
+Over all flip rates, and under every condition beside them. Two agents that act the same in every trial play alike, and
+nothing is tested.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from lockprobe.foundation.formatting import capital, change, first_three, p_cell
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import Entry, conclusion_of, without_empty
 from lockprobe.report.prose import at_lowest, condition_words, who
-from lockprobe.report.rows import Estimate, Results, Row, clearness
+from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, measured
 from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, AgentPair, compared
@@ -31,62 +31,48 @@ _SHARE, _ANY = "success_in_pairs", "any flip rate"
 _FAMILIES = ("agents", "agents and baselines")
 """The families of pairs of agents, and of agents and baselines."""
 
-_SAME = "the same at every flip rate"
 _ALIKE = "the two play alike: nothing to test"
 _WORST = "holds whatever became of broken trials"
 
 
 class _Tested(NamedTuple):
-    """A number of two agents, whose P value is not yet corrected for those of its family.
+    """The columns of a number of two agents, whose P value is not yet corrected for those of its family.
 
-    Attributes:
-        columns: Of its row.
-        places: The other columns of its row; of two that each play alike at all doses it has a row at each of them.
-        family: What its P value is corrected with (Holm); None if with nothing.
-        times: For how many doses it is corrected already.
+    ``family`` is what its P value is corrected with (Holm), None if with nothing; ``times``, for how many doses it is
+    corrected already. What is not ``shown`` counts in its family.
     """
 
     columns: dict[str, Any]
-    places: Sequence[dict[str, Any]]
     family: Hashable | None = None
     times: int = 1
+    shown: bool = True
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     found = [*_over_flips(numbers), *_under_conditions(numbers)]
     corrected = holm_by_family([one.family for one in found], [one.columns.get("p_value") for one in found])
-    sizes = Counter(one.family for one in found if one.places)
+    sizes = Counter(one.family for one in found if one.shown)
     for one, tested in zip(found, corrected, strict=True):
         tests = {"p_value": tested, "corrected_for": sizes[one.family] * one.times} if one.family else {}
-        alike = {"p_value": None} if _ALIKE in one.columns.get("note", "") else {}
-        yield from (Estimate(**one.columns | tests | alike | place) for place in one.places)
+        alike = {"p_value": None, "corrected_for": 1} if _ALIKE in one.columns.get("note", "") else {}
+        if one.shown:
+            yield Estimate(**one.columns | tests | alike)
 
 
 def _over_flips(numbers: StudyNumbers) -> Iterator[_Tested]:
-    """Every pair over all flip rates, at each, and how much more each of them changes the one."""
-    cells = {(cell.agent, cell.condition): cell.of for cell in numbers.cells}
-    over_flips = {(one.agent, one.modality): one for one in numbers.courses}
+    """Every pair over all flip rates, and how much more these change the one."""
     for one in compared(numbers.courses):
-        of, course = _of(one), over_flips[one.second.agent, one.second.modality]
-        at = {dose: cells[course.agent, trials[0].condition] | of for dose, trials in course.by_dose.items()}
-        over = of | {"axis": FLIPS.name} | ({"corrected_for": 1} if one.plays_alike else {})
-        success, steps = (_difference(one, quantity) for quantity in (SUCCESS, STEPS))
-        yield from (_Tested(tested, [over], (tested["quantity"], one.family)) for tested in (success, steps))
+        over = _of(one) | {"axis": FLIPS.name}
+        for quantity in (SUCCESS, STEPS):
+            yield _Tested(over | _difference(one, quantity), (quantity, one.family))
         for part, share in zip(("the other", ""), one.shares, strict=True):
-            yield _Tested({"quantity": _SHARE, "of": part, "n": success["n"], "value": share}, [over])
-        for dose in one.met[:1] if one.copies else one.met:  # of copies one test, not one for each dose
-            places = [at[here] for here in one.met] if one.copies else [at[dose]]
-            yield _Tested(_difference(one, SUCCESS, dose), places, ("at one rate", one.family))
-            yield _Tested(_difference(one, STEPS, dose), places)
+            yield _Tested(over | {"quantity": _SHARE, "of": part, "n": one.mean(SUCCESS).n, "value": share})
         if changes := one.changes:
             times, shown = len(changes) - 1, not one.plays_alike
-            tested = {"quantity": CHANGE, "of": _ANY, "unit": "points", "test": _test(one, CHANGE)}
-            yield _Tested(tested | {"p_value": one.change_p}, [over] * shown, (CHANGE, one.family), times)
-            mean = {"quantity": CHANGE, "of": "mean", "unit": "points"} | measured(changes[None])
-            yield _Tested(mean, [over] * shown)
-            for dose in (dose for dose in changes if dose is not None):
-                change = _change(one, dose, at[one.doses[0]]["condition"])
-                yield _Tested(change | {"corrected_for": times}, [at[dose]] * shown)
+            change = over | {"quantity": CHANGE, "unit": "points", "test": _test(one, CHANGE)}
+            every = change | {"of": _ANY, "p_value": one.change_p}
+            yield _Tested(every, (CHANGE, one.family), times, shown)
+            yield _Tested(change | {"of": "mean", "test": ""} | measured(changes[None]), shown=shown)
 
 
 def _under_conditions(numbers: StudyNumbers) -> Iterator[_Tested]:
@@ -96,7 +82,7 @@ def _under_conditions(numbers: StudyNumbers) -> Iterator[_Tested]:
     one. Two agents that each play a condition and its control alike are compared under the control alone.
     """
     design, orders = numbers.design, numbers.opened.orders
-    every = {(cell.agent, cell.condition): cell for cell in numbers.cells}
+    every = numbers.by_name
     cells = acting(every, design)
     for arm in design.arms:
         label, control = arm.label, design.control(arm.label)
@@ -114,10 +100,11 @@ def _under_conditions(numbers: StudyNumbers) -> Iterator[_Tested]:
             if 1.0 not in one.met or one.copies:
                 continue
             of, family = every[one.second.agent, label].of | _of(one, axis or "conditions"), (axis, one.family)
-            yield _Tested(_difference(one, SUCCESS, 1.0), [of], (SUCCESS, *family))
-            yield _Tested(_difference(one, STEPS, 1.0), [of])
+            yield _Tested(of | _difference(one, SUCCESS, 1.0), (SUCCESS, *family))
+            yield _Tested(of | _difference(one, STEPS, 1.0))
             if one.changes and not one.plays_alike:
-                yield _Tested(_change(one, 1.0, control), [of], (CHANGE, *family))
+                change = {"quantity": CHANGE, "unit": "points", "control": control, "test": _test(one, CHANGE)}
+                yield _Tested(of | change | measured(one.changes[1.0]), (CHANGE, *family))
 
 
 def _of(one: AgentPair, under: str = "") -> dict[str, Any]:
@@ -129,18 +116,11 @@ def _of(one: AgentPair, under: str = "") -> dict[str, Any]:
 
 def _difference(one: AgentPair, quantity: str, dose: float | None = None) -> dict[str, Any]:
     """The columns of a difference over all doses, or at one."""
-    at_one = dose is not None
-    alike = dose in one.alike if at_one else one.plays_alike
-    note = "; ".join(filter(None, (_SAME * (at_one and one.copies), _WORST * one.bounded, _ALIKE * alike)))
+    alike = one.plays_alike if dose is None else dose in one.alike
+    note = "; ".join(filter(None, (_WORST * one.bounded, _ALIKE * alike)))
     columns = {"quantity": quantity, "unit": "steps" if quantity == STEPS else "points", "note": note}
-    clusters = {"clusters": None} if at_one and quantity == SUCCESS else {}
+    clusters = {"clusters": None} if dose is not None and quantity == SUCCESS else {}
     return columns | {"test": _test(one, quantity, dose) * (not alike)} | measured(one.mean(quantity, dose)) | clusters
-
-
-def _change(one: AgentPair, dose: float, control: str) -> dict[str, Any]:
-    """The columns of how much more a dose changes the success of the one than of the other."""
-    columns = {"quantity": CHANGE, "unit": "points", "control": control, "test": _test(one, CHANGE)}
-    return columns | measured(one.changes[dose])
 
 
 def _test(one: AgentPair, quantity: str, dose: float | None = None) -> str:
@@ -175,12 +155,12 @@ def _pairs(found: Results) -> list[_Pair]:
         for row in found.where(quantity):
             if row.family.partition(",")[0] in _FAMILIES:
                 by_pair.setdefault(tuple(row.pair.values()), {})[quantity, row.condition or row.of] = row
-    rates, pairs = {one.name for one in found.design.conditions if one.p is not None}, []
+    pairs = []
     for (agent, modality, versus, versus_modality), rows in by_pair.items():
         players = (agent, modality), (versus, versus_modality)
         one, other = (who(own[0], player.shown if (player := found.player(*own)) else "") for own in players)
-        others = [at for quantity, at in rows if quantity == SUCCESS and at and at not in rates]
-        pairs.append(_Pair(one, other, rows, [""] if (SUCCESS, "") in rows else others))
+        places = [at for quantity, at in rows if quantity == SUCCESS]
+        pairs.append(_Pair(one, other, rows, [""] if "" in places else places))
     return sorted(pairs, key=lambda pair: next(iter(pair.rows.values())).family.startswith(_FAMILIES[1]))
 
 
@@ -205,13 +185,12 @@ def _said(pair: _Pair) -> Iterator[str]:
         yield f"The box is solved {apart} by {one} than by {other} ({steps_said}); solved: {against}."
     else:
         yield f"The success of {one} and {other} could not be told apart: {against}; nor how soon: {steps_said}."
-    effect, names = rows.get((CHANGE, _ANY)), [at for quantity, at in rows if quantity == CHANGE and at != _ANY]
-    clearest = min((rows[CHANGE, at] for at in names if rows[CHANGE, at].condition), key=clearness, default=None)
-    if effect and clearest:
+    effect, mean = (rows.get((CHANGE, of)) for of in (_ANY, "mean"))
+    if effect and mean:
         told = effect.p_value is not None and effect.p_value < ALPHA
-        size = f"{change(clearest.value or 0.0, clearest.low, clearest.high)} more for {one}; {p_value(effect.p_value)}"
+        size = f"{change(mean.value or 0.0, mean.low, mean.high)} more for {one}; {p_value(effect.p_value)}"
         what = "False reports affect the two differently" if told else "No different effect of false reports was told"
-        yield f"{what} (under {clearest.condition} {size})."
+        yield f"{what} (on average {size})."
 
 
 def _table(found: Results) -> Sequence[Sequence[Entry]]:
