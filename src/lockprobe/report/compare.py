@@ -22,7 +22,7 @@ from lockprobe.report.format import Entry, conclusion_of
 from lockprobe.report.opened import open_study
 from lockprobe.report.prose import rules_broken_said, who
 from lockprobe.report.rendering import rendered
-from lockprobe.report.study_numbers import measured_row
+from lockprobe.report.rows import measured_row
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.statistics.rules import Rules
 from lockprobe.statistics.studies_compared import Sample, Side, StudyDifference, study_differences

@@ -1,18 +1,34 @@
-"""A study directory read once: its settings, its trials and what its participants did, as one value."""
+"""A study directory read once: its settings, its trials, and what its questions make their rows from.
+
+Trials stand by agent and condition (cells), and by agent over the doses of an axis (courses).
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import product
 from os.path import lexists
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from lockprobe.report.rows import EveryLook, Row
-from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder
+import numpy as np
+
+from lockprobe.foundation.grouping import grouped
+from lockprobe.report.prose import rules_broken_said
+from lockprobe.report.rows import Curve, DoseAxis, Estimate, EveryLook, Player, Row, share_rows
+from lockprobe.statistics.clustered import share_of
+from lockprobe.statistics.course import Course, Place, courses, is_baseline
+from lockprobe.statistics.design import Design, Series, axis_key
+from lockprobe.statistics.every_look import share_at_every_look
+from lockprobe.statistics.idle import idle_interventions
+from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, outcomes
+from lockprobe.statistics.proportions import Proportion
+from lockprobe.statistics.rules import Rules
 from lockprobe.studies.branch import read_forks
-from lockprobe.studies.decisions import block_orders, broken_by_agent, counted
+from lockprobe.studies.decisions import Answer, answers_by_agent, block_orders, broken_by_agent, counted
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.records.directory import read_study
@@ -20,6 +36,8 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import has_joined
 from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.study import Study
+from lockprobe.studies.study_design import design_of
+from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import Trial
 
 if TYPE_CHECKING:
@@ -27,8 +45,81 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PlayedCell:
+    """One agent under one condition: its trials by repetition and trial, broken ones too.
+
+    ``order`` is that of its blocks, if what is said of it must hold at every look.
+    """
+
+    agent: str
+    modality: str
+    condition: str
+    doses: dict[str, float]
+    trials: tuple[Trial, ...]
+    order: BlockOrder | None = None
+
+    def estimate(self, quantity: str, value: float | None = None, **columns: Any) -> Estimate:
+        """A row of this cell."""
+        return Estimate(quantity=quantity, value=value, **self.of, **columns)
+
+    def share(self, quantity: str, found: Proportion, **columns: Any) -> list[Estimate]:
+        """The row of a share of this cell; none if it is a share of nothing."""
+        return share_rows(quantity, found, **self.of, **columns)
+
+    def curve(self, quantity: str, **columns: Any) -> Curve:
+        """A curve of this cell."""
+        return Curve(quantity=quantity, **self.of, **columns)
+
+    @cached_property
+    def outcomes(self) -> Outcomes:
+        """Its trials as columns."""
+        return outcomes(self.trials, order=self.order)
+
+    @cached_property
+    def ended(self) -> Outcomes:
+        """Those of them that ended as solved or out of budget."""
+        return self.outcomes.ended
+
+    @cached_property
+    def success(self) -> Proportion:
+        """The share solved, with an interval that holds whatever became of those that broke."""
+        every, solved = self.outcomes, self.outcomes.known
+        if self.order is None or every.crossed:
+            return share_of(solved, every.player, every.luck, every.box)
+        return share_at_every_look(solved[np.argsort(self.order.rank(every.repetition, every.trial))])
+
+    @property
+    def of(self) -> dict[str, Any]:
+        """The columns that say of which cell a row is."""
+        return {"agent": self.agent, "modality": self.modality, "condition": self.condition, "doses": self.doses}
+
+
+def _place(series: Series, trial: Trial) -> Place:
+    """The place of a trial by the option of its agent, or by the dose of its condition."""
+    if series.agent:
+        return Place(series.agent, trial.modality, series.doses[trial.group])
+    return Place(trial.group, series.modality, series.doses[trial.condition])
+
+
+def players_of(found: Sequence[Course], *, doses: bool = False) -> list[Player]:
+    """The agents of an axis; those that are no baselines are its subjects, or all if all are."""
+    subjects = [one for one in found if not one.baseline] or found
+    return [
+        Player(
+            agent=one.agent,
+            modality=one.modality,
+            shown=one.shown,
+            subject=one in subjects,
+            blind=one.blind,
+            doses=tuple(one.by_dose) if doses else (),
+        )
+        for one in found
+    ]
+
+
+@dataclass(frozen=True, kw_only=True)
 class OpenedStudy:
-    """What a study directory holds. Everything else in a report is computed from it.
+    """What a study directory holds, which everything in a report is computed from.
 
     Attributes:
         directory: The directory, for messages.
@@ -92,6 +183,129 @@ class OpenedStudy:
     def finished_by_people(self) -> int:
         """Of these, places of people."""
         return self.study.places_filled([trial for trial in self.trials if trial.player])
+
+    @cached_property
+    def design(self) -> Design:
+        """What differs between its conditions."""
+        return design_of(self.study)
+
+    @cached_property
+    def cells(self) -> tuple[PlayedCell, ...]:
+        """Every agent under every condition that has trials: flip rates by course, ascending, then in plan order."""
+        own = grouped(self.analysed, lambda trial: (trial.group, trial.condition))
+        on_axis = [(one.agent, trials[0].condition) for one in self.courses for trials in one.by_dose.values()]
+        plan = product(self.study.labels, self.conditions)
+        order = on_axis if self.study.of_flips else [name for name in plan if name in own]
+        return tuple(
+            PlayedCell(
+                agent=agent,
+                modality=own[agent, label][0].modality,
+                condition=label,
+                doses=dict(self.conditions[label].doses),
+                trials=tuple(own[agent, label]),
+                order=self.orders.get(agent),
+            )
+            for agent, label in order
+        )
+
+    @cached_property
+    def by_name(self) -> Mapping[tuple[str, str], PlayedCell]:
+        """The same by agent and condition, as contrasts take them."""
+        return {(cell.agent, cell.condition): cell for cell in self.cells}
+
+    @cached_property
+    def courses(self) -> tuple[Course, ...]:
+        """Every agent over the flip rates, the truth among them; baselines too."""
+        return courses(self.flip_trials, orders=self.orders)
+
+    @cached_property
+    def axes(self) -> tuple[tuple[DoseAxis, tuple[Course, ...]], ...]:
+        """Every other dose, and options of agents, with the agents over them."""
+        first, times = self.design.control(self.design.arms[0].label), Counter(one.axis for one in self.design.series)
+        known, found = Counter[tuple[str, str, str, str, str]](), []
+        for series in self.design.series:
+            axis = series.axis
+            own = [
+                one
+                for one in self.analysed
+                if (one.group in series.doses and one.condition == first if series.agent else self._acts(series, one))
+            ]
+            if not own:
+                continue
+            name = axis.name, axis.options, axis.rest, series.modality, series.agent
+            known[name] += 1
+            key = axis_key(axis.name, axis.options, axis.rest, known[name])
+            place, several = partial(_place, series), times[axis] > 1
+            over = courses(own, axis, key, place, several=several, orders=self.orders)
+            shown = DoseAxis(
+                name=axis.name,
+                intervention=axis.kind,
+                dose=axis.dose,
+                options=axis.options,
+                rest=axis.rest,
+                modality=series.modality,
+                doses=dict(series.doses),
+                condition=first if series.agent else "",
+                players=tuple(players_of(over, doses=True)),
+                number=known[name],
+            )
+            found.append((shown, over))
+        return tuple(found)
+
+    def _acts(self, series: Series, trial: Trial) -> bool:
+        """Whether a trial has one of these doses, and it is the control or changed something."""
+        dose = series.doses.get(trial.condition)
+        return dose is not None and not (dose and trial.condition in self.idle.get(trial.group, ()))
+
+    @property
+    def every_course(self) -> tuple[Course, ...]:
+        """Every agent over flip rates, over every other dose, and over options of agents; baselines too."""
+        return (*self.courses, *(one for _, over in self.axes for one in over))
+
+    @cached_property
+    def idle(self) -> Mapping[str, frozenset[str]]:
+        """Agent -> the conditions, no controls, in which an intervention changed nothing; they are on no other axis.
+
+        A study of flip rates alone has none.
+        """
+        acting = {arm.label: arm.without() for arm in self.design.arms}
+        found: dict[str, set[str]] = {}
+        for cell in self.cells if not self.study.of_flips else ():
+            if cell.condition not in self.design.controls and idle_interventions(cell.trials, acting[cell.condition]):
+                found.setdefault(cell.agent, set()).add(cell.condition)
+        return {agent: frozenset(names) for agent, names in found.items()}
+
+    @cached_property
+    def conditions(self) -> Mapping[str, Condition]:
+        """The conditions of the study by name, in its order."""
+        return {one.label: one for one in self.study.conditions}
+
+    @cached_property
+    def subjects(self) -> tuple[str, ...]:
+        """The agents that the study is about: those that are no baselines, or all if all are."""
+        specs = dict(zip(self.study.labels, self.study.agents, strict=True))
+        played = dict.fromkeys(one.agent for one in self.courses) or specs
+        return tuple(agent for agent in played if not is_baseline(specs.get(agent, agent))) or tuple(played)
+
+    @cached_property
+    def rules(self) -> Rules:
+        """The rules of its boxes."""
+        return Rules(*self.study.boxes)
+
+    @cached_property
+    def broken_rules(self) -> Mapping[tuple[str, str], tuple[int, int]]:
+        """Agent and condition -> attempts that broke the rules of the box, and of how many."""
+        return {(cell.agent, cell.condition): self.rules.broken(cell.trials) for cell in self.cells}
+
+    @cached_property
+    def broken_rules_said(self) -> str:
+        """The same of all trials, in few words; empty if none did."""
+        return rules_broken_said(*map(sum, zip(*self.broken_rules.values(), strict=True)))
+
+    @cached_property
+    def decisions(self) -> Mapping[str, tuple[Answer, ...]]:
+        """Agent -> what is decided, of a study that stops when it is; empty for others."""
+        return answers_by_agent(self.study, self.trials) if self.study.until else {}
 
 
 def open_study(directory: Path) -> OpenedStudy:

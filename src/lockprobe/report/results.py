@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.every_look import at_every_look
-from lockprobe.report.opened import OpenedStudy, open_study
+from lockprobe.report.opened import OpenedStudy, open_study, players_of
 from lockprobe.report.processor import one_thread
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.first_screen import answer_of
@@ -27,27 +27,25 @@ from lockprobe.report.rows import (
     Row,
 )
 from lockprobe.report.section import Section
-from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.course import Course
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.study import settings_of
 
 
-def results_of(numbers: StudyNumbers) -> Results:
+def results_of(numbers: OpenedStudy) -> Results:
     """The results of a study."""
-    opened, study = numbers.opened, numbers.study
+    study = numbers.study
     rows, named = list[Row](), set[tuple[str, ...]]()
     for one in all_sections():
         rows += section(one.title, partial(_rows_of, one, numbers, named), list[Row])
     found = Results(
         lockprobe=version("lockprobe"),
-        study=_settings(opened),
+        study=_settings(numbers),
         settings_hash=study.settings_hash,
-        results_hash=results_hash(study, opened.trials),
-        progress=_progress(opened),
+        results_hash=results_hash(study, numbers.trials),
+        progress=_progress(numbers),
         design=_design(numbers),
-    ).with_rows(at_every_look(rows) if opened.every_look else rows)
+    ).with_rows(at_every_look(rows) if numbers.every_look else rows)
     return found.changed(answer=section("The answer", partial(answer_of, found), str))
 
 
@@ -68,7 +66,7 @@ def _settings(opened: OpenedStudy) -> dict[str, object]:
     return {**found, "agents": list(opened.study.labels)}
 
 
-def _rows_of(one: Section, numbers: StudyNumbers, named: set[tuple[str, ...]]) -> list[Row]:
+def _rows_of(one: Section, numbers: OpenedStudy, named: set[tuple[str, ...]]) -> list[Row]:
     """The rows of a section.
 
     Args:
@@ -89,9 +87,9 @@ def _rows_of(one: Section, numbers: StudyNumbers, named: set[tuple[str, ...]]) -
     return rows
 
 
-def _design(numbers: StudyNumbers) -> Design:
+def _design(numbers: OpenedStudy) -> Design:
     study, design = numbers.study, numbers.design
-    players = _players(numbers.courses)
+    players = players_of(numbers.courses)
     known = {one.agent for one in players}
     others = dict.fromkeys((cell.agent, cell.modality) for cell in numbers.cells if cell.agent not in known)
     players += [Player(agent=agent, modality=shown, subject=agent in numbers.subjects) for agent, shown in others]
@@ -108,7 +106,7 @@ def _design(numbers: StudyNumbers) -> Design:
             for one in study.conditions
         ),
         players=tuple(players),
-        axes=(*_flip_axes(numbers), *_other_axes(numbers)),
+        axes=(*_flip_axes(numbers), *(axis for axis, _ in numbers.axes)),
         contrasts=tuple(
             Contrast(name=name, of=one.of, minus=one.minus, measure=one.measure)
             for name, one in study.contrasts.items()
@@ -117,48 +115,13 @@ def _design(numbers: StudyNumbers) -> Design:
     )
 
 
-def _flip_axes(numbers: StudyNumbers) -> Iterator[DoseAxis]:
+def _flip_axes(numbers: OpenedStudy) -> Iterator[DoseAxis]:
     """The flip rates of each modality that has several."""
     for modality in numbers.study.modalities:
         own = {one.label: one.p for one in numbers.study.flip_axis if one.modality == modality and one.p is not None}
         if len(own) > 1:
             doses = dict(sorted(own.items(), key=lambda pair: pair[1]))
             yield DoseAxis(name="flip rate", intervention="flip", dose="p", modality=modality, doses=doses)
-
-
-def _other_axes(numbers: StudyNumbers) -> Iterator[DoseAxis]:
-    """The doses of other interventions, and options of agents."""
-    design = numbers.design
-    for one in numbers.axes:
-        axis, series = one.series.axis, one.series
-        yield DoseAxis(
-            name=axis.name,
-            intervention=axis.kind,
-            dose=axis.dose,
-            options=axis.options,
-            rest=axis.rest,
-            modality=series.modality,
-            doses=dict(series.doses),
-            condition=design.control(design.arms[0].label) if series.agent else "",
-            players=tuple(_players(one.courses, doses=True)),
-            number=one.number,
-        )
-
-
-def _players(found: Sequence[Course], *, doses: bool = False) -> list[Player]:
-    """The agents of an axis; those that are no baselines are its subjects, or all if all are."""
-    subjects = [one for one in found if not one.baseline] or found
-    return [
-        Player(
-            agent=one.agent,
-            modality=one.modality,
-            shown=one.shown,
-            subject=one in subjects,
-            blind=one.blind,
-            doses=tuple(one.by_dose) if doses else (),
-        )
-        for one in found
-    ]
 
 
 def with_left_out(found: Results, left_out: Sequence[LeftOutSection]) -> Results:
@@ -178,6 +141,5 @@ def results(directory: Path | str) -> Results:
         BadFile: If it is none.
     """
     with one_thread(), leaving_out() as left_out:
-        opened = open_study(Path(directory))
-        found = results_of(StudyNumbers(opened=opened))
+        found = results_of(open_study(Path(directory)))
     return with_left_out(found, left_out)

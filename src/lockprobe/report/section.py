@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from lockprobe.report.format import Entry
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.rows import Results, Row
-from lockprobe.report.study_numbers import StudyNumbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +115,7 @@ class Section:
 
     name: str
     title: str
-    rows: Callable[[StudyNumbers], Iterable[Row]] = lambda numbers: ()
+    rows: Callable[[OpenedStudy], Iterable[Row]] = lambda numbers: ()
     show: Callable[[Results], Iterable[Part]] = lambda found: ()
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()

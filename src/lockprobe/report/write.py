@@ -30,7 +30,6 @@ from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.report.section import Figure
-from lockprobe.report.study_numbers import StudyNumbers
 
 File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
@@ -84,7 +83,7 @@ def report_files(
     many = len(opened.trials)
     tell(f"testing {many} trial{'s' * (many != 1)}")
     with leaving_out() as failed:
-        found = results_of(StudyNumbers(opened=opened))
+        found = results_of(opened)
         tell("drawing the figures")
         page = Page(found=found, made=time_said() if found.progress.partial else "")
         page.trials = section(

@@ -14,7 +14,6 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.questions import all_sections
 from lockprobe.report.results import results_of
-from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics import rationality
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import STATES
@@ -99,7 +98,7 @@ def results_of_trials(trials):
         diaries=(),
         withdrawn=0,
     )
-    return results_of(StudyNumbers(opened=opened))
+    return results_of(opened)
 
 
 class Studies(dict):

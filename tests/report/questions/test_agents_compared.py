@@ -9,7 +9,6 @@ from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions import agents_compared
 from lockprobe.report.results import results
 from lockprobe.report.results import results_of as made_of
-from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, compared
 from lockprobe.statistics.course import courses
 from lockprobe.studies.options.studyfile import study
@@ -24,7 +23,7 @@ def of_trials(directory, *trials, p=P):
     """The results of a study that was played so."""
     agents = dict.fromkeys(trial.group for trial in trials)
     planned = small_study(tuple(agents), p, 1, max(trial.trial for trial in trials))
-    return made_of(StudyNumbers(opened=open_study(write_study(directory / "study", planned, list(trials)))))
+    return made_of(open_study(write_study(directory / "study", planned, list(trials))))
 
 
 def some(agent, *solved, of=10, fast=SOLUTION, slow=FAILED, p=P):

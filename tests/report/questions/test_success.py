@@ -10,8 +10,8 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import parts_of
 from lockprobe.report.results import results_of
+from lockprobe.report.rows import BOUNDS
 from lockprobe.report.section import Table
-from lockprobe.report.study_numbers import BOUNDS, StudyNumbers
 from lockprobe.statistics.differences import any_difference
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.record import TrialError
@@ -31,7 +31,7 @@ def numbers(request, tmp_path_factory):
     """A study of flip rates, or one of which every seventh trial broke."""
     planned = small_study(AGENTS, (0.0, 0.2, 0.4, 0.6), 2, 8)
     trials = [broke(trial) if request.param and i % 7 == 3 else trial for i, trial in enumerate(play_study(planned))]
-    return StudyNumbers(opened=open_study(write_study(tmp_path_factory.mktemp("success") / "study", planned, trials)))
+    return open_study(write_study(tmp_path_factory.mktemp("success") / "study", planned, trials))
 
 
 def test_every_change_is_a_row_with_its_shares_and_its_bounds(numbers):

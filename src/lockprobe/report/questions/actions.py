@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lockprobe.foundation.formatting import MOST_NAMED, percent, range_of
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import condition_words
 from lockprobe.report.rows import Cell, Results, Row
 from lockprobe.report.section import Note, Part, Section
-from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.rationality import ACTIONS, JUDGED, optimal_actions, prior_for
 
 _PRIORS = {
@@ -22,7 +22,7 @@ _NAIVE = "naive"
 _CONTRADICTED = "true reports contradict the prior"
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     for cell in numbers.cells:
         if found := optimal_actions(cell.trials, numbers.rules.judged if numbers.broken_rules_said else None):
             share, contradicted = found

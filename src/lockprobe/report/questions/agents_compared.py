@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 from lockprobe.foundation.formatting import capital, change, first_three, p_cell, p_value, percent, range_said
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import Entry, conclusion_of, without_empty
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, condition_words, who
-from lockprobe.report.rows import Estimate, Results, Row
+from lockprobe.report.rows import Estimate, Results, Row, measured
 from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, measured
 from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, AgentPair, compared
 from lockprobe.statistics.contrast import acting
 from lockprobe.statistics.course import Place, courses
@@ -48,7 +48,7 @@ class _Tested(NamedTuple):
     shown: bool = True
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     found = [*_over_flips(numbers), *_under_conditions(numbers)]
     corrected = holm_by_family([one.family for one in found], [one.columns.get("p_value") for one in found])
     sizes = Counter(one.family for one in found if one.shown)
@@ -59,7 +59,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield Estimate(**one.columns | tests | alike)
 
 
-def _over_flips(numbers: StudyNumbers) -> Iterator[_Tested]:
+def _over_flips(numbers: OpenedStudy) -> Iterator[_Tested]:
     """Every pair over all flip rates, and how much more these change the one."""
     for one in compared(numbers.courses):
         over = _of(one) | {"axis": FLIPS.name}
@@ -75,13 +75,13 @@ def _over_flips(numbers: StudyNumbers) -> Iterator[_Tested]:
             yield _Tested(change | {"of": "mean", "test": ""} | measured(changes[None]), shown=shown)
 
 
-def _under_conditions(numbers: StudyNumbers) -> Iterator[_Tested]:
+def _under_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
     """Every pair under each condition that is no flip rate, and how much more the condition changes the one.
 
     The pairs of one kind under the doses of an axis are a family, and under all other conditions of a modality another
     one. Two agents that each play a condition and its control alike are compared under the control alone.
     """
-    design, orders = numbers.design, numbers.opened.orders
+    design, orders = numbers.design, numbers.orders
     every = numbers.by_name
     cells = acting(every, design)
     for arm in design.arms:

@@ -10,10 +10,10 @@ import numpy as np
 
 from lockprobe.foundation.formatting import capital, listed, p_value, points
 from lockprobe.report.format import Entry
-from lockprobe.report.rows import Estimate, Results, Row
+from lockprobe.report.opened import OpenedStudy, PlayedCell
+from lockprobe.report.rows import Estimate, Results, Row, measured_row
 from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.report.section import Block, Note, Part, Section, Table
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, measured_row
 from lockprobe.statistics.blocks import blocks_of
 from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.pairs import FEWEST, between_boxes, paired
@@ -28,7 +28,7 @@ _FURTHER = "a further box"
 _TEST = "F between boxes and Cochran's Q, the larger P"
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     if len(numbers.study.boxes) == 1:
         return
     for cell in numbers.cells:

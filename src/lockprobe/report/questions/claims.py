@@ -21,10 +21,10 @@ from lockprobe.foundation.formatting import p_cell, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.report.format import entry_text
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import false_reports
 from lockprobe.report.rows import RECONSTRUCTED, Cell, Course, Fact, Results, clearness
 from lockprobe.report.section import Block, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics import published
 from lockprobe.statistics.design import READING_FACTORS
 from lockprobe.statistics.distributions import holm, welch_test
@@ -422,7 +422,7 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("The paper's claims", answer, [*filter(None, [not_judged(found)]), *blocks])
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Fact]:
+def _rows(numbers: OpenedStudy) -> Iterator[Fact]:
     for agent in numbers.study.agents:
         if spec_kind(agent) == "human-inspired":
             said = "a reconstruction of the paper's strategy, whose algorithm is not public"

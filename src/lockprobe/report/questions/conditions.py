@@ -14,11 +14,11 @@ from lockprobe.foundation.formatting import p_cell, percent, range_of
 from lockprobe.foundation.plugins import find_plugin, plugin_names
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import Entry, alone, count_of, tested, without_empty
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import condition_words, interval_kind
-from lockprobe.report.rows import MEASURES, Estimate, Fact, Results, Row
+from lockprobe.report.rows import BOUNDS, MEASURES, PERMUTED, Estimate, Fact, Results, Row, measured_row, share_rows
 from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Note, Part, Section, Table
-from lockprobe.report.study_numbers import BOUNDS, PERMUTED, StudyNumbers, measured_row, share_rows
 from lockprobe.report.table_rows import chance_said, distinct, varied
 from lockprobe.statistics.contrast import LEVELS, Effect, against_control, against_first
 from lockprobe.statistics.every_look import E_PROCESS
@@ -27,7 +27,7 @@ from lockprobe.statistics.measures import find_measure, measured
 from lockprobe.statistics.outcomes import points
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     for cell in numbers.cells:
         yield cell.estimate("trials", len(cell.ended), unit="trials")
         share = cell.success
@@ -48,7 +48,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield cell.estimate("steps", changed, of=of, unit="steps", n=steps)
 
 
-def compared_rows(found: Iterable[Effect], numbers: StudyNumbers) -> Iterator[Estimate]:
+def compared_rows(found: Iterable[Effect], numbers: OpenedStudy) -> Iterator[Estimate]:
     """Success under conditions minus success under another one, and both shares."""
     for one in found:
         gap, condition = one.difference, numbers.conditions[one.condition]
@@ -61,12 +61,12 @@ def compared_rows(found: Iterable[Effect], numbers: StudyNumbers) -> Iterator[Es
         yield from share_rows("success_in_pairs", gap.first, **pair, of=CONTROL)
 
 
-def _effects(numbers: StudyNumbers) -> Iterator[Row]:
+def _effects(numbers: OpenedStudy) -> Iterator[Row]:
     if not numbers.study.of_flips:
         yield from compared_rows(against_control(numbers.by_name, numbers.design), numbers)
 
 
-def _factors(numbers: StudyNumbers) -> Iterator[Row]:
+def _factors(numbers: OpenedStudy) -> Iterator[Row]:
     """Options that are no numbers, each level against the first."""
     if not numbers.study.of_flips:
         yield from compared_rows(against_first(numbers.by_name, numbers.design.factors, numbers.design), numbers)
@@ -131,13 +131,13 @@ def _measures(found: Results) -> list[list[Entry]]:
     return [head, *rows] if rows else []
 
 
-def measure_rows(numbers: StudyNumbers) -> Iterator[Row]:
+def measure_rows(numbers: OpenedStudy) -> Iterator[Row]:
     """The mean of each measure of an installed package with its 95 % interval; of one that breaks, why.
 
     No code of a package runs if the opened study holds what they measured.
     """
-    if numbers.opened.measured is not None:
-        yield from numbers.opened.measured
+    if numbers.measured is not None:
+        yield from numbers.measured
         return
     described: dict[str, Fact] = {}
     for cell, name in product(numbers.cells, plugin_names("measure")):

@@ -9,11 +9,11 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import capital, listed, percent
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import Entry, tested, without_empty
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.questions.conditions import detected_said
-from lockprobe.report.rows import Estimate, Results, Row
+from lockprobe.report.rows import Estimate, Results, Row, measured_row
 from lockprobe.report.rows.primary import DECLARED, SIDES
 from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.statistics.contrast import declared
 from lockprobe.statistics.every_look import E_PROCESS
 
@@ -23,9 +23,9 @@ CONTRAST = ["agent", "contrast", "conditions", "success", "change, points", "P",
 """Columns of a table of contrasts; agents stand there if they are several."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     cells, asked = numbers.by_name, numbers.study.contrasts
-    test = E_PROCESS if numbers.opened.every_look else "sign flips of blocks"
+    test = E_PROCESS if numbers.every_look else "sign flips of blocks"
     for agent, name, choices, (change, *sides) in declared(cells, asked, numbers.design):
         own = {"agent": agent, "modality": cells[agent, asked[name].of[0]].modality}
         quantity = f"{asked[name].measure}_difference"

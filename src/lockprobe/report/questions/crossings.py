@@ -12,11 +12,11 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import p_value, percent
 from lockprobe.report.format import Entry, entry_text, tested, without_empty
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import interval_kind, who
 from lockprobe.report.questions.conditions import detected_said
-from lockprobe.report.rows import Estimate, Fact, Results, Row
+from lockprobe.report.rows import Estimate, Fact, Results, Row, measured_row
 from lockprobe.report.section import Block, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.statistics.contrast import interactions
 from lockprobe.statistics.design import Crossed, axis_key
 
@@ -26,7 +26,7 @@ _FIRST, _SECOND = "first dose", "second dose"
 """Facts of a grid; of a place in it, such as ``0.4, 0.1``, the fact is its condition."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     if numbers.study.of_flips:
         return
     design, named, known = numbers.design, list[tuple[Crossed, str]](), Counter[tuple[str, str]]()

@@ -13,6 +13,7 @@ from lockprobe.report.answer import ONE_LOOK, answer, broken_said, needed_said
 from lockprobe.report.answer_list import AnswerList, known_of_broken
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_dose, cause
 from lockprobe.report.questions import speed, stopping, why
 from lockprobe.report.questions.boxes import boxes_said, differ_said
@@ -23,7 +24,6 @@ from lockprobe.report.questions.stopping import every_look_said, small_said
 from lockprobe.report.rows import Fact, Results, Row
 from lockprobe.report.rows.primary import primary_lines
 from lockprobe.report.section import Part, Section, Table, Template
-from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import idle_interventions, never_acted
@@ -53,13 +53,13 @@ _FIGURES = (stopping.FIGURE, speed.FIG3)
 _FALSE = " Some reports are false: the flip rate says how often."
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    study, opened = numbers.study, numbers.opened
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
+    study = numbers.study
     until = study.until.margin if study.until else None
     said = {
         "question": _question(study),
         "trial": _trial(study),
-        "every_look": every_look_said(study, opened.every_look, numbers.decisions, opened.finished),
+        "every_look": every_look_said(study, numbers.every_look, numbers.decisions, numbers.finished),
         "small": "" if until is None or _asks_why(study) else small_said(numbers.decisions, until),
         "changed_nothing": " ".join(_changed_nothing(numbers)),
         "unfinished": _unfinished(numbers),
@@ -113,7 +113,7 @@ def _trial(study: Study) -> str:
     return f"An agent has {steps} step{'s' * (steps != 1)} to open a box whose joints lock each other. {told}"
 
 
-def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
+def _changed_nothing(numbers: OpenedStudy) -> Iterator[str]:
     """Interventions that changed nothing, which is no null result."""
     design = numbers.design
     acting = {arm.label: arm.without() for arm in design.arms}
@@ -135,18 +135,18 @@ def _changed_nothing(numbers: StudyNumbers) -> Iterator[str]:
         yield f"{said}{who} (0 of {sum(agents.values())} steps), so nothing is concluded from it."
 
 
-def _unfinished(numbers: StudyNumbers) -> str:
+def _unfinished(numbers: OpenedStudy) -> str:
     """How many of their planned trials the agents of an unfinished study have finished; empty if all have."""
     study, found = numbers.study, []
     for spec in [one for one in study.run_agents if not is_baseline(one)] or study.run_agents:
         label = study.label_of(spec)
-        done = study.places_filled([trial for trial in numbers.opened.trials if trial.group == label])
-        if numbers.opened.every_look == "unfinished" and done < (planned := study.size_of(spec)):
+        done = study.places_filled([trial for trial in numbers.trials if trial.group == label])
+        if numbers.every_look == "unfinished" and done < (planned := study.size_of(spec)):
             found.append(f"{label} has {done or 'none'} of {planned}")
     return f"Still to come: {listed(found, named=3)} trials." if found else ""
 
 
-def _who(numbers: StudyNumbers) -> Iterator[tuple[str, str]]:
+def _who(numbers: OpenedStudy) -> Iterator[tuple[str, str]]:
     """What each agent that played is, in a few words: what its facts say of a model, else its description."""
     facts: dict[str, Mapping[str, object]] = {}
     for cell in numbers.cells:

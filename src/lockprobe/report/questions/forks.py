@@ -10,10 +10,10 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import capital, change, p_cell, p_value, percent, points
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, alone, without_empty
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import rules_broken_said
-from lockprobe.report.rows import Estimate, Fact, Results, Row, clearness
+from lockprobe.report.rows import Estimate, Fact, Results, Row, clearness, measured
 from lockprobe.report.section import Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, measured
 from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
 from lockprobe.studies.study import Study
 
@@ -22,14 +22,13 @@ _CHANGE, _AFTER_TRUTH, _SUCCESS = "fork_change", "after_true_report", "success"
 _TRUE = "later reports true"
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    opened = numbers.opened
-    if not opened.forks:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
+    if not numbers.forks:
         return
-    parents = {trial.key: trial for trial in opened.trials}
-    rows = fork_rows(branch_effects(opened.forks, parents, chances=opened.choices), numbers.study)
+    parents = {trial.key: trial for trial in numbers.trials}
+    rows = fork_rows(branch_effects(numbers.forks, parents, chances=numbers.choices), numbers.study)
     yield from rows
-    if rows and (rules := rules_broken_said(*numbers.rules.broken(opened.forks))):
+    if rows and (rules := rules_broken_said(*numbers.rules.broken(numbers.forks))):
         yield Fact(about="forks", name="rules", text=rules)
 
 

@@ -11,20 +11,20 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import Spec
 from lockprobe.report.answer_list import BEFORE, known_of_broken
+from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.report.questions.loops import LENGTHS
-from lockprobe.report.rows import Estimate, Fact, Results, Row
+from lockprobe.report.rows import PERMUTED, Estimate, Fact, Results, Row, measured_row
 from lockprobe.report.section import Part, Section, Template
-from lockprobe.report.study_numbers import PERMUTED, PlayedCell, StudyNumbers, measured_row
 from lockprobe.statistics.differences import differences_before_breaks, few_broke_until
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.trial.record import Trial
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     """By agent and boundary, with the first message, and whether the first of them will be replayed."""
     broken = grouped(
-        (trial for trial in numbers.opened.trials if trial.error is not None),
+        (trial for trial in numbers.trials if trial.error is not None),
         lambda trial: (trial.group, str(trial.error.boundary) if trial.error else ""),
     )
     for (agent, boundary), trials in sorted(broken.items()):

@@ -13,10 +13,11 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import MOST_NAMED, first_three, p_value, percent, range_of
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import entry_text
+from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import at_lowest, interval_kind, paper_rates
-from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
+from lockprobe.report.questions.success import fit_rows, of_course, two_lines_rows
+from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, fit_rows, measured_row, of_course, two_lines_rows
 from lockprobe.report.table_rows import chance_said, played_subjects
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
@@ -38,11 +39,11 @@ LENGTHS = (
 """Why a correlation of loops and success is no effect."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     for cell in numbers.cells:
         yield from _of_cell(cell)
-    for course in numbers.courses:
-        yield from loops_over_doses(course)
+    for course in numbers.every_course:
+        yield from _over_doses(course)
 
 
 def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
@@ -65,7 +66,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
         yield cell.estimate(quantity, fmean(MEASURES[measure](trial) or 0.0 for trial in trials), n=n)
 
 
-def loops_over_doses(course: played.Course) -> Iterator[Row]:
+def _over_doses(course: played.Course) -> Iterator[Row]:
     """Of one agent over doses: the fit, the correlation with success, and whether first loops come later."""
     found, shares, of = course.tested.ended, course.points, of_course(course)
     if not len(found):

@@ -13,10 +13,10 @@ from typing import Any, get_args
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, count_of
+from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import condition_words
 from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import by_conditions, under, varied
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.misinterpretation import Claim, claims
@@ -33,7 +33,7 @@ _ERRORS = {
 """Errors of claims -> which claims have them, and what they are."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     for cell in numbers.cells:
         trials = ended(cell.trials)
         outcomes = [[step.told_falsely for step in trial.steps] for trial in trials]

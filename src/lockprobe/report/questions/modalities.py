@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from lockprobe.foundation.formatting import p_cell, p_value
 from lockprobe.report.format import Entry
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
-from lockprobe.report.rows import Estimate, Results
+from lockprobe.report.rows import Estimate, Results, measured_row
 from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.statistics.hazards import modality_effects
 from lockprobe.statistics.modalities import fidelity, spoken
 from lockprobe.statistics.proportions import ALPHA
@@ -17,7 +17,7 @@ from lockprobe.statistics.proportions import ALPHA
 _PAIRS = "every two modalities"
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
+def _rows(numbers: OpenedStudy) -> Iterator[Estimate]:
     for effect in modality_effects(numbers.courses):
         ranks = {fidelity(modality) for modality in effect.modalities} - {None}
         yield measured_row(

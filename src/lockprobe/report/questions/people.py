@@ -16,10 +16,10 @@ from lockprobe.foundation.formatting import count, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.format import Entry, entry_text
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import condition_words
-from lockprobe.report.rows import Course, Estimate, Results, Row
+from lockprobe.report.rows import Course, Estimate, Results, Row, share_rows
 from lockprobe.report.section import Block, Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.statistics.clustered import alike_weights, share_of
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.outcomes import ended, outcomes
@@ -54,17 +54,17 @@ _people = partial(Estimate, agent=PEOPLE)
 """A row of all people."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    opened, begun = numbers.opened, [trial for trial in numbers.trials if trial.player]
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
+    begun = [trial for trial in numbers.analysed if trial.player]
     own = ended(begun)
-    if not opened.study.invited and not own:
+    if not numbers.study.invited and not own:
         return
     from lockprobe.people.journey import flow_of  # the whole experiment, which no study of agents needs
 
-    yield _people(quantity="boxes", of="planned", value=opened.study.invited, unit="boxes")
-    yield _people(quantity="boxes", of="finished", value=opened.finished_by_people, unit="boxes")
+    yield _people(quantity="boxes", of="planned", value=numbers.study.invited, unit="boxes")
+    yield _people(quantity="boxes", of="finished", value=numbers.finished_by_people, unit="boxes")
     sizes = Counter(trial.agent for trial in own)
-    if flow := flow_of(opened.study, opened.diaries, opened.withdrawn):
+    if flow := flow_of(numbers.study, numbers.diaries, numbers.withdrawn):
         counts = {**asdict(flow), "analysed": len(sizes)}
         for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow.questioned)):
             yield _people(quantity="people", of=of, value=counts[of], unit="people")

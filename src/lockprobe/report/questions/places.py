@@ -9,9 +9,9 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.solve import optimum
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.spec import PEOPLE
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.rows import Estimate, Results, Row
 from lockprobe.report.section import Part, Section
-from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.studies.modality import shows_places
 
 _MOST = 400
@@ -22,7 +22,7 @@ _REACHED, _STEPS = "reached from right to left", "steps from right to left"
 """How many boxes of the study the rule opens in the fewest steps, and the steps that it takes on average."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     study = numbers.study
     if not (PEOPLE in study.agents or any(map(shows_places, study.modalities))):
         return

@@ -13,12 +13,12 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.report.answer import headline
 from lockprobe.report.format import entry_text
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import cause, condition_words, false_reports, interval_kind, inverted, who
 from lockprobe.report.questions.conditions import compared_rows, detected_said
 from lockprobe.report.rows import Course, Estimate, Fact, Results, Row
 from lockprobe.report.rows.primary import dose_lines
 from lockprobe.report.section import Block, Figure, Note, Part, Section
-from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.contrast import against_first
 from lockprobe.statistics.design import NO_FEEDBACK, READING_FACTORS
@@ -30,7 +30,7 @@ _BOTH_FIT = "The paper does not say which of these false reports it has; its num
 """Of several readings (``docs/readings.md``)."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     study, design = numbers.study, numbers.design
     positions = any(map(tells_positions, study.modalities))
     if not any(study.p) or not positions:
@@ -43,7 +43,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         yield Fact(about=_NAME, name="untested", text=said)
 
 
-def untested(numbers: StudyNumbers) -> str:
+def untested(numbers: OpenedStudy) -> str:
     """That agents were played with only false reports that are soon corrected, and what the others would take."""
     study, rates, how = numbers.study, sum(rate > 0 for rate in numbers.study.p), "--readings fresh,kept"
     if any(arms_of(numbers.design.shown(modality)) for modality in numbers.design.modalities):

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, count_of
-from lockprobe.report.rows import Cell, Estimate, Results, Row
+from lockprobe.report.opened import OpenedStudy, PlayedCell
+from lockprobe.report.rows import Cell, Estimate, Results, Row, share_rows
 from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, share_rows
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.rules import Judged
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
@@ -22,13 +22,13 @@ _JUDGES = {
 """What judges whether a joint moved -> its name in ``sensed``, its outcomes (None where undecided), and what it is."""
 
 
-def _sensed(numbers: StudyNumbers) -> Iterator[Row]:
+def _sensed(numbers: OpenedStudy) -> Iterator[Row]:
     """Attempts as arm and camera judged them, also in trials that broke later."""
-    joints = dict.fromkeys(joint for trial in numbers.trials for joint in trial.joints)
+    joints = dict.fromkeys(joint for trial in numbers.analysed for joint in trial.joints)
     for judge, (name, of, _) in _JUDGES.items():
         attempts = [
             ((trial.repetition, trial.trial), step.joint, step.moved, said)
-            for trial in numbers.trials
+            for trial in numbers.analysed
             if any(name in step.sensed for step in trial.steps)
             for step, said in zip(trial.steps, of(trial), strict=True)
             if name in step.sensed
@@ -86,7 +86,7 @@ def _show_sensed(found: Results) -> Iterator[Part]:
         yield Part("Robot and truth", said, [_JOINTS, _SENSED])
 
 
-def _rules(numbers: StudyNumbers) -> Iterator[Row]:
+def _rules(numbers: OpenedStudy) -> Iterator[Row]:
     for cell in numbers.cells:
         count, n = numbers.broken_rules[cell.agent, cell.condition]
         if n:

@@ -8,9 +8,9 @@ from itertools import count, takewhile
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.rows import Fact, Results
 from lockprobe.report.section import Part, Section, Template
-from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.studies.records.picture_store import read_picture
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.pictures.png import from_png, to_png
@@ -27,10 +27,10 @@ _WIDE = 320
 """Pixels across a picture on a page, at most."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Fact]:
+def _rows(numbers: OpenedStudy) -> Iterator[Fact]:
     """Of each modality the first trial that was played for a step: before it, after it, and after the first move."""
     first: dict[str, Trial] = {}
-    for trial in numbers.opened.trials:
+    for trial in numbers.trials:
         if trial.opening_pictures and trial.steps:
             first.setdefault(trial.modality, trial)
     for modality, trial in first.items():

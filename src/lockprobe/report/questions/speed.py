@@ -14,10 +14,11 @@ from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.foundation.formatting import MOST_NAMED, p_value
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import entry_text
+from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import at_lowest, who
-from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row
+from lockprobe.report.questions.success import of_course
+from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, measured_row, of_course
 from lockprobe.report.table_rows import played_subjects
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
@@ -36,12 +37,12 @@ _PALE = 0.7
 """How much white is mixed into the colour of the lowest flip rate."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     yield from chain.from_iterable(map(_of_cell, numbers.cells))
     yield from section("Curves of random agents and of the shortest plan", lambda: _exact(numbers), list[Row])
     lowest = [one.lowest for one in numbers.courses]
     yield from section("Speed of every two agents", lambda: list(_paces(lowest)), list[Estimate])
-    for course in (*numbers.courses, *numbers.dose_courses):
+    for course in numbers.every_course:
         of = f"Mean steps of {course.agent} by {course.axis.name}"
         yield from section(of, partial(_over_doses, course), list[Estimate])
 
@@ -60,10 +61,10 @@ def _of_cell(cell: PlayedCell) -> Iterator[Row]:
     yield cell.estimate("steps_to_solve", curve.steps_to(0.8), low=early, high=late, of="80 %", **steps, note=open_end)
 
 
-def _exact(numbers: StudyNumbers) -> list[Row]:
+def _exact(numbers: OpenedStudy) -> list[Row]:
     """What random agents and the shortest plan reach on the box; their mean over several."""
     boxes, found = numbers.study.boxes, list[Row]()
-    budget = max((trial.budget for trial in numbers.opened.flip_trials), default=0)
+    budget = max((trial.budget for trial in numbers.flip_trials), default=0)
     for of, repeats in (("uniform", True), ("no-repeat", False)):
         share = tuple(np.mean([random_curve(box, budget, repeats=repeats) for box in boxes], axis=0).tolist())
         found.append(Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share))

@@ -10,10 +10,10 @@ import numpy as np
 from lockprobe.foundation.formatting import listed, points
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.format import Entry, without_empty
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
-from lockprobe.report.rows import Curve, Estimate, Results, Row
+from lockprobe.report.rows import Curve, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.statistics.contrast import against_control
 from lockprobe.statistics.differences import each_difference
 from lockprobe.statistics.every_look import AtEveryLook
@@ -31,7 +31,7 @@ _Answers = Mapping[str, Sequence[Answer]]
 """Agent -> what is decided, of a study that stops when it is."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     until = numbers.study.until
     for agent, own in numbers.decisions.items():
         for one in own:
@@ -40,11 +40,11 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             if one.at is not None and until is not None:
                 said = decided_said(one.verdict, until.points)
                 yield Estimate(quantity="decided_at_block", **of, unit="blocks", value=one.at, note=said)
-    if not until and numbers.opened.every_look:
+    if not until and numbers.every_look:
         yield from _of_differences(numbers)
 
 
-def _of_differences(numbers: StudyNumbers) -> Iterator[Row]:
+def _of_differences(numbers: OpenedStudy) -> Iterator[Row]:
     """The differences of a study that is unfinished or was extended."""
     for one in numbers.courses:
         groups = [(trials[0].condition, dose) for dose, trials in one.by_dose.items()]

@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping
 from lockprobe.agents.reply import TIDIED
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Figure, Note, Part, Section, Template
-from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.trial import record
 from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.record import STATES
@@ -40,13 +40,12 @@ def draw(found: Results) -> object:
 BOX = Figure("box", _PANEL, _caption, draw)
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     """What is on record and in no other number, and what was played twice."""
-    opened = numbers.opened
     for of, count, unit in (
-        ("ended as error", sum(trial.ending == "error" for trial in opened.trials), "trials"),
-        ("replaced after an error", opened.replaced, "records"),
-        ("replayed on request", sum(trial.replays > 0 for trial in opened.trials), "trials"),
+        ("ended as error", sum(trial.ending == "error" for trial in numbers.trials), "trials"),
+        ("replaced after an error", numbers.replaced, "records"),
+        ("replayed on request", sum(trial.replays > 0 for trial in numbers.trials), "trials"),
     ):
         yield Estimate(quantity="left_out", of=of, value=count, unit=unit)
 
@@ -72,9 +71,9 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("Design", answer, [Template("design", values), BOX])
 
 
-def _agent_rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _agent_rows(numbers: OpenedStudy) -> Iterator[Row]:
     """What agents said they were, which models answered, and what the plant is: every value, or how many there are."""
-    trials, found = numbers.opened.trials, dict[tuple[str, str], dict[str, None]]()
+    trials, found = numbers.trials, dict[tuple[str, str], dict[str, None]]()
     decisions, tidied = Counter[str](), Counter[tuple[str, str]]()
     for trial in trials:
         served = {step.decision.served: None for step in trial.steps if step.decision.served}

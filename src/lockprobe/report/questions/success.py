@@ -12,37 +12,45 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import capital, count
 from lockprobe.report.answer import headline
 from lockprobe.report.prose import cause, false_reports, interval_kind, paper_rates
-from lockprobe.report.questions.loops import loops_over_doses
+from lockprobe.report.rows import BOUNDS, PERMUTED, Curve, DoseAxis, Estimate, Results, Row, measured_row, share_rows
 from lockprobe.report.rows import Course as Shown
-from lockprobe.report.rows import DoseAxis, Estimate, Results, Row
 from lockprobe.report.rows.primary import CONTROL, dose_lines
 from lockprobe.report.section import Block, Figure, Note, Part, Section
-from lockprobe.report.study_numbers import (
-    BOUNDS,
-    PERMUTED,
-    StudyNumbers,
-    fit_rows,
-    measured_row,
-    of_course,
-    share_rows,
-    two_lines_rows,
-)
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.design import AGENT, FLIPS
 from lockprobe.statistics.differences import any_difference
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
-from lockprobe.statistics.trend import trend
-from lockprobe.statistics.two_lines import rise_and_fall
+from lockprobe.statistics.trend import Trend, trend
+from lockprobe.statistics.two_lines import TwoLines, rise_and_fall
 from lockprobe.trial.record import PLAIN_WORDS
 
 _NOTHING = "Nothing could be compared."
 
 
-def _of_doses(numbers: StudyNumbers) -> Iterator[Row]:
-    for course in numbers.dose_courses:
-        yield from _of_course(course)
-        yield from loops_over_doses(course)
+def of_course(course: Course) -> dict[str, Any]:
+    """The columns of a number over the doses of an agent."""
+    return {"agent": course.agent, "modality": course.modality, "axis": course.key}
+
+
+def fit_rows(quantity: str, fit: Trend, course: Course) -> Iterator[Row]:
+    """The paper's second-order least-squares fit over repetitions, and where it turns."""
+    of, n = of_course(course), len(course.points)
+    yield Curve(quantity=quantity, **of, n=n, x=fit.dose, value=fit.value, low=fit.low, high=fit.high)
+    if fit.turning is not None:
+        yield Estimate(quantity=quantity, **of, of=fit.kind, value=fit.turning, unit="dose")
+
+
+def two_lines_rows(what: str, found: TwoLines, course: Course) -> Iterator[Estimate]:
+    """Where two lines meet and the shape that they show, and each of them."""
+    of = of_course(course)
+    if found.break_p is not None:
+        shape = {"value": found.break_p, "unit": "dose", "note": found.direction or ""}
+        yield measured_row("two_lines", found, **of, of=what, test="two lines", **shape)
+    for name, line in (("first line", found.first), ("second line", found.second)):
+        if line is not None:
+            tested = {"value": line.z, "p_value": line.p_value, "unit": "z"}
+            yield Estimate(quantity="two_lines", **of | tested, of=f"{what}, {name}")
 
 
 def _of_course(course: Course) -> Iterator[Row]:
@@ -94,9 +102,6 @@ def _show(found: Results) -> Iterator[Part]:
         changed = sum(line.change.detected for line in tested if line.change)
         said = f"A change was detected for {changed} of {count(len(tested), 'agent')}." if tested else _NOTHING
         yield Part("How much does success change?", said, [_FIG4, _note(found)])
-
-
-def _show_doses(found: Results) -> Iterator[Part]:
     readings = [one for one, _ in found.readings] * (len(found.readings) > 1)  # readings.py has these
     axes = [one for one in found.design.axes if one not in readings and one.key != FLIPS.name]
     for i, axis in enumerate(axes, 1):
@@ -191,9 +196,8 @@ SECTIONS = (
     Section(
         name="success",
         title="Success and false reports",
-        rows=lambda numbers: chain.from_iterable(map(_of_course, numbers.courses)),
+        rows=lambda numbers: chain.from_iterable(map(_of_course, numbers.every_course)),
         show=_show,
         figures=(_FIG4,),
     ),
-    Section(name="doses", title="Doses", rows=_of_doses, show=_show_doses),
 )

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lockprobe.foundation.grouping import grouped
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.rows import Fact, Results
 from lockprobe.report.section import Part, Section, Template
-from lockprobe.report.study_numbers import StudyNumbers
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Fact]:
+def _rows(numbers: OpenedStudy) -> Iterator[Fact]:
     """The trial to watch first: the first of the first agent that was solved, if one was."""
-    own = [one for one in numbers.opened.trials if one.group in numbers.subjects[:1] and one.ending != "error"]
+    own = [one for one in numbers.trials if one.group in numbers.subjects[:1] and one.ending != "error"]
     if own:
         yield Fact(about="trials", name="first", text=min(own, key=lambda one: not one.solved).key)
 

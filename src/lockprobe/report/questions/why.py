@@ -10,11 +10,11 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import change, listed, p_cell, p_value
 from lockprobe.report.every_look import note_at
 from lockprobe.report.format import Entry, conclusion_of, without_empty
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
 from lockprobe.report.questions.contrasts import CONTRAST
-from lockprobe.report.rows import Estimate, Results, Row
+from lockprobe.report.rows import Estimate, Results, Row, measured_row
 from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.report.study_numbers import StudyNumbers, measured_row
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.proportions import ALPHA, Difference
@@ -69,7 +69,7 @@ _VERDICTS: Mapping[Verdict, str] = {
 """What was decided on one agent, in a few words."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     cells = numbers.by_name
     for one in whys(cells, numbers.design):
         own: dict[str, Any] = {"agent": one.agent, "modality": one.modality}

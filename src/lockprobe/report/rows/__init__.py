@@ -7,10 +7,24 @@ A number is an :class:`Estimate`, a line of a figure a :class:`Curve`. What is n
 from lockprobe.report.rows.course import Cell, Course
 from lockprobe.report.rows.design import Condition, Contrast, Design, DoseAxis, EveryLook, LeftOut, Player, Progress
 from lockprobe.report.rows.results import MEASURES, RECONSTRUCTED, NoSuchRow, Results
-from lockprobe.report.rows.row import UNITS, Curve, Estimate, Fact, Row, clearness
+from lockprobe.report.rows.row import (
+    BOUNDS,
+    PERMUTED,
+    UNITS,
+    Curve,
+    Estimate,
+    Fact,
+    Row,
+    clearness,
+    measured,
+    measured_row,
+    share_rows,
+)
 
 __all__ = [
+    "BOUNDS",
     "MEASURES",
+    "PERMUTED",
     "RECONSTRUCTED",
     "UNITS",
     "Cell",
@@ -30,4 +44,7 @@ __all__ = [
     "Results",
     "Row",
     "clearness",
+    "measured",
+    "measured_row",
+    "share_rows",
 ]

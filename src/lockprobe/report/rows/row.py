@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from lockprobe.statistics.proportions import Proportion
+
 
 def _finite(value: object) -> object:
     """None for what is not a number, as JSON has it."""
@@ -65,6 +67,13 @@ IDENTITY = (
 )
 """The columns that say what a row is of."""
 
+
+BOUNDS = ("at least", "at most")
+"""Parts of a share or a difference of trials some of which broke: what it is at least and at most, whatever became of
+these."""
+
+PERMUTED = "permutation within blocks, and interval"
+"""The test of success where outcomes are exchanged between conditions; its interval has to exclude 0 too."""
 
 UNITS = (
     *("share", "points", "ratio", "yes or no", "direction", "order", "dose"),
@@ -138,3 +147,19 @@ class Fact(Part):
 
 Row = Estimate | Curve | Fact
 """What a section of a report gives."""
+
+
+def measured_row(quantity: str, found: Any, **columns: Any) -> Estimate:
+    """The row of what statistics found: its value, interval, P value and sizes, as far as it has them."""
+    return Estimate(quantity=quantity, **measured(found) | columns)
+
+
+def measured(found: Any) -> dict[str, Any]:
+    """The columns of what statistics found, as far as it has them."""
+    own = ("value", "low", "high", "p_value", "n", "count", "clusters")
+    return {name: getattr(found, name) for name in own if hasattr(found, name)}
+
+
+def share_rows(quantity: str, found: Proportion, **columns: Any) -> list[Estimate]:
+    """The row of a share with its interval; none if it is a share of nothing."""
+    return [measured_row(quantity, found, **columns)] if found.n else []
