@@ -167,7 +167,7 @@ def _print_effects(rows: Sequence[Estimate], rules: str) -> None:
     if not rows:
         print("No effect can be estimated: that takes at least two trials forked at the same step.")
         return
-    print_rows(texts(fork_table(rows)))
+    print_rows(texts([*fork_table(rows)]))
     print()
     for said in filter(None, (fork_said(rows), rules)):
         print(printable(said))

@@ -88,19 +88,6 @@ def count_of(row: Estimate | None) -> str:
     return "0 of 0" if row is None else f"{row.count} of {row.n}"
 
 
-def without_empty(table: Sequence[Sequence[Entry]], names: Sequence[str]) -> Sequence[Sequence[Entry]]:
-    """A table without those of these columns that are empty, or the same in all of several rows; without rows, none."""
-    if len(table) < 2:
-        return []
-    columns, several = zip(*texts(table), strict=True), len(table) > 2
-    alike = {
-        i
-        for i, (name, *cells) in enumerate(columns)
-        if name in names and ({*cells} == {NONE} or (several and len({*cells}) == 1))
-    }
-    return [[entry for i, entry in enumerate(row) if i not in alike] for row in table]
-
-
 def as_csv(table: Sequence[Sequence[Entry]]) -> str:
     """The table as CSV, in which numbers are numbers: an interval has two columns of its own.
 

@@ -8,7 +8,6 @@ from importlib.metadata import version
 from pathlib import Path
 
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
-from lockprobe.report.every_look import at_every_look
 from lockprobe.report.opened import OpenedStudy, open_study, players_of
 from lockprobe.report.processor import one_thread
 from lockprobe.report.questions import all_sections
@@ -31,6 +30,8 @@ from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.study import settings_of
 
+_ONE_LOOK = "its P value holds for one look, when all planned trials are played"
+
 
 def results_of(numbers: OpenedStudy) -> Results:
     """The results of a study."""
@@ -45,8 +46,19 @@ def results_of(numbers: OpenedStudy) -> Results:
         results_hash=results_hash(study, numbers.trials),
         progress=_progress(numbers),
         design=_design(numbers),
-    ).with_rows(at_every_look(rows) if numbers.every_look else rows)
+    ).with_rows(map(_at_every_look, rows) if numbers.every_look else rows)
     return found.changed(answer=section("The answer", partial(answer_of, found), str))
+
+
+def _at_every_look(row: Row) -> Row:
+    """A row without a P value that holds for one look alone, at a number of trials that was planned and is played.
+
+    Success and its differences hold at every look where a study is unfinished, was extended or stops when it is
+    decided.
+    """
+    if not isinstance(row, Estimate) or row.p_value is None or "e-process" in row.test:
+        return row
+    return row.model_copy(update={"p_value": None, "test": "", "note": "; ".join(filter(None, (row.note, _ONE_LOOK)))})
 
 
 def _progress(opened: OpenedStudy) -> Progress:

@@ -6,13 +6,19 @@ the rows of *all* sections, and from nothing else.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from lockprobe.report.format import Entry
+from markupsafe import Markup
+
+from lockprobe.foundation.formatting import NONE
+from lockprobe.report.format import Entry, texts
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.rows import Results, Row
+
+Lines = Iterator[Sequence[Entry]]
+"""The rows of a table, the first with the names of columns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,22 +31,48 @@ class Note:
     more: str = ""
 
 
+_HOW = Markup(
+    "Interval and <i>P</i> hold at every look: a confidence sequence and an e-process of the mean over blocks, by "
+    "betting. They are corrected by closed testing for the conditions of a family, and for the number of agents."
+)
+
+
+def note_at(found: Results, note: Note) -> Note:
+    """The note on tests, as it is where they hold at every look."""
+    return Note(note.shown, _HOW) if found.progress.every_look else note
+
+
 @dataclass(frozen=True, slots=True)
 class Table:
     """A table of the report: a file in ``tables/``, and a block where a page shows it.
 
     Attributes:
         name: Name of its file; empty for one that only the page has.
-        cells: Makes its rows from the results, the first with the names of columns; no file is written without rows.
+        lines: Makes its rows from the results, the first with the names of columns.
         numeric_from: The first column of numbers, which are not broken into lines.
         drawn: The column whose differences the page draws too, all on one axis.
+        rare: Columns that are left out where they are empty, or the same in all of several rows.
     """
 
     block: ClassVar[str] = "table"
     name: str
-    cells: Callable[[Results], Sequence[Sequence[Entry]]]
+    lines: Callable[[Results], Iterable[Sequence[Entry]]]
     numeric_from: int = 2
     drawn: str = ""
+    rare: tuple[str, ...] = ()
+
+    def cells(self, found: Results) -> Sequence[Sequence[Entry]]:
+        """Its rows, the first with the names of columns; nothing without any other, and then no file is written."""
+        table = [*self.lines(found)]
+        if len(table) < 2:
+            return []
+        columns, several = zip(*texts(table), strict=True), len(table) > 2
+        alike = {
+            i
+            for i, (name, *cells) in enumerate(columns)
+            if name in self.rare and ({*cells} == {NONE} or (several and len({*cells}) == 1))
+        }
+        return [[entry for i, entry in enumerate(row) if i not in alike] for row in table]
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +132,7 @@ class Part:
     name: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Section:
     """One question of a report.
 

@@ -37,12 +37,6 @@ def test_claims_are_held_against_reports_and_against_the_truth(tmp_path):
     assert [(row.count, row.n, row.clusters) for row in parts] == [(0, 6, 3), (3, 3, None)]
     assert cell.get("false_report", "steps").n == 18
     assert cell.value("misinterpretations") == 6
-    assert {row.of: row.value for row in found.where("claims") if row.value} == {
-        "claimed moved, told moved, in truth blocked": 3,  # a false report, believed
-        "claimed blocked, told moved, in truth blocked": 3,  # a false report, undone by a misreading
-        "claimed blocked, told moved, in truth moved": 3,
-        "claimed moved, told moved, in truth moved": 6,
-    }
     assert tables_of(found)["table1"][1] == ["llm:local", "0.4", "15", cell_of(cell), "40.0 %", "0.0 %", "6", "3 of 3"]
 
 

@@ -5,7 +5,7 @@ from builders import SOLUTION, make_trial, modality_study
 from reported import found_in
 
 from lockprobe.foundation.formatting import p_cell
-from lockprobe.report.questions.modalities import SECTIONS
+from lockprobe.report.questions.speed import SECTIONS
 
 SHOWN = ("rgb", "rgbd", "symbolic")
 SOON, LATE = [i % 4 for i in range(10)], [8 + i % 4 for i in range(10)]
@@ -19,7 +19,7 @@ def parts_of(directory, *waits, trials=10):
         for i, wait in enumerate(own[:trials], 1)
     ]
     found = found_in(directory, modality_study(["llm:a/x"], SHOWN, trials=trials), made)
-    return found, list(SECTIONS[0].show(found)), SECTIONS[0].tables[0].cells(found)
+    return found, list(SECTIONS[1].show(found)), SECTIONS[1].tables[0].cells(found)
 
 
 @pytest.mark.parametrize(

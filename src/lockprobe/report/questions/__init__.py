@@ -11,8 +11,7 @@ __all__ = ["all_sections"]
 
 _OWN = (
     "first_screen", "trials", "people", "places", "stopping", "contrasts", "why", "success", "boxes", "readings",
-    "crossings", "loops", "agents_compared",
-    "speed", "modalities", "actions", "misreading", "seen", "robot", "conditions",
+    "loops", "agents_compared", "speed", "actions", "misreading", "seen", "robot", "conditions",
     "study_design", "limits", "claims", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``: the answer and one trial; whether it is more than chance, and

@@ -11,12 +11,11 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from lockprobe.foundation.formatting import capital, change, first_three, p_cell, p_value, percent, range_said
-from lockprobe.report.every_look import note_at
-from lockprobe.report.format import Entry, conclusion_of, without_empty
+from lockprobe.report.format import conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, condition_words, who
 from lockprobe.report.rows import Estimate, Results, Row, measured
-from lockprobe.report.section import Note, Part, Section, Table
+from lockprobe.report.section import Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, AgentPair, compared
 from lockprobe.statistics.contrast import acting
 from lockprobe.statistics.course import Place, courses
@@ -193,10 +192,9 @@ def _said(pair: _Pair) -> Iterator[str]:
         yield f"{what} (on average {size})."
 
 
-def _table(found: Results) -> Sequence[Sequence[Entry]]:
-    rare = ["under", "success of both", "effect, points", "P of effect"]
+def _table(found: Results) -> Lines:
     head = ["agent", "compared with", "under", "trials", "success of both", "success, points", "P", "steps"]
-    table: list[list[Entry]] = [[*head, "P of steps", "effect, points", "P of effect", "conclusion"]]
+    yield [*head, "P of steps", "effect, points", "P of effect", "conclusion"]
     words = condition_words(found)
     for pair, place in ((one, place) for one in _pairs(found) for place in one.places):
         success, steps = pair.rows[SUCCESS, place], pair.rows[STEPS, place]
@@ -208,11 +206,12 @@ def _table(found: Results) -> Sequence[Sequence[Entry]]:
         said = "play alike" if _ALIKE in success.note else conclusion_of(success)
         p = p_cell(tested.p_value if tested else None)
         row = [pair.one, pair.other, under, str(success.n), shares, success, p_cell(success.p_value)]
-        table.append([*row, steps, p_cell(steps.p_value), moved, p, said])
-    return without_empty(table, rare)
+        yield [*row, steps, p_cell(steps.p_value), moved, p, said]
 
 
-_TABLE = Table("comparisons", _table, 2, drawn="success, points")
+_RARE = ("under", "success of both", "effect, points", "P of effect")
+
+_TABLE = Table("comparisons", _table, drawn="success, points", rare=_RARE)
 
 _NOTE = Note(
     "Success (drawn; filled: detected), steps and effect: the first agent minus the second, over trials that both "
@@ -242,4 +241,4 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("Which agent is better?", answer, [*more_said, _TABLE, note_at(found, _NOTE)])
 
 
-SECTIONS = (Section(name="agents_compared", title="Agents compared", rows=_rows, show=_show, tables=(_TABLE,)),)
+SECTIONS = (Section("agents_compared", "Agents compared", _rows, _show, (_TABLE,)),)

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from lockprobe.foundation.formatting import capital, listed, p_value, points
-from lockprobe.report.format import Entry
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.rows import Estimate, Results, Row, measured_row
 from lockprobe.report.rows.primary import Line, primary_lines
-from lockprobe.report.section import Block, Note, Part, Section, Table
+from lockprobe.report.section import Block, Lines, Note, Part, Section, Table
 from lockprobe.statistics.blocks import blocks_of
 from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.pairs import FEWEST, between_boxes, paired
@@ -92,19 +91,18 @@ def differ_said(found: Results) -> str:
     return f"The effect on {listed(differ, named=3)} differs between boxes." if differ else ""
 
 
-def _cells(found: Results) -> list[list[Entry]]:
+def _table(found: Results) -> Lines:
     """Success on each box and over all, and its change."""
-    rows: list[list[Entry]] = []
+    yield ["agent", "box", "control", "changed", "change, points"]
     for line in _lines(found):
         for name in (str(box.get("name", "")) for box in found.boxes):
             of = {"agent": line.agent, "modality": line.modality, "of": name}
             shares = [found.get("success", condition=one, **of) for one in line.conditions]
-            rows.append([line.label, name, *shares, _of(found, line, name)])
-        rows.append([line.label, "all boxes", line.first, line.second, line.change])
-    return [["agent", "box", "control", "changed", "change, points"], *rows] if rows else []
+            yield [line.label, name, *shares, _of(found, line, name)]
+        yield [line.label, "all boxes", line.first, line.second, line.change]
 
 
-_TABLE = Table("boxes", _cells, drawn="change, points")
+_TABLE = Table("boxes", _table, drawn="change, points")
 
 _NOTE = Note(
     "Success on each box under the two conditions of the answer, and its change in pairs of trials; intervals are for "
@@ -134,4 +132,4 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("Does it hold on every box?", differ_said(found) or no, shown)
 
 
-SECTIONS = (Section(name="boxes", title="Boxes", rows=_rows, show=_show, tables=(_TABLE,)),)
+SECTIONS = (Section("boxes", "Boxes", _rows, _show, (_TABLE,)),)

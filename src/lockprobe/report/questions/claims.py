@@ -24,7 +24,7 @@ from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import false_reports
 from lockprobe.report.rows import RECONSTRUCTED, Cell, Course, Fact, Results, clearness
-from lockprobe.report.section import Block, Note, Part, Section, Table
+from lockprobe.report.section import Block, Lines, Note, Part, Section, Table
 from lockprobe.statistics import published
 from lockprobe.statistics.design import READING_FACTORS
 from lockprobe.statistics.distributions import holm, welch_test
@@ -379,25 +379,24 @@ def not_judged(found: Results) -> str:
     return one_look * bool(found.progress.every_look)
 
 
-def _table(found: Results) -> list[list[str]]:
-    table = [["place", "quote", "paper", "reanalysis", "agent", "this study", "verdict", "test", "P"]]
+def _table(found: Results) -> Lines:
+    yield ["place", "quote", "paper", "reanalysis", "agent", "this study", "verdict", "test", "P"]
     why = not_judged(found)
     for claim in paper_claims():
-        paper = [claim.place, claim.quote, claim.value, claim.recomputed]
-        for one in judged(found, claim):
+        paper, measured = [claim.place, claim.quote, claim.value, claim.recomputed], list(judged(found, claim))
+        for one in measured:
             verdict = ["not judged", why, p_cell(None)] if why else [one.verdict, one.test, p_cell(one.p_value)]
-            table.append([*paper, one.agent, one.here, *verdict])
-        if table[-1][1] != claim.quote:
-            table.append([*paper, "", "", "not measured", "", p_cell(None)])
-    return table
+            yield [*paper, one.agent, one.here, *verdict]
+        if not measured:
+            yield [*paper, "", "", "not measured", "", p_cell(None)]
 
 
-def _measured(found: Results) -> list[list[str]]:
+def _measured(found: Results) -> Lines:
     """What was measured of the claims, as the page shows it: without the reanalysis of the paper and the tests."""
-    return [[*row[:3], *row[4:7], row[8]] for row in _table(found) if row[6] != "not measured"]
+    return ([*row[:3], *row[4:7], row[8]] for row in _table(found) if row[6] != "not measured")
 
 
-_CLAIMS = Table("claims", _table, numeric_from=8)
+_CLAIMS = Table("claims", _table, 8)
 
 _NOTE = Note(
     "Quoted from Probing Embodied LLMs: When Higher Observation Fidelity Hurts Problem Solving. A verdict concerns the "
@@ -415,10 +414,10 @@ _VERDICTS = Note(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    counts = Counter(row[5] for row in _measured(found)[1:])
+    counts = Counter(str(row[5]) for row in [*_measured(found)][1:])
     said = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
     answer = f"Of {counts.total()} comparisons: {said}." if counts else ""
-    blocks: list[Block] = [Table("", _measured, numeric_from=6), _VERDICTS, _NOTE]
+    blocks: list[Block] = [Table("", _measured, 6), _VERDICTS, _NOTE]
     yield Part("The paper's claims", answer, [*filter(None, [not_judged(found)]), *blocks])
 
 
@@ -429,4 +428,4 @@ def _rows(numbers: OpenedStudy) -> Iterator[Fact]:
             yield Fact(about=RECONSTRUCTED, name=numbers.study.label_of(agent), text=said)
 
 
-SECTIONS = (Section(name="claims", title="The paper's claims", rows=_rows, show=_show, tables=(_CLAIMS,)),)
+SECTIONS = (Section("claims", "The paper's claims", _rows, _show, (_CLAIMS,)),)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import product
 from typing import Any
 
@@ -12,13 +12,23 @@ from markupsafe import Markup
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.formatting import p_cell, percent, range_of
 from lockprobe.foundation.plugins import find_plugin, plugin_names
-from lockprobe.report.every_look import note_at
-from lockprobe.report.format import Entry, alone, count_of, tested, without_empty
+from lockprobe.report.format import alone, count_of, tested
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import condition_words, interval_kind
-from lockprobe.report.rows import BOUNDS, MEASURES, PERMUTED, Estimate, Fact, Results, Row, measured_row, share_rows
+from lockprobe.report.rows import (
+    BOUNDS,
+    MEASURES,
+    PERMUTED,
+    Estimate,
+    Fact,
+    Results,
+    Row,
+    detected_said,
+    measured_row,
+    share_rows,
+)
 from lockprobe.report.rows.primary import CONTROL
-from lockprobe.report.section import Block, Note, Part, Section, Table
+from lockprobe.report.section import Block, Lines, Note, Part, Section, Table, note_at
 from lockprobe.report.table_rows import chance_said, distinct, varied
 from lockprobe.statistics.contrast import LEVELS, Effect, against_control, against_first
 from lockprobe.statistics.every_look import E_PROCESS
@@ -62,20 +72,11 @@ def compared_rows(found: Iterable[Effect], numbers: OpenedStudy) -> Iterator[Est
 
 
 def _effects(numbers: OpenedStudy) -> Iterator[Row]:
+    """Conditions against their control, and levels of one option against the first."""
     if not numbers.study.of_flips:
-        yield from compared_rows(against_control(numbers.by_name, numbers.design), numbers)
-
-
-def _factors(numbers: OpenedStudy) -> Iterator[Row]:
-    """Options that are no numbers, each level against the first."""
-    if not numbers.study.of_flips:
-        yield from compared_rows(against_first(numbers.by_name, numbers.design.factors, numbers.design), numbers)
-
-
-def detected_said(rows: Sequence[Estimate], what: str) -> str:
-    """How many of how many were detected; empty if none was tested."""
-    judged = [row for row in rows if row.p_value is not None]
-    return f"{sum(row.detected for row in judged)} of {len(judged)} {what} detected." if judged else ""
+        cells, design = numbers.by_name, numbers.design
+        yield from compared_rows(against_control(cells, design), numbers)
+        yield from compared_rows(against_first(cells, design.factors, design), numbers)
 
 
 def _compared(found: Results) -> list[Estimate]:
@@ -87,48 +88,42 @@ def _compared(found: Results) -> list[Estimate]:
     return [*found.against_control(), *levels] if found.beside_flips else []
 
 
-def _effects_table(found: Results) -> list[list[Entry]]:
-    """Conditions that are compared with others, one row each; no table without any."""
-    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
-    rows, words = _compared(found), condition_words(found)
-    table: list[list[Entry]] = [[*head]] * bool(rows)
-    for row in rows:
+def _effects_table(found: Results) -> Lines:
+    words = condition_words(found)
+    yield ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
+    for row in _compared(found):
         pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control", "axis")}
         counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
-        table.append([row.agent, words[row.condition], words[row.control], *counts, *tested(row)])
-    return table
+        yield [row.agent, words[row.condition], words[row.control], *counts, *tested(row)]
 
 
-def _table(found: Results) -> Sequence[Sequence[Entry]]:
+def _table(found: Results) -> Lines:
     """Every agent under every condition, and its change from the control; one that plays alike at every rate once."""
-    rare = ["misread", "optimal", "acted in", "against the rules", "broken", "modality"]
     head = ["agent", varied(found.cells), "trials", "success", "change, points", "P", "mean steps", "loop rate"]
-    table: list[list[Entry]] = [[*head, "by chance", *rare]]
+    yield [*head, "by chance", *_RARE]
     changes = {(row.agent, row.condition): row for row in reversed(found.against_control())}
     for cell, under in distinct(found.cells):
         change, acted = changes.get((cell.agent, cell.condition)), cell.get("steps", "changed")
         broke = cell.get("against_rules")
-        table.append(
-            [
-                cell.agent, under, str(cell.trials), cell.get("success"), change,
-                p_cell(change.p_value if change else None),
-                cell.get("mean_steps_all"), cell.get("loop_rate"), chance_said(cell), alone(cell.get("misread")),
-                alone(cell.get("optimal_actions", "naive")),
-                percent((acted.value or 0.0) / acted.n) if acted and acted.n else None,
-                count_of(broke) if broke and broke.count else None, f"{cell.value('broken') or 0:g}", cell.modality,
-            ]
-        )  # fmt: skip
-    return without_empty(table, rare)
+        yield [
+            cell.agent, under, str(cell.trials), cell.get("success"), change,
+            p_cell(change.p_value if change else None), cell.get("mean_steps_all"), cell.get("loop_rate"),
+            chance_said(cell), alone(cell.get("misread")),
+            alone(cell.get("optimal_actions", "naive")),
+            percent((acted.value or 0.0) / acted.n) if acted and acted.n else None,
+            count_of(broke) if broke and broke.count else None, f"{cell.value('broken') or 0:g}", cell.modality,
+        ]  # fmt: skip
 
 
-def _measures(found: Results) -> list[list[Entry]]:
-    """The measures of installed packages; none without any."""
-    head: list[Entry] = ["agent", "condition", "measure", "what it is", "trials", "mean [95 % interval]"]
-    named = [(row, row.quantity.removeprefix(f"{MEASURES}.")) for row in found.measures]
-    rows: list[list[Entry]] = [
-        [row.agent, row.condition, name, row.note or found.fact(MEASURES, name), str(row.n), row] for row, name in named
-    ]
-    return [head, *rows] if rows else []
+_RARE = ("misread", "optimal", "acted in", "against the rules", "broken", "modality")
+
+
+def _measures(found: Results) -> Lines:
+    """The measures of installed packages."""
+    yield ["agent", "condition", "measure", "what it is", "trials", "mean [95 % interval]"]
+    for row in found.measures:
+        name = row.quantity.removeprefix(f"{MEASURES}.")
+        yield [row.agent, row.condition, name, row.note or found.fact(MEASURES, name), str(row.n), row]
 
 
 def measure_rows(numbers: OpenedStudy) -> Iterator[Row]:
@@ -154,14 +149,9 @@ def measure_rows(numbers: OpenedStudy) -> Iterator[Row]:
     yield from described.values()
 
 
-_CONDITIONS, _MEASURES = Table("conditions", _table), Table("measures", _measures, numeric_from=4)
+_CONDITIONS, _MEASURES = Table("conditions", _table, rare=_RARE), Table("measures", _measures, 4)
 
-EFFECTS = Table(
-    "effects",
-    _effects_table,
-    numeric_from=3,
-    drawn="difference, points",
-)
+EFFECTS = Table("effects", _effects_table, 3, drawn="difference, points")
 """Every condition against its control, and levels of one option against the first."""
 
 
@@ -209,10 +199,7 @@ def _show(found: Results) -> Iterator[Part]:
 
 
 SECTIONS = (
-    Section(
-        name="conditions", title="All conditions", rows=_rows, show=_show, tables=(_CONDITIONS, EFFECTS, _MEASURES)
-    ),
-    Section(name="effects", title="Every condition against the control", rows=_effects),
-    Section(name="factors", title="Options compared", rows=_factors),
-    Section(name="measures", title="Measures", rows=measure_rows),
+    Section("conditions", "All conditions", _rows, _show, (_CONDITIONS, EFFECTS, _MEASURES)),
+    Section("effects", "Every condition against the control", _effects),
+    Section("measures", "Measures", measure_rows),
 )

@@ -1,29 +1,43 @@
-"""What a study asks by itself: the contrasts of conditions that its file declares."""
+"""Contrasts of conditions: those that the study file declares, interactions, and the factors of a factorial design."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import product
+from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import capital, listed, percent
-from lockprobe.report.every_look import note_at
-from lockprobe.report.format import Entry, tested, without_empty
+from lockprobe.foundation.formatting import capital, listed, p_value, percent
+from lockprobe.report.format import entry_text, tested
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.questions.conditions import detected_said
-from lockprobe.report.rows import Estimate, Results, Row, measured_row
+from lockprobe.report.prose import interval_kind, who
+from lockprobe.report.rows import Estimate, Fact, Results, Row, detected_said, measured_row
 from lockprobe.report.rows.primary import DECLARED, SIDES
-from lockprobe.report.section import Note, Part, Section, Table
-from lockprobe.statistics.contrast import declared
+from lockprobe.report.section import Block, Figure, Lines, Note, Part, Section, Table, note_at
+from lockprobe.statistics.contrast import declared, interactions
+from lockprobe.statistics.design import Crossed, axis_key
 from lockprobe.statistics.every_look import E_PROCESS
 
-_STUDENT = "Student over blocks"
+ARROW, _TIMES = " \N{RIGHTWARDS ARROW} ", " \N{MULTIPLICATION SIGN} "
 
 CONTRAST = ["agent", "contrast", "conditions", "success", "change, points", "P", "result", "blocks"]
 """Columns of a table of contrasts; agents stand there if they are several."""
 
+BY_BLOCKS = Markup(
+    "Each block of equal luck that has a trial under all of the conditions gives one value. The interval is "
+    "Student\N{RIGHT SINGLE QUOTATION MARK}s over blocks, widened as if one more block differed; <i>P</i> is that of a "
+    "sign-flip permutation test over blocks. Both are corrected for the number of contrasts and of agents (baselines "
+    "apart)."
+)
+"""How a contrast of conditions is tested."""
 
-def _rows(numbers: OpenedStudy) -> Iterator[Row]:
+_STUDENT = "Student over blocks"
+
+
+def _declared_rows(numbers: OpenedStudy) -> Iterator[Row]:
     cells, asked = numbers.by_name, numbers.study.contrasts
     test = E_PROCESS if numbers.every_look else "sign flips of blocks"
     for agent, name, choices, (change, *sides) in declared(cells, asked, numbers.design):
@@ -47,35 +61,147 @@ def misreading_said(rows: Sequence[Estimate]) -> str:
     return f"{capital(f'for at least one of {agents} agents, ' * (agents > 1) + said)}."
 
 
-def _table(found: Results) -> Sequence[Sequence[Entry]]:
+def _declared_table(found: Results) -> Lines:
     known = {one.name: one for one in found.design.contrasts}
-    table: list[list[Entry]] = [[*CONTRAST]]
+    yield CONTRAST
     for row in _declared(found):
         shares = (found.get("success_in_pairs", agent=row.agent, of=f"{row.of}, {side}") for side in SIDES)
-        solved = " \N{RIGHTWARDS ARROW} ".join(percent(share.value if share else None) for share in shares)
-        conditions = f"{listed(known[row.of].minus)} \N{RIGHTWARDS ARROW} {listed(known[row.of].of)}"
-        table.append([row.agent, row.of, conditions, solved, *tested(row), str(row.clusters)])
-    return without_empty(table, ["agent"])
+        solved = ARROW.join(percent(share.value if share else None) for share in shares)
+        conditions = ARROW.join(map(listed, (known[row.of].minus, known[row.of].of)))
+        yield [row.agent, row.of, conditions, solved, *tested(row), str(row.clusters)]
 
 
-CONTRASTS = Table("contrasts", _table, numeric_from=3, drawn="change, points")
+CONTRASTS = Table("contrasts", _declared_table, 3, drawn="change, points", rare=("agent",))
 
-_NOTE = Note(
+_DECLARED_NOTE = Note(
     "Mean success, or misreading, under the conditions of one side minus that under those of the other, in points, as "
     "the study file declares it. Contrasts that were chosen after the results were seen prove nothing.",
-    Markup(
-        "Each block of equal luck that has a trial under all conditions of a contrast gives one value. The interval is "
-        "Student\N{RIGHT SINGLE QUOTATION MARK}s over blocks, widened as if one more block differed; <i>P</i> is that "
-        "of a sign-flip permutation test over blocks. Both are corrected for the number of contrasts and of agents "
-        "(baselines apart). Misreading: the share of statements about an attempt that contradict what happened, with "
-        "Student's test."
-    ),
+    BY_BLOCKS
+    + " Misreading: the share of statements about an attempt that contradict what happened, with Student's test.",
 )
 
 
-def _show(found: Results) -> Iterator[Part]:
+def _show_declared(found: Results) -> Iterator[Part]:
     if rows := _declared(found):
-        yield Part("What the study asks", detected_said(rows, "contrasts"), [CONTRASTS, note_at(found, _NOTE)])
+        yield Part("What the study asks", detected_said(rows, "contrasts"), [CONTRASTS, note_at(found, _DECLARED_NOTE)])
 
 
-SECTIONS = (Section(name="contrasts", title="Declared contrasts", rows=_rows, show=_show, tables=(CONTRASTS,)),)
+# Interactions: does the effect of one intervention, or of one dose, depend on another?
+
+_FIRST, _SECOND = "first dose", "second dose"
+"""Facts of a grid; of a place in it, such as ``0.4, 0.1``, the fact is its condition."""
+
+
+def _interactions(numbers: OpenedStudy) -> Iterator[Row]:
+    if numbers.study.of_flips:
+        return
+    design, named, known = numbers.design, list[tuple[Crossed, str]](), Counter[tuple[str, str]]()
+    for grid in (one for of in design.modalities for one in design.comparisons[of].crossed if one.axes):
+        (first, second), rest = (one.name for one in grid.axes), grid.axes[0].rest
+        name = f"{first}{_TIMES}{second}"
+        known[name, rest] += 1
+        axis = axis_key(name, rest=rest, number=known[name, rest])
+        named.append((grid, axis))
+        facts = {_FIRST: first, _SECOND: second, "with": rest}
+        facts |= {f"{row:g}, {column:g}": condition for (row, column), condition in grid.conditions.items()}
+        yield from (Fact(about=axis, name=name, text=text) for name, text in facts.items() if text)
+    for agent, crossed, found, choices in interactions(numbers.by_name, design):
+        if crossed.axes:
+            axis = next(axis for grid, axis in named if grid == crossed)
+            of: dict[str, Any] = {"modality": crossed.modality, "axis": axis}
+        else:
+            neither, second, first, both = crossed.conditions.values()
+            of = {"modality": numbers.conditions[both].modality, "condition": both, "control": neither}
+            of |= {"of": f"{first}{_TIMES}{second}", "doses": dict(numbers.conditions[both].doses)}
+        of |= {"unit": "points", "family": "interactions", "corrected_for": choices, "test": "sign flips of blocks"}
+        yield measured_row("success_interaction", found, agent=agent, **of)
+
+
+def _crossings(found: Results) -> Lines:
+    yield ["agent", "interaction of", "with", "blocks", "interaction, points", "P", "conclusion"]
+    for row in found.where("success_interaction", versus=""):
+        facts = found.facts_about(row.axis)
+        name = f"{facts[_FIRST]}{_TIMES}{facts[_SECOND]}" if row.axis else row.of
+        yield [row.agent, name, facts.get("with") if row.axis else None, str(row.n), *tested(row)]
+
+
+def _places(found: Results, axis: str) -> dict[str, str]:
+    """Every combination of doses of a grid -> its condition."""
+    return {name: condition for name, condition in found.facts_about(axis).items() if ", " in name}
+
+
+def draw(found: Results, axis: str) -> Any:
+    """Success over two doses, a panel for each agent with a cell for each combination: darker is more."""
+    import matplotlib as mpl
+    from matplotlib.patches import Rectangle
+
+    from lockprobe.report.figures import drawing as figures
+
+    own, facts = _places(found, axis), found.facts_about(axis)
+    rows, columns = (sorted({name.split(", ")[i] for name in own}, key=float) for i in (0, 1))
+    lines = 3 if len(columns) <= 4 else 2 if len(columns) <= 6 else 1  # room for the share, its count, its interval
+
+    def on(axes: Any, player: tuple[str, str]) -> None:
+        agent, modality = player
+        for (i, row), (j, column) in product(enumerate(rows), enumerate(columns)):
+            where = own.get(f"{row}, {column}", "")
+            cell = found.get("success", agent=agent, condition=where, control="", versus="", axis="") if where else None
+            face: Any = "white"
+            colour, text = figures.FAINT, "\N{MULTIPLICATION SIGN}"  # not played
+            if cell:
+                share = cell.value or 0.0
+                face, colour = mpl.colormaps["Blues"](0.85 * share), "white" if share > 0.78 else figures.INK
+                ends = f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]"
+                said = [percent(cell.value), f"{cell.count}/{cell.n}", ends][:lines]
+                text = "\n".join(said) if lines > 1 else said[0].removesuffix(" %")
+            axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
+            axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
+        axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
+        figures.axis(axes, "x", range(len(columns)), columns, figures.axis_label(facts[_SECOND]), bare=True)
+        figures.axis(axes, "y", range(len(rows)), rows, figures.axis_label(facts[_FIRST]), bare=True)
+        change = found.get("success_interaction", agent=agent, modality=modality, axis=axis, versus="")
+        interaction = "interaction not estimated"
+        if change is not None:
+            tested = f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
+            interaction = f"interaction {entry_text(change)} points{tested}"
+        figures.title(axes, figures.safe_name(who(agent), 38), interaction)
+
+    shares = [row for row in found.where("success", of="", axis="") if row.condition in own.values()]
+    agents = list(dict.fromkeys((row.agent, row.modality) for row in shares))
+    return figures.sheet(agents, on, heights=[0.35 + len(rows) * 0.155 * (lines + 0.9)])
+
+
+_CROSSINGS = Table("crossings", _crossings, 3, rare=("with",))
+
+_CROSSED_NOTE = Note(
+    "Of two interventions: the effect of the second together with the first, minus its effect alone. Of two doses: the "
+    "effect of the whole range of the second at the highest dose of the first, minus its effect at the lowest, from "
+    "linear trends over all cells. At 0 the effect of each does not depend on the other.",
+    BY_BLOCKS,
+)
+
+
+def _show_crossings(found: Results) -> Iterator[Part]:
+    played = {row.condition for row in found.where("success", of="")}
+    caption = Note(
+        "Share of trials solved under every combination of two doses, with count and interval where there is room. "
+        "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
+        f"Intervals are {interval_kind(found)}. Numbers are in per cent.",
+    )
+    alt = "Success under every combination of two doses, one cell each"
+    grids = dict.fromkeys(fact.about for fact in found.facts if fact.name == _FIRST)
+    shown = [axis for axis in grids if played & {*_places(found, axis).values()}]
+    blocks: list[Block] = [
+        Figure(f"grid-{number}", alt, caption, partial(draw, axis=axis), slide=number == 1)
+        for number, axis in enumerate(shown, 1)
+    ]
+    rows = found.where("success_interaction", versus="")
+    if blocks or rows:
+        blocks += [_CROSSINGS, _CROSSED_NOTE] * bool(rows)
+        yield Part("Interactions", detected_said(rows, "interactions"), blocks)
+
+
+SECTIONS = (
+    Section("contrasts", "Declared contrasts", _declared_rows, _show_declared, (CONTRASTS,)),
+    Section("crossings", "Interactions", _interactions, _show_crossings, (_CROSSINGS,)),
+)

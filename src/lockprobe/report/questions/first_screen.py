@@ -19,7 +19,7 @@ from lockprobe.report.questions import speed, stopping, why
 from lockprobe.report.questions.boxes import boxes_said, differ_said
 from lockprobe.report.questions.conditions import EFFECTS
 from lockprobe.report.questions.contrasts import CONTRASTS, misreading_said
-from lockprobe.report.questions.modalities import effect_said
+from lockprobe.report.questions.speed import effect_said
 from lockprobe.report.questions.stopping import every_look_said, small_said
 from lockprobe.report.rows import Fact, Results, Row
 from lockprobe.report.rows.primary import primary_lines
@@ -200,7 +200,7 @@ def _changes(found: Results, table: Table) -> tuple[Table, str] | None:
     every = [row for row in rows if not any(one in row for one in primary)]
     clear = every if len(rows) <= _MOST else [row for row in every if DETECTED in row]
     said = "" if clear == every else f"{len(clear)} of {len(every)} were detected; the questions below have all."
-    shown = replace(table, cells=lambda found: [head, *clear])
+    shown = replace(table, lines=lambda found: iter([head, *clear]))
     return (shown, said) if 0 < len(clear) <= _MOST else None
 
 

@@ -9,11 +9,11 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, change, p_cell, p_value, percent, points
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import Entry, alone, without_empty
+from lockprobe.report.format import alone
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rows import Estimate, Fact, Results, Row, clearness, measured
-from lockprobe.report.section import Figure, Note, Part, Section, Table
+from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
 from lockprobe.studies.study import Study
 
@@ -58,19 +58,18 @@ def _of_success(rows: Iterable[Estimate], quantity: str = _CHANGE) -> list[Estim
     return [row for row in rows if row.quantity == quantity and row.of.startswith(f"{_SUCCESS}, ")]
 
 
-def fork_table(rows: Sequence[Estimate]) -> Sequence[Sequence[Entry]]:
+def fork_table(rows: Sequence[Estimate]) -> Lines:
     """One row for each agent, condition, place and arm; how later reports are where they are true."""
     known = {(row.quantity, row.agent, row.condition, row.of): row for row in rows}
     others = [outcome for outcome in OUTCOMES if outcome != _SUCCESS]
     head = ["agent", "condition", "forked at", "arm", "later reports", "solved after truth", "change, points", "P"]
-    table: list[list[Entry]] = [[*head, *others, "trials"]]
+    yield [*head, *others, "trials"]
     for row in _of_success(rows):
         own, (arm, where, later) = (row.agent, row.condition), _place(row)
         names = [row.agent, row.condition, where, arm, later.removeprefix("later reports ")]
         more = [alone(known.get((_CHANGE, *own, row.of.replace(_SUCCESS, outcome, 1)))) for outcome in others]
         told = alone(known[_AFTER_TRUTH, *own, row.of])
-        table.append([*names, told, row, p_cell(row.p_value), *more, str(row.clusters)])
-    return without_empty(table, ["later reports"])
+        yield [*names, told, row, p_cell(row.p_value), *more, str(row.clusters)]
 
 
 def fork_said(rows: Sequence[Estimate]) -> str:
@@ -94,7 +93,7 @@ def fork_said(rows: Sequence[Estimate]) -> str:
     return said if len(found) == 1 else f"{len(clear)} of {len(found)} effects of one report were detected. {said}"
 
 
-_TABLE = Table("forks", lambda found: fork_table(found.rows), numeric_from=5)
+_TABLE = Table("forks", lambda found: fork_table(found.rows), 5, rare=("later reports",))
 
 _PANELS = 6
 """Panels that are drawn; later ones are the table's."""
@@ -172,6 +171,4 @@ def _show(found: Results) -> Iterator[Part]:
         yield Part("Effect of one report", said, [*rules, _FIGURE, _TABLE, _NOTE, _LIMITS])
 
 
-SECTIONS = (
-    Section(name="forks", title="Effect of one report", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),
-)
+SECTIONS = (Section("forks", "Effect of one report", _rows, _show, (_TABLE,), (_FIGURE,)),)

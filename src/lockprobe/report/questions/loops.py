@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from statistics import fmean
 from typing import Any, get_args
 
 import numpy as np
@@ -16,16 +15,13 @@ from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import at_lowest, interval_kind, paper_rates
 from lockprobe.report.questions.success import fit_rows, of_course, two_lines_rows
-from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row, measured_row
+from lockprobe.report.rows import Cell, Course, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.report.table_rows import chance_said, played_subjects
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.curves import incidence
-from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.hazards import looping
 from lockprobe.statistics.loops.chance import Null, expected_loop_rate
-from lockprobe.statistics.measures import MEASURES
 from lockprobe.statistics.outcomes import ended, numbered, points
 from lockprobe.statistics.proportions import ALPHA, Z
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
@@ -62,8 +58,6 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
         ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
         how: dict[str, Any] = {"low": ends[0], "high": ends[1], "note": "simulation"} if error else {"note": "exact"}
         yield cell.estimate("loop_rate", level, of=null, n=n, **how)
-    for quantity, measure in (("coverage", "covered"), ("redundant_share", "redundant")):
-        yield cell.estimate(quantity, fmean(MEASURES[measure](trial) or 0.0 for trial in trials), n=n)
 
 
 def _over_doses(course: played.Course) -> Iterator[Row]:
@@ -85,14 +79,6 @@ def _over_doses(course: played.Course) -> Iterator[Row]:
     if hazard := looping(found):
         note = {1: "sooner", -1: "later"}.get(hazard.direction, "")
         yield measured_row("hazard_ratio", hazard, **of, of="first loops", unit="ratio", test="log-rank", note=note)
-        lowest = found.dose == found.dose.min()
-        for name, side in (("lowest", lowest), ("higher", ~lowest)) if course.axis == FLIPS else ():
-            some = found.at(side)
-            curve = incidence(some.until_loop, some.looped, int(some.until_loop.max()))
-            band: dict[str, Any] = {"value": curve.share, "low": curve.low, "high": curve.high, "n": len(some)}
-            yield Curve(
-                quantity="loop_onset", **of | {"axis": "step"}, of=name, x=tuple(range(len(curve.share))), **band
-            )
     lines = later_and_sooner(course.tested)
     if lines.first and lines.second:
         yield from two_lines_rows("first loops", lines, course)

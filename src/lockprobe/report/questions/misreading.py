@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from itertools import product
 from operator import attrgetter
 from statistics import mean, stdev
 from textwrap import fill
-from typing import Any, get_args
+from typing import Any
 
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import Entry, count_of
+from lockprobe.report.format import count_of
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import condition_words
 from lockprobe.report.rows import Cell, Estimate, Results, Row
-from lockprobe.report.section import Figure, Note, Part, Section, Table
+from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.report.table_rows import by_conditions, under, varied
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.misinterpretation import Claim, claims
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import state_after
-from lockprobe.trial.record import Outcome
 
 _ERRORS = {
     "misread": ("misread", "claim and report differ (misread)"),
@@ -66,10 +63,6 @@ def _of_claims(cell: PlayedCell, said: Sequence[Sequence[Claim]]) -> Iterator[Es
     yield cell.estimate("misinterpretations", mean(rates), of="rate", n=trials)
     if trials > 1:
         yield cell.estimate("misinterpretations", stdev(rates), of="SD of rates", n=trials)
-    counts = Counter(claim[1:] for one in said for claim in one)
-    for claimed, told, truth in product(get_args(Outcome), repeat=3):
-        of = f"claimed {claimed}, told {told}, in truth {truth}"
-        yield cell.estimate("claims", counts[claimed, told, truth], of=of, unit="claims")
 
 
 def _asked(found: Results) -> list[Cell]:
@@ -77,17 +70,15 @@ def _asked(found: Results) -> list[Cell]:
     return [cell for cell in found.cells if cell.agent in found.subjects and cell.get("misread")]
 
 
-def _table1(found: Results) -> list[list[Entry]]:
+def _table1(found: Results) -> Lines:
     """The paper's Table 1 with an interval, and a column for the trials, which the paper counts in asterisks."""
     cells = _asked(found)
-    head = ["agent", _varied(cells), "claims", "misread", "rate per trial", "± SD", "misread in all", "in trials"]
-    rows: list[list[Entry]] = []
+    yield ["agent", _varied(cells), "claims", "misread", "rate per trial", "± SD", "misread in all", "in trials"]
     for cell in cells:
-        misread, affected = cell.get("misread"), cell.get("misinterpretations", "trials with any")
-        if misread:
+        if misread := cell.get("misread"):
             rates = [percent(cell.value("misinterpretations", of), 1) for of in ("rate", "SD of rates")]
-            rows.append([*_names(cell, cells), str(misread.n), misread, *rates, str(misread.count), count_of(affected)])
-    return [[*head], *rows] if rows else []
+            affected = count_of(cell.get("misinterpretations", "trials with any"))
+            yield [*_names(cell, cells), str(misread.n), misread, *rates, str(misread.count), affected]
 
 
 _TABLE = Table("table1", _table1)
@@ -167,6 +158,4 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("What is misread?", said, [_TABLE, _NOTE, *[_FIGURE] * _FIGURE.applies(found)])
 
 
-SECTIONS = (
-    Section(name="misreading", title="Misreading", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),
-)
+SECTIONS = (Section("misreading", "Misreading", _rows, _show, (_TABLE,), (_FIGURE,)),)

@@ -15,11 +15,11 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import count, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.report.format import Entry, entry_text
+from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import condition_words
 from lockprobe.report.rows import Course, Estimate, Results, Row, share_rows
-from lockprobe.report.section import Block, Figure, Note, Part, Section, Table
+from lockprobe.report.section import Block, Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import alike_weights, share_of
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.outcomes import ended, outcomes
@@ -155,11 +155,11 @@ def _opened_said(found: Results) -> Iterator[str]:
         yield f"Settings for people: {'; '.join(seen)}."
 
 
-def _table(found: Results) -> list[list[Entry]]:
+def _table(found: Results) -> Lines:
     """People by condition, in each modality over all conditions, and by the position of the box."""
     words, rows = condition_words(found), found.where("success", agent=PEOPLE, of=_BY_PERSON)
     at, over = ([row for row in rows if row.modality and bool(row.condition) == one] for one in (True, False))
-    table: list[list[Entry]] = [["condition", "people", "trials", "solved", "success", "median steps", "mean steps"]]
+    yield ["condition", "people", "trials", "solved", "success", "median steps", "mean steps"]
     for row in [*at, *(over if len(at) > len(over) else [])]:
         own = {"agent": PEOPLE, "modality": row.modality, "condition": row.condition}
         steps = found.one("steps_to_solve", **own, of=f"half, {_BY_PERSON}")
@@ -167,15 +167,14 @@ def _table(found: Results) -> list[list[Entry]]:
         half = median if steps.low is None and steps.high is None else f"{median} [{', '.join(ends)}]"
         name = words[row.condition] if row.condition else f"all, {row.modality}" if len(over) > 1 else "all"
         many, mean = found.one("people", **own), found.one("mean_steps_all", **own, of=_BY_PERSON)
-        table.append([name, f"{many.value:g}", str(row.n), str(row.count), row, half, mean])
+        yield [name, f"{many.value:g}", str(row.n), str(row.count), row, half, mean]
     positions = [row for row in found.where("success", agent=PEOPLE) if row.of.startswith("position=")]
     for row in positions if len(positions) > 1 else ():
         name = f"box {row.of.removeprefix('position=')} of a person"
-        table.append([name, str(row.n), str(row.n), str(row.count), row, None, None])
-    return table if rows else []
+        yield [name, str(row.n), str(row.n), str(row.count), row, None, None]
 
 
-_TABLE = Table("people", _table, numeric_from=1)
+_TABLE = Table("people", _table, 1)
 
 _MOST = 8
 """Agents that are drawn, people first, then those that the study is about."""
@@ -263,4 +262,4 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("People", f"{played} of {asked} boxes for people were played{owed}.", blocks)
 
 
-SECTIONS = (Section(name="people", title="People", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),)
+SECTIONS = (Section("people", "People", _rows, _show, (_TABLE,), (_FIGURE,)),)

@@ -15,8 +15,8 @@ from lockprobe.report.answer import headline
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import cause, condition_words, false_reports, interval_kind, inverted, who
-from lockprobe.report.questions.conditions import compared_rows, detected_said
-from lockprobe.report.rows import Course, Estimate, Fact, Results, Row
+from lockprobe.report.questions.conditions import compared_rows
+from lockprobe.report.rows import Course, Estimate, Fact, Results, Row, detected_said
 from lockprobe.report.rows.primary import dose_lines
 from lockprobe.report.section import Block, Figure, Note, Part, Section
 from lockprobe.statistics.arms import arms_of

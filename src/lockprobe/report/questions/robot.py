@@ -10,7 +10,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, count_of
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.rows import Cell, Estimate, Results, Row, share_rows
-from lockprobe.report.section import Note, Part, Section, Table
+from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.rules import Judged
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
@@ -54,23 +54,22 @@ def _judges(found: Results) -> list[str]:
     return [judge for judge in _JUDGES if found.where(judge)]
 
 
-def _joints(found: Results) -> list[list[Entry]]:
+def _joints(found: Results) -> Lines:
     """One row per joint, and one of all."""
     judges = _judges(found)
-    head = ["joint", *(head for judge in judges for head in (f"right {judge}", "of", "undecided"))]
+    yield ["joint", *(head for judge in judges for head in (f"right {judge}", "of", "undecided"))]
     at = dict.fromkeys(row.of.partition("undecided, ")[2] for judge in judges for row in found.where(judge))
-    table: list[list[Entry]] = [[*head]]
-    for joint in [*filter(None, at), ""]:
+    for joint in [*filter(None, at), ""] if judges else ():
         row: list[Entry] = [joint or "all"]
         for judge in judges:
-            of = f", {joint}" * bool(joint)
-            right, undecided = (found.get(judge, of=what + of) for what in ("right", "undecided"))
+            right, undecided = (found.get(judge, of=what + f", {joint}" * bool(joint)) for what in _PARTS)
             row += [right, str(right.n if right else 0), str(undecided.count if undecided else 0)]
-        table.append(row)
-    return table if judges else []
+        yield row
 
 
-_JOINTS = Table("robot", _joints, numeric_from=1)
+_PARTS = ("right", "undecided")
+
+_JOINTS = Table("robot", _joints, 1)
 
 _SENSED = Note(
     "Attempts at each joint, over all conditions, as the arm or the camera judged them. Undecided: the arm had no grip "
@@ -121,17 +120,16 @@ def _broke(found: Results) -> list[Cell]:
     return [cell for cell in found.cells if cell.get("against_rules", "attempts")]
 
 
-def _conditions(found: Results) -> list[list[Entry]]:
+def _conditions(found: Results) -> Lines:
     """How often attempts broke the rules, and success of all trials and of those without a miss."""
-    head: list[Entry] = ["agent", "condition", "at free joints", "missed", "at locked joints", "forced"]
-    table = [[*head, "another joint moved", "success", "without a miss", "of trials"]]
+    head = ["agent", "condition", "at free joints", "missed", "at locked joints", "forced"]
+    yield [*head, "another joint moved", "success", "without a miss", "of trials"]
     for cell in _broke(found):
         kept = cell.get("success", "without a miss")
         missed, forced, another = (cell.get("against_rules", kind) for kind in _BREAKS)
         sizes = [str(one.n if one else 0) for one in (missed, forced, kept)]
         row = [sizes[0], missed, sizes[1], forced, another, cell.get("success"), kept, sizes[2]]
-        table.append([cell.agent, cell.condition, *row])
-    return table if len(table) > 1 else []
+        yield [cell.agent, cell.condition, *row]
 
 
 _CONDITIONS = Table("rules", _conditions)
@@ -152,6 +150,6 @@ def _show_rules(found: Results) -> Iterator[Part]:
 
 
 SECTIONS = (
-    Section(name="robot", title="Robot and truth", rows=_sensed, show=_show_sensed, tables=(_JOINTS,)),
-    Section(name="rules", title="Attempts against the rules", rows=_rules, show=_show_rules, tables=(_CONDITIONS,)),
+    Section("robot", "Robot and truth", _sensed, _show_sensed, (_JOINTS,)),
+    Section("rules", "Attempts against the rules", _rules, _show_rules, (_CONDITIONS,)),
 )

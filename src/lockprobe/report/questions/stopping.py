@@ -9,11 +9,11 @@ import numpy as np
 
 from lockprobe.foundation.formatting import listed, points
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.report.format import Entry, without_empty
+from lockprobe.report.format import Entry
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
 from lockprobe.report.rows import Curve, Estimate, Results, Row, measured_row
-from lockprobe.report.section import Figure, Note, Part, Section, Table
+from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.contrast import against_control
 from lockprobe.statistics.differences import each_difference
 from lockprobe.statistics.every_look import AtEveryLook
@@ -108,13 +108,13 @@ def decided_said(verdict: str | None, points: float) -> str:
     return said.get(verdict or "", f"known to ±{100 * points:g} points" if verdict else "open")
 
 
-def _table(found: Results) -> Sequence[Sequence[Entry]]:
-    table: list[list[Entry]] = [["agent", "difference", "blocks", "estimate, points", "decided", "at block"]]
+def _table(found: Results) -> Lines:
+    until: list[Entry] = ["decided", "at block"] if "until" in found.study else []
+    yield ["agent", "difference", "blocks", "estimate, points", *until]
     for row in found.where("difference_by_block"):
         decided = found.get("decided_at_block", agent=row.agent, of=row.of)
         said = [decided.note, f"{decided.value:.0f}"] if decided else ["open", None]
-        table.append([row.agent, row.of, str(row.n), row, *said])
-    return without_empty(table, [] if "until" in found.study else ["decided", "at block"])
+        yield [row.agent, row.of, str(row.n), row, *said[: len(until)]]
 
 
 _MOST = 6
@@ -168,7 +168,7 @@ FIGURE = Figure(
     applies=lambda found: bool(found.where("difference_by_block")),
 )
 
-_TABLE = Table("stopping", _table, numeric_from=2)
+_TABLE = Table("stopping", _table)
 
 _NOTE = Note(
     "A statement that is made once stays: intervals lie within those before, and P values are the smallest so far.",
@@ -186,13 +186,4 @@ def _show(found: Results) -> Iterator[Part]:
         yield Part("Differences block by block", answer, [FIGURE, _TABLE, _NOTE])
 
 
-SECTIONS = (
-    Section(
-        name="stopping",
-        title="Differences block by block",
-        rows=_rows,
-        show=_show,
-        tables=(_TABLE,),
-        figures=(FIGURE,),
-    ),
-)
+SECTIONS = (Section("stopping", "Differences block by block", _rows, _show, (_TABLE,), (FIGURE,)),)

@@ -84,15 +84,11 @@ def _differences(course: Course) -> Iterator[Row]:
         parts = {more: columns | {"of": ", ".join(filter(None, (columns.get("of", ""), more)))} for more in _PARTS}
         for more, share in (("", one.second), (CONTROL, one.first)):
             yield from share_rows("success_in_pairs", share, **parts[more])
-        if one.only:
-            for more, those in zip(("only here", f"{CONTROL} only"), one.only[::-1], strict=True):
-                counted = {"value": those, "count": those, "n": one.second.n, "unit": "trials"}
-                yield Estimate(quantity="success_in_pairs", **parts[more] | counted)
         for more, bound in zip(BOUNDS, one.bounds or (), strict=False):
             yield Estimate(quantity="success_difference", **parts[more], value=bound, unit="points")
 
 
-_PARTS = ("", CONTROL, "only here", f"{CONTROL} only", *BOUNDS)
+_PARTS = ("", CONTROL, *BOUNDS)
 """Parts of a comparison of a dose with the lowest."""
 
 

@@ -2,37 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import change, listed, p_cell, p_value
-from lockprobe.report.every_look import note_at
-from lockprobe.report.format import Entry, conclusion_of, without_empty
+from lockprobe.report.format import conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
-from lockprobe.report.questions.contrasts import CONTRAST
-from lockprobe.report.rows import Estimate, Results, Row, measured_row
-from lockprobe.report.section import Note, Part, Section, Table
+from lockprobe.report.questions.contrasts import ARROW, BY_BLOCKS, CONTRAST
+from lockprobe.report.rows import Estimate, Fact, Results, Row, measured_row
+from lockprobe.report.section import Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.modalities import spoken
-from lockprobe.statistics.proportions import ALPHA, Difference
-from lockprobe.statistics.why import (
-    CONTENT,
-    CONTRASTS,
-    MARGIN,
-    NEEDS,
-    PART,
-    TOTAL,
-    Decision,
-    Verdict,
-    decision_of,
-    whys,
-)
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.why import CONTENT, CONTRASTS, MARGIN, NEEDS, PART, TOTAL, Decision, Verdict, whys
 from lockprobe.trial.record import PLAIN_WORDS
 
-_EFFECT, _CONTRAST, _SUCCESS, _AGENTS = "false_report_effect", "arm_contrast", "success_in_arm", "agents"
+_EFFECT, _CONTRAST, _SUCCESS, _SAID = "false_report_effect", "arm_contrast", "success_in_arm", "why"
 
 _NAMES = {
     "total": "false reports",
@@ -70,10 +58,10 @@ _VERDICTS: Mapping[Verdict, str] = {
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
-    cells = numbers.by_name
-    for one in whys(cells, numbers.design):
+    cells, found = numbers.by_name, list(whys(numbers.by_name, numbers.design))
+    for one in found:
         own: dict[str, Any] = {"agent": one.agent, "modality": one.modality}
-        of = own | {"family": _AGENTS, "corrected_for": one.agents, "doses": {"flip.p": one.p}, "unit": "points"}
+        of = own | {"family": "agents", "corrected_for": one.agents, "doses": {"flip.p": one.p}, "unit": "points"}
         test = E_PROCESS if one.every_look else "sign flips of blocks"
         yield measured_row(_EFFECT, one.decision.total, **of, of="total", test=test)
         for name, mean in one.decision.contrasts.items():
@@ -83,12 +71,18 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
         yield Estimate(quantity=_EFFECT, **own, of="blocks needed", unit="blocks", value=one.needed)
         for arm, name in one.conditions.items():
             yield from cells[one.agent, name].share(_SUCCESS, cells[one.agent, name].success, of=arm)
+    said = sorted(found, key=lambda one: one.agent not in numbers.subjects)
+    facts = {"answer": " ".join(why_said(one.agent, one.modality, one.decision) for one in said)}
+    named = sum(bool(one.decision.claims) for one in found)
+    several = f"A cause is named for {named} of {len(found)} agents."
+    facts["verdict"] = several if len(found) > 1 else "".join(_VERDICTS[one.decision.verdict] for one in found)
+    facts |= {f"{i}": why_said(one.agent, one.modality, one.decision, one.needed) for i, one in enumerate(found)}
+    yield from (Fact(about=_SAID, name=name, text=text) for name, text in facts.items() if found)
 
 
 def answer(found: Results) -> str:
-    """What false reports do to the success of each agent, and why; no intervals."""
-    asked = sorted(_asked(found), key=lambda total: total.agent not in found.subjects)
-    return " ".join(why_said(total.agent, total.modality, _decided(found, total)) for total in asked)
+    """What false reports do to the success of each agent, and why, without intervals; empty if that is not asked."""
+    return found.fact(_SAID, "answer")
 
 
 def why_said(agent: str, modality: str, decision: Decision, needed: float | None = None) -> str:
@@ -131,61 +125,32 @@ def _cause(decision: Decision, way: str, sized: bool) -> str:
     return f"They do so through what they say: of reports that are given and then corrected, {says}{also}{sure}"
 
 
-def _asked(found: Results) -> list[Estimate]:
-    """The total effect on every agent."""
-    return found.where(_EFFECT, of="total")
-
-
-def _compared(found: Results, total: Estimate) -> list[Estimate]:
-    """The total effect on an agent, and the contrasts of arms where it is detected."""
-    return [total, *found.where(_CONTRAST, agent=total.agent, modality=total.modality)]
-
-
-def _decided(found: Results, total: Estimate) -> Decision:
-    """What the rows of an agent decide."""
-    first, *others = (
-        Difference(
-            value=row.value or 0.0, low=row.low, high=row.high, p_value=row.p_value, n=row.n or 0, clusters=row.clusters
-        )
-        for row in _compared(found, total)
-    )
-    names = [row.of for row in _compared(found, total)[1:]]
-    margin = found.one(_EFFECT, agent=total.agent, modality=total.modality, of="margin")
-    return decision_of(first, dict(zip(names, others, strict=True)), 1.0 if margin.p_value is None else margin.p_value)
-
-
-def _table(found: Results) -> Sequence[Sequence[Entry]]:
-    table: list[list[Entry]] = [[*CONTRAST]]
-    for total in _asked(found):
+def _table(found: Results) -> Lines:
+    yield CONTRAST
+    for total in found.where(_EFFECT, of="total"):
         own = {"agent": total.agent, "modality": total.modality}
         solved = {row.of: 100 * (row.value or 0.0) for row in found.where(_SUCCESS, **own)}
-        for row in _compared(found, total):
-            pairs = TOTAL if row.quantity == _EFFECT else CONTRASTS[row.of]
-            arms = ", ".join(f"{less} \N{RIGHTWARDS ARROW} {more}" for more, less in pairs)
+        for row in (total, *found.where(_CONTRAST, **own)):
+            pairs = TOTAL if row is total else CONTRASTS[row.of]
+            arms = ", ".join(f"{less}{ARROW}{more}" for more, less in pairs)
             more, less = pairs[0]
-            shares = f"{solved[less]:.0f} \N{RIGHTWARDS ARROW} {solved[more]:.0f} %" if len(pairs) == 1 else None
-            tested: list[Entry] = [row, p_cell(row.p_value), conclusion_of(row, at=ALPHA if row is total else PART)]
-            table.append([row.agent, _NAMES[row.of], arms, shares, *tested, str(row.clusters)])
-    return without_empty(table, ["agent"])
+            shares = f"{solved[less]:.0f}{ARROW}{solved[more]:.0f} %" if len(pairs) == 1 else None
+            concluded = conclusion_of(row, at=ALPHA if row is total else PART)
+            yield [row.agent, _NAMES[row.of], arms, shares, row, p_cell(row.p_value), concluded, str(row.clusters)]
 
 
-TABLE = Table("why", _table, numeric_from=3, drawn="change, points")
+TABLE = Table("why", _table, 3, drawn="change, points", rare=("agent",))
 """What false reports change, and which reports of two statements change as much."""
 
 _NOTE = Note(
     "Success under false reports minus success under true ones, and differences between the other arms, in points. "
     "Arms of two statements are named by them: in lie-truth a false statement is corrected by a true one.",
+    BY_BLOCKS,
     Markup(
-        "Each is a mean of differences within blocks, with Student\N{RIGHT SINGLE QUOTATION MARK}s 95 % interval over "
-        "blocks. <i>P</i> is that of a sign-flip permutation test over blocks; both are corrected for the number of "
-        "agents, baselines apart."
-    ),
-    Markup(
-        "<p>Every arm intervenes at the same steps of the same trials, with common random numbers: a block. Intervals "
-        "are widened as if one more pair differed (Agresti and Min). The effect of false reports is detected if "
-        "<i>P</i> is below 0.05 and the interval excludes 0. Only then are other arms compared; these differences are "
-        "detected if <i>P</i> is below {} and the interval excludes 0. A cause is named if all differences that it "
-        "needs are detected in the direction of the effect.</p>"
+        "<p>Every arm intervenes at the same steps of the same trials, with common random numbers: a block. The effect "
+        "of false reports is detected if <i>P</i> is below 0.05 and the interval excludes 0. Only then are other arms "
+        "compared; these differences are detected if <i>P</i> is below {} and the interval excludes 0. A cause is "
+        "named if all differences that it needs are detected in the direction of the effect.</p>"
     ).format(PART),
 )
 
@@ -202,20 +167,10 @@ _LIMITS = Note(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    if asked := _asked(found):
-        decided = [_decided(found, total) for total in asked]
-        named = sum(bool(one.claims) for one in decided)
-        answer = f"A cause is named for {named} of {len(asked)} agents."
-        needed = [
-            found.one(_EFFECT, agent=total.agent, modality=total.modality, of="blocks needed").value or 0.0
-            for total in asked
-        ]
-        said = [
-            why_said(total.agent, total.modality, one, blocks)
-            for total, one, blocks in zip(asked, decided, needed, strict=True)
-        ]
-        answer = _VERDICTS[decided[0].verdict] if len(asked) == 1 else answer
-        yield Part("Why do false reports change success?", answer, [said, TABLE, note_at(found, _NOTE), _LIMITS])
+    if facts := found.facts_about(_SAID):
+        said = [text for name, text in facts.items() if name.isdecimal()]
+        heading = "Why do false reports change success?"
+        yield Part(heading, facts["verdict"], [said, TABLE, note_at(found, _NOTE), _LIMITS])
 
 
-SECTIONS = (Section(name="why", title="Why false reports change success", rows=_rows, show=_show, tables=(TABLE,)),)
+SECTIONS = (Section("why", "Why false reports change success", _rows, _show, (TABLE,)),)

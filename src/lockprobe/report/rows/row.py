@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -118,6 +119,12 @@ class Estimate(_Measured):
 def clearness(row: Estimate) -> tuple[float, float]:
     """Sorts the clearest difference first: the smallest P value, without a test last, and of equal ones the largest."""
     return 2.0 if row.p_value is None else row.p_value, -abs(row.value or 0.0)
+
+
+def detected_said(rows: Iterable[Estimate], what: str) -> str:
+    """How many of how many were detected; empty if none was tested."""
+    judged = [row for row in rows if row.p_value is not None]
+    return f"{sum(row.detected for row in judged)} of {len(judged)} {what} detected." if judged else ""
 
 
 _LEVEL = 0.05
