@@ -71,8 +71,8 @@ def test_for_machines(lockprobe, labs, tmp_path):
     assert len(found["differences"]) == 6
     first = found["differences"][0]
     assert (first["first_study"], first["second_study"], first["paired"]) == ("a", "b", False)
-    assert {"value", "low", "high", "p_value", "p_adjusted", "verdict", "kind", "condition"} <= first.keys()
-    assert first["value"] == pytest.approx(first["second_success"] - first["first_success"])
+    assert {"value", "low", "high", "p_value", "p_adjusted", "detected", "kind", "condition"} <= first.keys()
+    assert first["value"] == pytest.approx(first["second"]["success"] - first["first"]["success"])
 
 
 def test_mistakes_end_in_one_line(lockprobe, labs, tmp_path):

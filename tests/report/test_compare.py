@@ -163,7 +163,7 @@ def test_the_page_begins_with_the_sentence_holds_every_number_and_loads_nothing(
     assert text.index(found.said) < text.index("Share solved of the trials")
     assert "20 of 48 trials of half" in text
     tables = (success_table(found), study_table(found), difference_table(found.differences))
-    for cell in {cell for table in tables for row in texts(table) for cell in row} - {"of these, people's"}:
+    for cell in {cell for table in tables for row in texts([*table]) for cell in row} - {"of these, people's"}:
         assert cell in text
     assert page.count('<td class="pl">') == len(found.differences)
     assert "more differences: with baselines, and within one study" in text

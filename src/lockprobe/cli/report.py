@@ -95,7 +95,7 @@ def _print_comparison(found: Comparison) -> None:
         print(printable(f"Different settings: {line[:_LONGEST]}"))
     for rows in (success_table(found), difference_table(found.leading)):
         print()
-        print_rows(texts(rows))
+        print_rows(texts([*rows]))
     if left := len(found.differences) - len(found.leading):
         print(f"{left} more differences, with baselines or within one study, are on the page.")
 

@@ -18,11 +18,12 @@ from pydantic_core import to_jsonable_python
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.formatting import change, count, p_cell, p_value, percent
 from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.report.format import Entry, conclusion_of
+from lockprobe.report.format import conclusion_of
 from lockprobe.report.opened import open_study
 from lockprobe.report.prose import rules_broken_said, who
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import measured_row
+from lockprobe.report.section import Lines
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.statistics.rules import Rules
 from lockprobe.statistics.studies_compared import Sample, Side, StudyDifference, study_differences
@@ -31,9 +32,6 @@ from lockprobe.studies.decisions import planned_now
 from lockprobe.trial.record import Trial
 
 _plain = partial(to_jsonable_python, inf_nan_mode="null")
-
-_VERSION = 1
-"""Version of the layout of :meth:`Comparison.plain`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,30 +66,25 @@ class Comparison:
         return tuple(one for one in self.differences if one.kind == self.differences[0].kind)
 
     def plain(self) -> dict[str, Any]:
-        """The comparison as JSON holds it."""
+        """The comparison as JSON holds it; a side is its study, its agent, its prompt and its share."""
 
-        def named(role: str, side: Side, found: Proportion) -> dict[str, Any]:
+        def of(side: Side, found: Proportion) -> dict[str, Any]:
             share = {"solved": found.count, "trials": found.n, "success": _plain(found.value)}
-            share |= {"success_low": found.low, "success_high": found.high}
-            return {f"{role}{name}": value for name, value in (side._asdict() | share).items()}
+            return side._asdict() | share | {"success_low": found.low, "success_high": found.high}
 
-        apart = ("first", "second", "first_success", "second_success")
+        success = [(one, one.success) for one in self.samples]
         return {
-            "schema_version": _VERSION,
             "lockprobe": version("lockprobe"),
             "box": self.box,
             "said": self.said,
             "studies": [*self.studies],
             "success": [
-                named("", one.side, found) | {"condition": one.condition, "broken": found.broken}
-                for one in self.samples
-                for found in [one.success]
+                of(one.side, found) | {"condition": one.condition, "broken": found.broken} for one, found in success
             ],
             "differences": [
-                named("first_", one.first, one.first_success)
-                | named("second_", one.second, one.second_success)
-                | {name: value for name, value in _plain(one).items() if name not in apart}
-                | {"verdict": one.detected * (1 if one.value > 0 else -1)}
+                {name: value for name, value in _plain(one).items() if not name.endswith("_success")}
+                | {"first": of(one.first, one.first_success), "second": of(one.second, one.second_success)}
+                | {"detected": one.detected}
                 for one in self.differences
             ],
             "unlike": [*self.unlike],
@@ -212,12 +205,11 @@ def write_comparison(comparison: Comparison, out: Path) -> Path:
     Raises:
         BadFile: If it cannot be written.
     """
-    rest = comparison.differences[len(comparison.leading) :]
     tables = {
-        "studies": study_table(comparison),
-        "success": success_table(comparison),
-        "differences": difference_table(comparison.leading),
-        "rest": difference_table(rest),
+        "studies": [*study_table(comparison)],
+        "success": [*success_table(comparison)],
+        "differences": [*difference_table(comparison.leading)],
+        "rest": [*difference_table(comparison.differences[len(comparison.leading) :])],
     }
     page = rendered("compare", content=comparison, lockprobe=version("lockprobe"), tables=tables)
     try:
@@ -227,37 +219,31 @@ def write_comparison(comparison: Comparison, out: Path) -> Path:
     return out
 
 
-def study_table(comparison: Comparison) -> list[list[Entry]]:
+def study_table(comparison: Comparison) -> Lines:
     """The studies: their seeds and their finished trials."""
-    rows: list[list[Entry]] = [
-        ["study", "name", "seed", "trials finished", "of these, people's", "conditions in no other study"]
-    ]
+    yield ["study", "name", "seed", "trials finished", "of these, people's", "conditions in no other study"]
     for one in comparison.studies:
         finished = f"{one['finished']} of {one['planned']}" + " (partial)" * one["partial"]
         left = ", ".join(one["not_shared"]) or None
-        rows.append([one["name"], one["study"], str(one["seed"]), finished, str(one["people_trials"]), left])
-    return rows
+        yield [one["name"], one["study"], str(one["seed"]), finished, str(one["people_trials"]), left]
 
 
-def success_table(comparison: Comparison) -> list[list[Entry]]:
+def success_table(comparison: Comparison) -> Lines:
     """Success by condition, study and agent; broken trials."""
-    rows: list[list[Entry]] = [["condition", "study", "agent", "solved", "success", "broken"]]
+    yield ["condition", "study", "agent", "solved", "success", "broken"]
     for one, share in ((one, one.success) for one in comparison.samples):
-        row = measured_row("success", share)
-        solved = f"{share.count}/{share.n}"
-        rows.append([one.condition, one.side.study, _named(one.side), solved, row, str(share.broken)])
-    return rows
+        row, solved = measured_row("success", share), f"{share.count}/{share.n}"
+        yield [one.condition, one.side.study, _named(one.side), solved, row, str(share.broken)]
 
 
-def difference_table(found: Sequence[StudyDifference]) -> list[list[Entry]]:
+def difference_table(found: Sequence[StudyDifference]) -> Lines:
     """The differences, the first agent minus the second."""
     head = ["agent", "compared with", "condition", "trials", "success", "success of the other", "difference, points"]
-    rows: list[list[Entry]] = [[*head, "P", "corrected P", "conclusion"]]
+    yield [*head, "P", "corrected P", "conclusion"]
     for one in found:
         first, second = one.first_success, one.second_success
         row = measured_row("success_difference", one, unit="points", p_value=one.p_adjusted)
         sides = [f"{_named(side)} in {side.study}" for side in (one.second, one.first)]
         trials = f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials"
         shares = percent(second.value), percent(first.value), row, p_cell(one.p_value)
-        rows.append([*sides, one.condition, trials, *shares, p_cell(one.p_adjusted), conclusion_of(row)])
-    return rows
+        yield [*sides, one.condition, trials, *shares, p_cell(one.p_adjusted), conclusion_of(row)]

@@ -27,7 +27,7 @@ from lockprobe.statistics.broken_trials import whatever_broke, worst
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.distributions import holm, student_tails
 from lockprobe.statistics.modalities import by_fidelity, fidelity
-from lockprobe.statistics.outcomes import Outcomes, joined, with_players_of
+from lockprobe.statistics.outcomes import Outcomes, joined
 from lockprobe.statistics.pairs import Paired, paired
 from lockprobe.statistics.proportions import ALPHA
 
@@ -112,17 +112,6 @@ def solving(first: Outcomes, second: Outcomes) -> Hazard:
         return log_rank(both.length, both.solved, both.dose > 0, both.cluster)
 
     return whatever_broke(compared, (first, second), (False, True), worst)
-
-
-def pace(first: Course, second: Course) -> Hazard | None:
-    """How soon the second of two agents at one dose solves the box, against the first; None if one has no ended trial.
-
-    Clusters are of the luck that they share, or of the people who met it.
-    """
-    one, two = first.outcomes, second.outcomes
-    if not len(one.ended) or not len(two.ended):
-        return None
-    return solving(with_players_of(two.ended, one), with_players_of(one.ended, two))
 
 
 class ModalityPair(NamedTuple):

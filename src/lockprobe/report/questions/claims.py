@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from lockprobe.foundation.formatting import p_cell, percent
 from lockprobe.foundation.grouping import grouped
@@ -26,7 +26,6 @@ from lockprobe.report.prose import false_reports
 from lockprobe.report.rows import RECONSTRUCTED, Cell, Course, Fact, Results, clearness
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table
 from lockprobe.statistics import published
-from lockprobe.statistics.design import READING_FACTORS
 from lockprobe.statistics.distributions import holm, welch_test
 from lockprobe.statistics.modalities import by_fidelity, spoken
 from lockprobe.statistics.proportions import ALPHA, Proportion, difference, proportion
@@ -108,9 +107,9 @@ def _shown(one: Proportion) -> str:
     return f"{one.count}/{one.n}, {one.value:.3f} [{one.low:.3f}, {one.high:.3f}]"
 
 
-def _beyond(first: Cell, others: Sequence[Cell], quantity: str, way: int) -> bool:
+def _beyond(first: Cell, others: Sequence[Cell], claim: PaperClaim, way: int) -> bool:
     """Whether one of them is shown to lie beyond the first in a direction, corrected for their number (Holm)."""
-    changes = [difference(_share_of(first, quantity), _share_of(one, quantity)) for one in others]
+    changes = [difference(_share_of(first, claim.quantity), _share_of(one, claim.quantity)) for one in others]
     corrected = holm([one.p_value if one else None for one in changes])
     return any(_sign(p, way * one.value) > 0 for p, one in zip(corrected, changes, strict=True) if one)
 
@@ -120,15 +119,15 @@ def _peak_of(course: Course) -> Cell | None:
     return next((cell for cell in course.played if math.isclose(cell.dose or 0.0, published.PEAK)), None)
 
 
-def _moved(course: Course, quantity: str, way: int) -> int:
-    """Whether a share moves in a direction from 0 to the paper's peak."""
+def _moved(course: Course, claim: PaperClaim) -> int:
+    """Whether a share moves in the direction of the claim from 0 to the paper's peak."""
     if (peak := _peak_of(course)) is None:
         return 0
-    tested = next((row for cell, row in course.changes() if cell == peak), None)  # in pairs, as the page has it
-    if quantity == "success":
-        return _sign(tested.p_value, way * (tested.value or 0.0)) if tested else 0
-    change = difference(_share_of(course.played[0], quantity), _share_of(peak, quantity))
-    return _sign(change.p_value, way * change.value) if change else 0
+    if claim.quantity == "success":  # in pairs, as the page has it
+        change: Any = next((row for cell, row in course.changes() if cell == peak), None)
+    else:
+        change = difference(_share_of(course.played[0], claim.quantity), _share_of(peak, claim.quantity))
+    return _sign(change.p_value, claim.way * (change.value or 0.0)) if change else 0
 
 
 # Claims about one agent, from what it did at a flip rate of 0 to the last one.
@@ -137,13 +136,30 @@ def _moved(course: Course, quantity: str, way: int) -> int:
 def _share(course: Course, claim: PaperClaim) -> Judged:
     """A share at 0 is the paper's; with a ``way`` it moves so up to the paper's peak."""
     here, paper = _share_of(course.played[0], claim.quantity), proportion(*claim.paper)
-    found, test = difference(paper, here), f"Fisher, against {paper.count}/{paper.n}"
-    p, sign = found.p_value if found else None, 1
+    found, test, sign = difference(paper, here), f"Fisher, against {paper.count}/{paper.n}", 1
     if claim.way:
-        rises = _beyond(course.played[0], course.played[1:], claim.quantity, -claim.way)
-        sign = 0 if course.blind else -1 if rises else _moved(course, claim.quantity, claim.way)
+        back = _beyond(course.played[0], course.played[1:], claim, -claim.way)
+        sign = 0 if course.blind else -1 if back else _moved(course, claim)
         test += f"; of a change up to 0.4 {_FOUND[sign]}"
+    p = found.p_value if found else None
     return Judged(_shown(here), _figure(p, sign), test, p)
+
+
+def _change(course: Course, claim: PaperClaim) -> Judged | None:
+    """A share moves from 0 to the paper's peak, nowhere further, and by as much as in the paper."""
+    if (peak := _peak_of(course)) is None:
+        return None
+    one, two = (_share_of(cell, claim.quantity) for cell in (course.played[0], peak))
+    near = 0.0 if claim.quantity == "success" else _NEAR
+    far = [cell for cell in course.played if abs((cell.dose or 0.0) - published.PEAK) > near + 1e-9]
+    sign = -1 if _beyond(peak, far, claim, claim.way) else _moved(course, claim)
+    here, test, p = f"{one.count}/{one.n} at 0, {two.count}/{two.n} at 0.4", _FOUND[sign], None
+    if claim.size in ("difference", "ratio"):
+        p = published.change_p(
+            claim.size, (one, two), published.SOLVED if claim.quantity == "success" else published.LOOPED
+        )
+        test = f"z test of the {claim.size}, against the paper's; of the change {test}"
+    return Judged(here, _figure(p, sign), test, p)
 
 
 def _step(course: Course, claim: PaperClaim) -> Judged:
@@ -177,25 +193,7 @@ def _half(course: Course, claim: PaperClaim) -> Judged | None:
     if row is None or row.low is None or row.high is None:
         return None
     verdict = _pattern(1 if row.low > 0.5 else -1 if row.high < 0.5 else 0)
-    here = f"{row.count} of {row.n}, {entry_text(row)}"
-    return Judged(here, verdict, "95 % interval above or below one half, clustered by trial")
-
-
-def _change(course: Course, claim: PaperClaim) -> Judged | None:
-    """A share moves from 0 to the paper's peak, nowhere further, and by as much as in the paper."""
-    if (peak := _peak_of(course)) is None:
-        return None
-    shares = _share_of(course.played[0], claim.quantity), _share_of(peak, claim.quantity)
-    near = 0.0 if claim.quantity == "success" else _NEAR
-    far = [cell for cell in course.played if abs((cell.dose or 0.0) - published.PEAK) > near + 1e-9]
-    further = _beyond(peak, far, claim.quantity, claim.way)
-    sign, (one, two) = -1 if further else _moved(course, claim.quantity, claim.way), shares
-    here, test, p = f"{one.count}/{one.n} at 0, {two.count}/{two.n} at 0.4", _FOUND[sign], None
-    if claim.size in ("difference", "ratio"):
-        paper = published.SOLVED if claim.quantity == "success" else published.LOOPED
-        p = published.change_p(claim.size, shares, paper)
-        test = f"z test of the {claim.size}, against the paper's; of the change {test}"
-    return Judged(here, _figure(p, sign), test, p)
+    return Judged(f"{row.count} of {row.n}, {entry_text(row)}", verdict, "95 % interval above or below one half")
 
 
 def _effect(course: Course, _: PaperClaim) -> Judged | None:
@@ -203,11 +201,10 @@ def _effect(course: Course, _: PaperClaim) -> Judged | None:
     if not (changes := course.changes()):
         return None
     rises = [(cell, row) for cell, row in changes if _sign(row.p_value, row.value or 0.0) > 0]
-    peak, largest = _peak_of(course), max(changes, key=lambda one: one[1].value or 0.0)
-    cell, row = next((one for one in changes if one[0] == peak), largest)
-    if rises:
-        cell, row = min(rises, key=lambda one: clearness(one[1]))
-    sign = _sign(row.p_value, row.value or 0.0) if rises or cell == peak else 0
+    at_peak = [(cell, row) for cell, row in changes if cell == _peak_of(course)]
+    largest = max(changes, key=lambda one: one[1].value or 0.0)
+    cell, row = min(rises, key=lambda one: clearness(one[1])) if rises else (at_peak or [largest])[0]
+    sign = _sign(row.p_value, row.value or 0.0) if rises or at_peak else 0
     here = f"{entry_text(row)} points from 0 to {cell.dose:g}"
     return Judged(here, _pattern(sign), "permutation test, corrected for all flip rates", row.p_value)
 
@@ -293,32 +290,27 @@ def _paces(shown: _Shown, claim: PaperClaim) -> Judged | None:
     if not (any(ratios) or steps):
         return None
     sign = -1 if any(inside < 0 for _, inside in steps) else min(signs)
+    sign = sign if claim.measure == "depth" else shown.pattern(sign)
     p = max((one for one in ps if one is not None), default=None)
     said = [f"hazard ratio of solving {', '.join(filter(None, ratios))}"] if any(ratios) else []
-    if claim.measure != "depth":
-        sign = shown.pattern(sign)
     verdict = _figure(None, sign) if claim.steps else _pattern(sign)
     return Judged("; ".join([*(one for one, _ in steps), *said]), verdict, "log-rank, corrected for the pairs", p)
 
 
 def _strategy(shown: _Shown, _: PaperClaim) -> Judged | None:
-    """The human-inspired strategy, told the state, is faster than an agent in every modality."""
-    papers, hazards = shown.found.reconstructed, dict[str, tuple[float, float]]()
-    for row in shown.found.where("hazard_ratio", of=""):  # of the row's agent over the other one
-        sides = (row.versus, row.versus_modality), (row.agent, row.modality)
-        power = -1 if sides[0][0] in papers and sides[0][1] in PLAIN_WORDS else 1
-        (name, told), (slower, modality) = sides[::-power]
-        known = name in papers and told in PLAIN_WORDS and slower == shown.agent and modality in shown.by
-        if known and row.p_value is not None and row.value:
-            hazards[modality] = row.value**power, row.p_value
-    if not hazards:
+    """The human-inspired strategy needs fewer steps than an agent in every modality."""
+    rows = [
+        row
+        for row in shown.found.where("steps_difference", agent=shown.agent, condition="")
+        if row.versus in shown.found.reconstructed and row.versus_modality in PLAIN_WORDS and row.modality in shown.by
+    ]
+    if not rows or shown.found.several_p:
         return None
-    refuted = [p for p in holm([p for hazard, p in hazards.values() if hazard < 1]) if p is not None and p < ALPHA]
-    every = hazards.keys() >= shown.by.keys() and all(_sign(p, hazard - 1) > 0 for hazard, p in hazards.values())
-    ratios = ", ".join(f"{hazard:.2f} with {spoken(modality)}" for modality, (hazard, _) in hazards.items())
-    here = f"hazard ratio of solving, human-inspired over this agent: {ratios}"
-    p = max(p for _, p in hazards.values())
-    return Judged(here, _pattern(shown.pattern(-1 if refuted else int(every))), "log-rank; the largest P value", p)
+    signs = [_sign(row.p_value, row.value or 0.0) for row in rows]
+    sign = -1 if -1 in signs else int(len(rows) == len(shown.by) and min(signs) > 0)
+    here = "; ".join(f"{entry_text(row)} steps more with {spoken(row.modality)}" for row in rows)
+    p = max((row.p_value for row in rows if row.p_value is not None), default=None)
+    return Judged(here, _pattern(shown.pattern(sign)), f"{rows[0].test}; the largest P value", p)
 
 
 _OF_MODALITIES: Mapping[str, Callable[[_Shown, PaperClaim], Judged | None]] = {
@@ -326,46 +318,30 @@ _OF_MODALITIES: Mapping[str, Callable[[_Shown, PaperClaim], Judged | None]] = {
 }  # fmt: skip
 
 
-def _readings(found: Results) -> Iterator[Judged]:
-    """Whether what a false report is makes a difference here, for each agent that was told several kinds."""
-    rows = [one for one in found.where("success_difference", of="", versus="") if one.axis in READING_FACTORS]
-    for agent, own in grouped(rows, lambda row: row.agent).items():
-        if agent in found.subjects:
-            row = min(own, key=clearness)
-            here = f"{sum(one.detected for one in own)} of {len(own)} differences between readings were detected; "
-            here += f"the clearest: {row.condition} minus {row.control} {entry_text(row)} points"
-            yield Judged(here, "not decided", row.test, row.p_value, found.label(agent, row.modality))
-
-
 def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
     """What every agent that speaks to a claim says to it; of other readings of a false report only what differs."""
-    if claim.judge == "readings":
-        yield from _readings(found)
-    said = dict[tuple[str, str, Judged], str]()
+    said = dict[tuple[str, Judged], str]()
     for axis in (None, *(one for one in found.design.axes if one.of_flips and one.players)):
         reading = f", {false_reports(axis.options)}" if axis else ""
-        for agent, modality, one in _of_agents(found, claim, found.courses(axis)):
+        for agent, one in _of_agents(found, claim, found.courses(axis)):
             if one is not None:
-                said.setdefault((agent, modality, one), reading)
-    for (agent, modality, one), reading in said.items():
-        yield one._replace(agent=found.label(agent, modality) + reading)
+                said.setdefault((agent, one), reading)
+    yield from (one._replace(agent=agent + reading) for (agent, one), reading in said.items())
 
 
-def _of_agents(
-    found: Results, claim: PaperClaim, courses: Sequence[Course]
-) -> Iterator[tuple[str, str, Judged | None]]:
-    """Agent, modality (none for a claim about several) and what it says to a claim; None if it says nothing."""
+def _of_agents(found: Results, claim: PaperClaim, courses: Sequence[Course]) -> Iterator[tuple[str, Judged | None]]:
+    """What tables call each agent, and what it says to a claim; None if it says nothing."""
     if several := _OF_MODALITIES.get(claim.judge):
         told = [one for one in courses if one.subject and one.cells[0].trials and one.cells[0].dose == 0]
         for agent, own in grouped(told, lambda one: one.agent).items():
             if found.where("modality_effect", agent=agent):
                 by = {one.modality: one.cells[0] for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
-                yield agent, "", several(_Shown(found, agent, by), claim)
+                yield agent, several(_Shown(found, agent, by), claim)
     for one in courses if claim.judge in _OF_ONE else ():
         speaks = one.agent in found.reconstructed if claim.of == "strategy" else one.subject
         heard = not (claim.needs and one.blind) and (claim.needs != "peak" or _peak_of(one))
         if speaks and heard and spec_name(one.modality) == claim.modality and one.played and one.played[0].dose == 0:
-            yield one.agent, one.modality, _OF_ONE[claim.judge](one, claim)
+            yield one.label, _OF_ONE[claim.judge](one, claim)
 
 
 def not_judged(found: Results) -> str:

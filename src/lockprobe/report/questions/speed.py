@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain, combinations
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.report.table_rows import played_subjects
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
-from lockprobe.statistics.hazards import modality_effects, pace
+from lockprobe.statistics.hazards import modality_effects
 from lockprobe.statistics.modalities import fidelity, spoken
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
@@ -42,8 +42,6 @@ _PALE = 0.7
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     yield from chain.from_iterable(map(_of_cell, numbers.cells))
     yield from section("Curves of random agents and of the shortest plan", lambda: _exact(numbers), list[Row])
-    lowest = [one.lowest for one in numbers.courses]
-    yield from section("Speed of every two agents", lambda: list(_paces(lowest)), list[Estimate])
     for course in numbers.every_course:
         of = f"Mean steps of {course.agent} by {course.axis.name}"
         yield from section(of, partial(_over_doses, course), list[Estimate])
@@ -74,18 +72,6 @@ def _exact(numbers: OpenedStudy) -> list[Row]:
     if len(steps := {optimum(box) for box in boxes}) == 1 and (shortest := steps.pop()) is not None:
         found.append(Estimate(quantity="optimum", value=shortest, unit="steps", note="exact"))
     return found
-
-
-def _paces(lowest: Sequence[Doses]) -> Iterator[Estimate]:
-    """How soon every two agents with the same lowest flip rate solve the box there, the second against the first."""
-    for first, second in combinations(lowest, 2):
-        found = pace(first, second) if first.doses[0] == second.doses[0] else None
-        if found is not None:
-            yield measured_row(
-                "hazard_ratio", found, agent=second.agent, modality=second.modality, versus=first.agent,
-                versus_modality=first.modality, doses={"flip.p": first.doses[0]}, unit="ratio",
-                family="every two agents", test="log-rank",
-            )  # fmt: skip
 
 
 def _over_doses(course: Doses) -> list[Estimate]:
