@@ -29,7 +29,7 @@ from lockprobe.agents.reply import parse_reply
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.running.observer import Observer
+from lockprobe.studies.running.executor import Observer
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.record import Decision, Fact, Situation, Step

@@ -318,8 +318,8 @@ NAMES = sorted(
 AS_TYPED = """
 import sys
 del sys.path[0]  # as with the command
-import lockprobe.studies.running.runner
-lockprobe.studies.running.runner._ALONE = 1e-3
+import lockprobe.studies.running.executor
+lockprobe.studies.running.executor._ALONE = 1e-3
 from lockprobe.cli import main
 main()
 """

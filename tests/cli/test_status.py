@@ -173,7 +173,7 @@ def test_strategies_have_no_table_of_calls(tmp_path, told):
     write_study(tmp_path / "s", planned("random"))
     facts, lines = told(tmp_path / "s")
     assert (facts["calls"], facts["dollars"], facts["agents"]) == (0, None, {})
-    assert [line.split()[0] for line in lines] == ["study", "trials", "steps", "errors", "settings", "results"]
+    assert [line.split()[0] for line in lines] == ["study", "trials", "steps", "errors", "settings"]
     assert lines[1] == f"trials      3 of 3 done, 0 owed, {facts['solved']} solved"
 
 

@@ -1,4 +1,4 @@
-"""run says a hash before the first trial and one after the last; status, report and verify know them again."""
+"""run says a hash before the first trial and one after the last; report and verify know them again."""
 
 import json
 import re
@@ -24,9 +24,8 @@ def test_hashes_are_said_around_the_trials_and_known_again(tmp_path, lockprobe):
     )
     assert first < trials < last
     status = json.loads(typed_here("status", out, "--json").stdout)
-    assert (status["settings_hash"], status["results_hash"]) == (said["Settings"], said["Results"])
-    shown = typed_here("status", out).stdout
-    assert all(found in shown for found in said.values())
+    assert status["settings_hash"] == said["Settings"]
+    assert said["Settings"] in typed_here("status", out).stdout
     assert all(found in (out / "report.html").read_text("utf-8") for found in said.values())
     done = typed_here("verify", out, "--settings", said["Settings"], "--results", said["Results"])
     assert done.returncode == 0

@@ -3,16 +3,17 @@
 import asyncio
 import os
 import re
+from dataclasses import replace
 
 import pytest
 
 from lockprobe.foundation.plugins import allow
-from lockprobe.foundation.workers import Processes
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.picture_store import Album
-from lockprobe.studies.running.elsewhere import play_elsewhere
-from lockprobe.studies.running.runner import run_study
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.running.executor import Limits
+from lockprobe.studies.running.runner import run, run_study
 from lockprobe.trial import patience
 
 AGENTS = """\
@@ -93,15 +94,9 @@ def test_a_call_that_does_not_come_back_is_named_while_it_hangs(tmp_path, capsys
 
 
 def test_a_worker_in_which_an_agent_hangs_is_replaced(tmp_path):
-    plans = 3 * [*planned("Dead").plans("python:hangs:Dead")][:1]
-    trials, album = [], Album(tmp_path)
-    play_elsewhere(
-        plans,
-        Processes(2),
-        lambda key, step: None,
-        lambda trial, *_: trials.append(trial),
-        identities={},
-        album=album,
-    )
-    assert [trial.error.boundary for trial in trials] == ["model"] * 3
+    dead = replace(planned("Dead"), plant="fast-twin", agents=("python:hangs:Dead",))
+    with Journal.open(tmp_path / "s", dead) as journal:
+        run(dead, journal, limits=Limits(workers=2))
+    trials = load(tmp_path / "s")
+    assert [trial.error.boundary for trial in trials] == ["model"] * 2
     assert all(re.match(hangs("Dead", "time.sleep", r"[\d.]+"), one.error.message) for one in trials)

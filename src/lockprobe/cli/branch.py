@@ -31,7 +31,7 @@ from lockprobe.studies.next_choice import write_choices
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.running.runner import Limits
+from lockprobe.studies.running.executor import Limits
 
 _AT = "Fork after the reports of these steps, or at onset, first-lie, before-onset, every."
 _TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark, withheld."

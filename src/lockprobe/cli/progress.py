@@ -29,7 +29,7 @@ from lockprobe.studies.costs.spending import Ledger, hosted
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.trial_rows import OnRecord, Timing
-from lockprobe.studies.running.observer import Observer
+from lockprobe.studies.running.executor import Observer
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Step, Trial

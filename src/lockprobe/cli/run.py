@@ -86,7 +86,7 @@ def run(
     from lockprobe.cli.cluster import reached
     from lockprobe.cli.planned_study import planned_study
     from lockprobe.studies.records.shard import Shard
-    from lockprobe.studies.running.runner import Limits
+    from lockprobe.studies.running.executor import Limits
 
     access = Access(connections=connections, timeout=timeout, retries=retries)
     with reached(None if estimate else cluster) as machines:

@@ -14,10 +14,13 @@ from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.decisions import planned_now
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.results_hash import StudyHashes, note_hash
-from lockprobe.studies.running.runner import Limits, next_plans, owe_anew
+from lockprobe.studies.records.results_hash import stored_hash
+from lockprobe.studies.running.executor import Limits
+from lockprobe.studies.running.runner import next_plans, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
 from lockprobe.studies.study import Study
 
@@ -69,7 +72,7 @@ def play_study(
             progress.tell("decided", *lines, message=lines[0], answers=answers)
         if planned.size == planned.invited and not journal.trials:
             return 0  # people have yet to be invited
-        _tell_results(journal, progress, report=report, ended=reached is None)
+        _tell_results(planned, journal, progress, report=report, ended=reached is None)
         valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
         if not (valid or progress.broken):
             error = journal.read(next(iter(journal.trials)))[0].error
@@ -116,14 +119,14 @@ def _play_trials(
     return None
 
 
-def _tell_results(journal: Journal, progress: Progress, *, report: bool, ended: bool) -> None:
-    """Note the hash of the records, write the report, and tell what it has cost and found."""
+def _tell_results(planned: Study, journal: Journal, progress: Progress, *, report: bool, ended: bool) -> None:
+    """Tell the hash of the records, write the report, and tell what it has cost and found."""
     directory, hashes = journal.directory, dict[str, object]()
     if journal.trials:
-        found = StudyHashes.of(directory)
-        note_hash(journal.store, found)
-        hashes = {"settings_hash": found.settings, "results_hash": found.results}
-        progress.say(results_line(found))
+        study, finished = read_study(directory), sum(not one.owed_again for one in journal.trials.values())
+        hashes = {"settings_hash": study.settings_hash, "results_hash": stored_hash(journal.store, study)}
+        whole = planned_now(study, load(directory) if study.until else ())
+        progress.say(results_line(str(hashes["results_hash"]), finished, whole))
     lines, facts, page = progress.spent(), dict[str, object](), None
     if not report:
         lines.append(f"No report, as asked; lockprobe report {directory} writes it")

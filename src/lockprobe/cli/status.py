@@ -26,10 +26,8 @@ from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import LoggedCall, logged_calls
 from lockprobe.studies.costs.spending import Ledger, Spending, total
 from lockprobe.studies.decisions import planned_now
-from lockprobe.studies.records.counted import Counted, count_records
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.results_hash import stored_hash
+from lockprobe.studies.records.read_records import Counted, count_records, load
 from lockprobe.studies.records.store import played_in, read
 from lockprobe.studies.study import Study
 from lockprobe.trial.asked_again import asked_again
@@ -45,7 +43,6 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         steps, seconds = played_in(store)
         owed = {key for (key,) in store.rows("select key from trial where current and owed")}
         finished = {key for (key,) in store.rows("select key from trial where current")} - owed if logged else set()
-        results = stored_hash(store, study)
     trials = load(directory, study) if study.until else []
     report, flow = read_result(directory), flow_of(study, read_diaries(directory), withdrawn(directory))
     facts: dict[str, Any] = {
@@ -63,7 +60,6 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         if flow is None
         else {"joined": flow.consented, "finished": flow.finished, "withdrawn": flow.withdrawn},
         "settings_hash": study.settings_hash,
-        "results_hash": results,
     }
     said = list[tuple[str, str]]()
     if study.until:
@@ -210,7 +206,6 @@ def _played_lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[s
         what = ", ".join(f"{what} {times}" for what, times in facts["tidied"].items())
         yield "tidied", f"{facts['tidied_decisions']} of {facts['decisions']} replies before they were read: {what}"
     yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
-    yield "results", f"hash {facts['results_hash']} (lockprobe verify {directory} --results HASH)"
 
 
 def _table(study: Study, ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]:

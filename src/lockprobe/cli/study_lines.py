@@ -9,7 +9,6 @@ from lockprobe.foundation.formatting import count
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.results_hash import StudyHashes
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import LOOK_EVERY
 
@@ -89,10 +88,10 @@ def settings_line(found: str) -> str:
     return f"Settings: {found} (for a preregistration; lockprobe verify DIR --settings HASH checks it)"
 
 
-def results_line(found: StudyHashes) -> str:
+def results_line(found: str, finished: int, planned: int) -> str:
     """The hash of the records, as it is said after the last trial."""
-    so_far = "" if found.finished == found.planned else f" so far, {found.finished} of {found.planned} trials"
-    return f"Results: {found.results} (for a paper{so_far}; lockprobe verify DIR --results HASH checks it)"
+    so_far = "" if finished == planned else f" so far, {finished} of {planned} trials"
+    return f"Results: {found} (for a paper{so_far}; lockprobe verify DIR --results HASH checks it)"
 
 
 def in_boundaries(errors: Mapping[str, int]) -> str:

@@ -28,8 +28,8 @@ from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import STORE
-from lockprobe.studies.running.observer import Observer
-from lockprobe.studies.running.runner import Limits, run
+from lockprobe.studies.running.executor import Limits, Observer
+from lockprobe.studies.running.runner import run
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Fork, Plan

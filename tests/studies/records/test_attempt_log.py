@@ -24,7 +24,7 @@ def written(directory, key="k", steps=STEPS):
         log.begin(key)
         for number, step in enumerate(steps, 1):
             log.attempt(key, step)
-            assert AttemptLog.read(directory)[key] == steps[:number]  # before its report leaves
+            assert AttemptLog.read(directory)[key] == tuple(steps[:number])  # before its report leaves
 
 
 def test_steps_are_read_back_by_trial(tmp_path):

@@ -16,8 +16,8 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.running import runner
-from lockprobe.studies.running.observer import Observer
+from lockprobe.studies.running import executor
+from lockprobe.studies.running.executor import Observer
 from lockprobe.studies.running.runner import Limits, run, run_study
 from lockprobe.trial.condition import Condition
 
@@ -53,7 +53,7 @@ class Reads(Observer):
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_trial_is_on_disk_before_anybody_is_told_of_it(tmp_path, monkeypatch, workers):
-    monkeypatch.setattr(runner, "_ALONE", 0.0)
+    monkeypatch.setattr(executor, "_ALONE", 0.0)
     with Journal.open(tmp_path / "d", STUDY) as journal:
         reads = Reads(tmp_path / "d")
         run(STUDY, journal, observer=reads, limits=Limits(workers=workers))

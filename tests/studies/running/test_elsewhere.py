@@ -11,8 +11,7 @@ from lockprobe.foundation.workers import Lost
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.running.elsewhere import can_travel
-from lockprobe.studies.running.observer import Observer
+from lockprobe.studies.running.executor import Observer, can_travel
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.trial.trial_json import trial_to_json
 

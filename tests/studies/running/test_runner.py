@@ -27,7 +27,7 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.trial_rows import Timing
-from lockprobe.studies.running import runner
+from lockprobe.studies.running import executor, runner
 from lockprobe.studies.running.runner import Limits, owe_anew, run
 
 
@@ -121,15 +121,15 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
     monkeypatch.syspath_prepend(tmp_path)
     allow("python:dying:Raises", "python:dying:Unclosed", "python:dying:Nowhere")
 
-    def in_processes(plans, *_, **__):
-        raise UserMistake(f"{plans[0].agent} cannot be loaded")
+    def in_processes(source, *_, **__):
+        raise UserMistake(f"{source.spec} cannot be loaded")
 
     def elsewhere(spec, access):
         source = resolve(spec, access)
         return replace(source, engine="process") if spec == "round-robin" else source
 
     monkeypatch.setattr(runner, "resolve", elsewhere)
-    monkeypatch.setattr(runner, "play_elsewhere", in_processes)
+    monkeypatch.setattr(executor, "_play_elsewhere", in_processes)
     agents = ["Ours=python:dying:Raises", "python:dying:Unclosed", "round-robin", "python:dying:Nowhere", "random"]
     with pytest.raises(AgentsGivenUp) as end:
         played(tmp_path / "s", agent=agents, trials=12, p=[0], repetitions=1)
@@ -211,7 +211,7 @@ def test_a_study_is_played_in_a_notebook_as_anywhere_else(tmp_path):
 
 INTERRUPTED = """
 import asyncio, os, signal, sys, time
-from lockprobe.studies.running import runner
+from lockprobe.studies.running import executor, runner
 from lockprobe.studies.options.studyfile import study
 
 planned = study("flips", agent=["random"], p=[0, 0.4], trials=50, repetitions=1)

@@ -18,7 +18,7 @@ from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.record import Outcome
 
 
-class _Entry(BaseModel):
+class AttemptEntry(BaseModel):
     """That a client began or resumed a trial, one attempt with the report that followed, or that the box broke."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
@@ -30,7 +30,7 @@ class _Entry(BaseModel):
     hypothesis: str = ""
 
 
-def attempt_entry(store: Database, number: int, key: str, entry: str, crc: int) -> _Entry:
+def attempt_entry(store: Database, number: int, key: str, entry: str, crc: int) -> AttemptEntry:
     """A row of the attempts as an entry.
 
     Raises:
@@ -38,7 +38,7 @@ def attempt_entry(store: Database, number: int, key: str, entry: str, crc: int) 
     """
     check_row(store, f"attempt {number}, {key}", crc, key, entry)
     try:
-        return _Entry.model_validate_json(entry)
+        return AttemptEntry.model_validate_json(entry)
     except ValidationError as error:
         raise Damaged(store.path, f"attempt {number}, {key}: {error.errors()[0]['msg']}") from None
 
@@ -46,78 +46,65 @@ def attempt_entry(store: Database, number: int, key: str, entry: str, crc: int) 
 class AttemptLog:
     """The log of one study in an open store.
 
+    Attributes:
+        entries: What is written of each trial since its first step.
+
     Raises:
-        BadFile: If an entry is damaged.
+        BadFile: If an entry is damaged, or one cannot be written.
     """
 
     def __init__(self, store: Database) -> None:
         self._store = store
-        self._begun: dict[str, int] = {}
-        self._attempts: dict[str, list[RecordedAttempt]] = {}
+        self.entries: dict[str, list[AttemptEntry]] = {}
         for row in store.rows("select id, key, entry, crc from attempt order by id"):
             self._follow(row[1], attempt_entry(store, *row))
 
     @classmethod
     def read(cls, directory: Path) -> Mapping[str, Sequence[RecordedAttempt]]:
-        """The attempts in a study directory by key of their trial, since its first step.
-
-        Raises:
-            BadFile: If an entry is damaged.
-        """
+        """The attempts in a study directory by key of their trial, since its first step."""
         with read(directory) as store:
             log = cls(store)
-        return log._attempts
+        return {key: found for key in log.entries if (found := log.attempts(key))}
 
     def attempts(self, key: str) -> tuple[RecordedAttempt, ...]:
         """The steps of a trial so far."""
-        return tuple(self._attempts.get(key, ()))
+        own = (one for one in self.entries.get(key, ()) if one.kind == "attempt")
+        return tuple(RecordedAttempt(one.joint, one.claimed, one.told, one.hypothesis) for one in own)
 
     def times_begun(self, key: str) -> int:
         """How often a trial was begun or resumed since its first step."""
-        return self._begun.get(key, 0)
+        return sum(one.kind == "begun" for one in self.entries.get(key, ()))
 
     def under_way(self, key: str) -> bool:
         """Whether a trial was begun."""
-        return key in self._begun
+        return self.times_begun(key) > 0
 
     def begin(self, key: str) -> None:
-        """Write that a client begins or resumes a trial.
-
-        Raises:
-            BadFile: If it cannot be written, here and below.
-        """
-        self._write(key, _Entry(kind="begun"))
+        """Write that a client begins or resumes a trial."""
+        self._write(key, AttemptEntry(kind="begun"))
 
     def attempt(self, key: str, step: RecordedAttempt) -> None:
         """Write one attempt."""
-        self._write(key, _Entry(kind="attempt", **step._asdict()))
+        self._write(key, AttemptEntry(kind="attempt", **step._asdict()))
 
     def broke(self, key: str) -> None:
         """Write that the box broke: the trial is played again from its first step."""
-        self._write(key, _Entry(kind="broke"))
+        self._write(key, AttemptEntry(kind="broke"))
 
-    def replace(self, key: str, attempts: Sequence[RecordedAttempt]) -> None:
-        """Write the attempts of a trial that was finished elsewhere, in place of those that it has here."""
-        if list(attempts) == self._attempts.get(key, []):
-            return
-        if self.under_way(key):
-            self.broke(key)
-        self.begin(key)
-        for attempt in attempts:
-            self.attempt(key, attempt)
+    def replace(self, key: str, entries: Sequence[AttemptEntry]) -> None:
+        """Write the entries of a trial that was finished elsewhere, in place of those that it has here."""
+        if (here := self.entries.get(key, [])) != [*entries]:
+            for one in [*([AttemptEntry(kind="broke")] if here else []), *entries]:
+                self._write(key, one)
 
-    def _write(self, key: str, entry: _Entry) -> None:
+    def _write(self, key: str, entry: AttemptEntry) -> None:
         with self._store.transaction(sync=True) as writing:
             said = entry.model_dump_json(exclude_defaults=True)
             writing.execute("insert into attempt (key, entry, crc) values (?, ?, ?)", (key, said, checksum(key, said)))
         self._follow(key, entry)
 
-    def _follow(self, key: str, entry: _Entry) -> None:
-        if entry.kind == "begun":
-            self._begun[key] = self._begun.get(key, 0) + 1
-        elif entry.kind == "attempt":
-            step = RecordedAttempt(entry.joint, entry.claimed, entry.told, entry.hypothesis)
-            self._attempts.setdefault(key, []).append(step)
+    def _follow(self, key: str, entry: AttemptEntry) -> None:
+        if entry.kind == "broke":
+            self.entries.pop(key, None)
         else:
-            self._begun.pop(key, None)
-            self._attempts.pop(key, None)
+            self.entries.setdefault(key, []).append(entry)

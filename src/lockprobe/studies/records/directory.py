@@ -9,19 +9,19 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.foundation.storage.database import Database
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.options.agent_names import joined_agents
-from lockprobe.studies.records.store import STORE, has_joined, holds_records
+from lockprobe.studies.records.store import STORE, has_joined, holds_records, last_rows, written
 from lockprobe.studies.study import SIZES, WHO, Study, settings_of, study_from
 
 _MADE = (SETTINGS, STORE)
@@ -31,82 +31,68 @@ _LOCK = ".lock"
 """The file that is locked where directories are not."""
 
 
-class StudyDirectory:
-    """A study directory locked for writing by this process; created if missing.
+@contextmanager
+def locked_store(path: Path) -> Iterator[Database]:
+    """The store of a study directory that this process alone writes; both are created if missing.
 
-    The lock is on the directory itself, so it is independent of the files. If an error occurs before anything was
-    recorded, new files and directories are removed and the settings are restored.
-
-    Attributes:
-        used: Whether something was recorded; set it to True, and an error removes nothing.
+    If an error occurs before anything was recorded, new files and directories are removed and the settings are
+    restored, unless people were invited.
 
     Raises:
-        BadFile: On entering, if it cannot be made, or a link inside it leads elsewhere.
-        DirectoryBusy: On entering, if another process writes there.
+        BadFile: If it cannot be made, or a link inside it leads elsewhere.
+        DirectoryBusy: If another process writes there.
     """
-
-    def __init__(self, path: Path) -> None:
-        self.used = False
-        self._path, self._locked = path, list[int]()
-        self._new = [one for one in (path, *path.parents) if not one.exists()]
-
-    def __enter__(self) -> Self:
-        refuse_links(self._path)
-        for name in (*_MADE, PEOPLE_DIRECTORY):  # it may have no settings yet by which it is known
-            refuse_links(self._path / name, within=self._path)
+    new = [one for one in (path, *path.parents) if not one.exists()]
+    refuse_links(path)
+    for name in (*_MADE, PEOPLE_DIRECTORY):  # it may have no settings yet by which it is known
+        refuse_links(path / name, within=path)
+    with ExitStack() as held:
+        held.callback(_remove, new, ())  # where nothing is in them
         try:
-            self._path.mkdir(parents=True, exist_ok=True)
-            self._lock(self._path, os.O_RDONLY)
+            path.mkdir(parents=True, exist_ok=True)
+            _lock(path, os.O_RDONLY, held)
         except BlockingIOError:
-            self._close()
-            raise DirectoryBusy(self._path) from None
+            raise DirectoryBusy(path) from None
         except OSError as error:
-            self._remove_new()
-            raise BadFile(self._path, f"cannot be written ({error.strerror})") from error
-        self._there = {name for name in (*_MADE, PEOPLE_DIRECTORY) if (self._path / name).exists()}
-        settings = self._path / SETTINGS
-        self._settings = settings.read_bytes() if settings.is_file() else None
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if kind is not None and not self.used:
-            with suppress(OSError, BadFile):
-                self._undo()
-        self._close()
-
-    def _lock(self, path: Path, flags: int) -> None:
-        """Lock the directory against other writers, or a file in it where the file system locks no directories."""
-        self._locked.append(os.open(path, flags, 0o600))
+            raise BadFile(path, f"cannot be written ({error.strerror})") from error
+        missing = [path / _LOCK, *(path / name for name in _MADE if not (path / name).exists())]
+        settings, invited = path / SETTINGS, (path / PEOPLE_DIRECTORY).exists()
+        before, used = settings.read_bytes() if settings.is_file() else None, False
         try:
-            fcntl.flock(self._locked[-1], fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+            with written(path) as store:
+                rows = last_rows(store)
+                try:
+                    yield store
+                finally:
+                    used = last_rows(store) != rows
+        except BaseException:
+            if not used and (invited or not (path / PEOPLE_DIRECTORY).exists()):
+                with suppress(OSError, BadFile):
+                    _remove((), missing)
+                    if before is not None and settings.read_bytes() != before:
+                        write_file(settings, before)
             raise
-        except OSError:  # a file system without any locks writes without them
-            if path == self._path:
-                self._lock(path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW)
 
-    def _close(self) -> None:
-        for handle in self._locked:
-            os.close(handle)
 
-    def _undo(self) -> None:
-        """Restore the directory, unless people were invited."""
-        if PEOPLE_DIRECTORY not in self._there and (self._path / PEOPLE_DIRECTORY).exists():
-            return
-        for name in (*_MADE, _LOCK):
-            if name not in self._there:
-                (self._path / name).unlink(missing_ok=True)
-        settings = self._path / SETTINGS
-        if self._settings is not None and settings.read_bytes() != self._settings:
-            write_file(settings, self._settings)
-        self._remove_new()
+def _remove(directories: Iterable[Path], files: Iterable[Path]) -> None:
+    for file in files:
+        file.unlink(missing_ok=True)
+    for directory in directories:
+        with suppress(OSError):
+            directory.rmdir()
 
-    def _remove_new(self) -> None:
-        for path in self._new:
-            with suppress(OSError):
-                path.rmdir()
+
+def _lock(path: Path, flags: int, held: ExitStack) -> None:
+    """Lock the directory against other writers, or a file in it where the file system locks no directories."""
+    handle = os.open(path, flags, 0o600)
+    held.callback(os.close, handle)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise
+    except OSError:  # a file system without any locks writes without them
+        if flags == os.O_RDONLY:
+            _lock(path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, held)
 
 
 def read_study(directory: Path | str) -> Study:

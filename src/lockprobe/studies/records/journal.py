@@ -16,9 +16,9 @@ from pathlib import Path
 
 from lockprobe.foundation.storage.database import Database, rescued_files
 from lockprobe.studies.costs.call_log import Calls
-from lockprobe.studies.records.directory import StudyDirectory, claim, read_study
+from lockprobe.studies.records.directory import claim, locked_store, read_study
 from lockprobe.studies.records.read_records import on_record
-from lockprobe.studies.records.store import SCHEMA, STORE, last_rows, written
+from lockprobe.studies.records.store import SCHEMA, STORE
 from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of, trial_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
@@ -61,15 +61,11 @@ class Journal:
             BadFile: If it holds something that cannot be read.
         """
         directory = Path(directory)
-        with StudyDirectory(directory) as here, written(directory) as store:
-            before = last_rows(store)
-            try:
-                claim(directory, study)
-                journal = cls(directory, study, store, Calls(store))
-                journal.erase()
-                yield journal
-            finally:
-                here.used = last_rows(store) != before
+        with locked_store(directory) as store:
+            claim(directory, study)
+            journal = cls(directory, study, store, Calls(store))
+            journal.erase()
+            yield journal
 
     def owes(self, key: str) -> bool:
         """Whether a trial is owed: not finished, or broken by something outside the agent."""
@@ -161,6 +157,5 @@ def _delete(store: Database, player: str) -> None:
         done = writing.execute("delete from act where participant = ?", (player.partition(":")[2],)).rowcount
         done += writing.execute("delete from trial where player = ?", (player,)).rowcount
         writing.execute("update trial set current = id in (select max(id) from trial group by key)")
-        writing.execute("delete from note where name = 'results'")
         count = "insert into note values (?, 1) on conflict do update set value = value + 1"
         writing.executemany(count, [("withdrawn",), ("erasing",)] if done else [])

@@ -21,6 +21,12 @@ def lasting_facts(trial: Trial) -> Mapping[str, Fact]:
     return trial.facts
 
 
+def said_by(trial: Trial) -> dict[str, Mapping[str, Fact]]:
+    """What the agent and the plant of a trial say of themselves."""
+    plant = {name: trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
+    return {trial.agent: lasting_facts(trial), f"the plant {trial.plant.get('plant', '')}".rstrip(): plant}
+
+
 class KnownFacts:
     """What is known of agents (model, prompt, runtime) and of plants (engine, renderer) from these trials."""
 
@@ -31,26 +37,16 @@ class KnownFacts:
 
     def note(self, trial: Trial) -> None:
         """Add what a trial says; what an earlier one has said stays."""
-        for who, facts in _said(trial):
+        for who, facts in said_by(trial).items():
             for name, value in facts.items():
                 if value is not None:  # a renderer, for one, is known only after a picture
                     self._known.setdefault((who, name), value)
 
-    def differences(self, trial: Trial) -> dict[tuple[str, str], tuple[Fact, Fact]]:
-        """Whose fact is another one in a trial, and its name -> the known value, and that of the trial."""
-        said = [(who, facts) for who, facts in _said(trial) if facts]
-        return {(who, name): pair for who, facts in said for name, pair in self.differences_of(who, facts).items()}
-
-    def differences_of(self, agent: str, facts: Mapping[str, Fact]) -> dict[str, tuple[Fact, Fact]]:
+    def differences(self, who: str, facts: Mapping[str, Fact]) -> dict[str, tuple[Fact, Fact]]:
         """The facts of an agent, or of a plant, that are known with another value, with both."""
-        known = {name: self._known.get((agent, name)) for name in facts}
+        known = {name: self._known.get((who, name)) for name in sorted(facts)}
         return {
-            name: (known[name], facts[name])
-            for name in sorted(facts)
-            if known[name] is not None and facts[name] is not None and known[name] != facts[name]
+            name: (value, facts[name])
+            for name, value in known.items()
+            if value is not None and facts[name] is not None and value != facts[name]
         }
-
-
-def _said(trial: Trial) -> list[tuple[str, Mapping[str, Fact]]]:
-    plant = {name: trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
-    return [(trial.agent, lasting_facts(trial)), (f"the plant {trial.plant.get('plant', '')}".rstrip(), plant)]

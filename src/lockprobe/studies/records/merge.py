@@ -7,8 +7,9 @@ it resumes from paid replies.
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping, Sequence
+import json
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,51 +17,41 @@ from lockprobe.agents.outside import check_participant
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.known_facts import KnownFacts
+from lockprobe.studies.records.known_facts import KnownFacts, said_by
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.records.read_records import on_record
-from lockprobe.studies.records.store import read
+from lockprobe.studies.records.store import checksum, read
 from lockprobe.studies.records.trial_rows import COLUMNS, OnRecord, TrialRow, trial_in
 from lockprobe.studies.study import WHO, Study
-from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.trial_reader import TrialReader
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MergeSource:
-    """The directory of a study whose trials are merged.
+    """The directory of a study whose trials are merged; every record in it can be read.
 
     Attributes:
-        directory: Its settings and its store; every record in it can be read.
+        directory: Its settings and its store.
         album: The directory of its pictures.
         study: The study.
-        trials: What is on record of it, by key.
-        calls: The provider calls there.
+        finished: The trials that are not owed, by key.
+        owed: The keys of those that broke.
+        begun: Key of a planned trial that has calls and is not finished -> its agent.
     """
 
     directory: Path
     album: Path
     study: Study
-    trials: Mapping[str, OnRecord]
-    calls: tuple[Call, ...]
-
-    @property
-    def finished(self) -> dict[str, OnRecord]:
-        """The trials that are not owed, by key."""
-        return {key: one for key, one in self.trials.items() if not one.owed_again}
-
-    @property
-    def begun(self) -> dict[str, str]:
-        """Key of a trial that was begun and is not finished -> its agent; only planned ones with calls."""
-        asked = {call.key for call in self.calls} - self.finished.keys()
-        plans = (plan for agent in self.study.agents for plan in self.study.plans(agent)) if asked else ()
-        return {plan.key: plan.agent for plan in plans if plan.key in asked}
+    finished: Mapping[str, OnRecord]
+    owed: Collection[str]
+    begun: Mapping[str, str]
 
     @property
     def agents(self) -> tuple[str, ...]:
@@ -69,7 +60,7 @@ class MergeSource:
         return tuple(agent for agent in self.study.agents if agent in playing)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Gathered:
     """The counts of a merge.
 
@@ -83,13 +74,13 @@ class Gathered:
         pictures_missing: Pictures named by added trials that were not found.
     """
 
-    taken: int
-    there: int
-    different: int
-    unfinished: int
-    replies: int
-    agents: tuple[str, ...]
-    pictures_missing: int
+    taken: int = 0
+    there: int = 0
+    different: int = 0
+    unfinished: int = 0
+    replies: int = 0
+    agents: tuple[str, ...] = ()
+    pictures_missing: int = 0
 
 
 def source_of_directory(directory: Path, album: Path | None = None) -> MergeSource:
@@ -103,9 +94,24 @@ def source_of_directory(directory: Path, album: Path | None = None) -> MergeSour
         for key, record in store.rows("select key, record from trial"):
             trial_in(store, reader, key, record)
         trials = on_record(store, study)
-    AttemptLog.read(directory)
-    calls = tuple(read_calls(directory))
-    return MergeSource(directory=directory, album=album or directory / ALBUM, study=study, trials=trials, calls=calls)
+        AttemptLog(store)
+    finished = {key: one for key, one in trials.items() if not one.owed_again}
+    for key, one in finished.items():
+        try:
+            if one.player:
+                check_participant(one.player)
+        except UserMistake as mistake:
+            raise BadFile(directory, f"{key}: {mistake}") from None
+    asked = {call.key for call in read_calls(directory)} - finished.keys()
+    plans = (plan for agent in study.agents for plan in study.plans(agent)) if asked else ()
+    return MergeSource(
+        directory=directory,
+        album=album or directory / ALBUM,
+        study=study,
+        finished=finished,
+        owed=trials.keys() - finished.keys(),
+        begun={plan.key: plan.agent for plan in plans if plan.key in asked},
+    )
 
 
 def gather(
@@ -119,8 +125,8 @@ def gather(
         beside: Called with the journal of the merged directory while it is still open.
 
     Raises:
-        BadFile: If trials belong to another study, two agents have the same name, or there is neither a study nor a
-            source to create it from.
+        BadFile: If trials belong to another study, two agents have the same name, another agent or plant played one of
+            them, or there is neither a study nor a source to create it from.
         DirectoryBusy: If another process is writing there.
     """
     known = read_study(directory) if (directory / SETTINGS).exists() else None
@@ -133,113 +139,86 @@ def gather(
     for source in sources:
         for name, values in (joined.differences(source.study, but=WHO) | joined.renamed(source.study)).items():
             there, asked = (repr(one)[:200] for one in values)
-            raise BadFile(
-                source.directory, f"trials of another study than {directory} ({name} is {there}, not {asked})"
-            )
-        for one in source.finished.values():
-            try:
-                if one.player:
-                    check_participant(one.player)
-            except UserMistake as mistake:
-                raise BadFile(source.directory, f"{one.key}: {mistake}") from None
+            why = f"trials of another study than {directory} ({name} is {there}, not {asked})"
+            raise BadFile(source.directory, why)
     if known is None and not any(source.finished or source.begun for source in sources):
         raise BadFile(sources[0].directory, f"no trial in it is finished, so {directory} is not made")
+    found, pictures = Gathered(agents=joined.labels[len(here) :]), dict[str, Path]()
     with Journal.open(directory, joined) as journal, journal.store.transaction(sync=True):
-        merger = _Merger(journal)
+        facts = KnownFacts(journal.kinds())
         for source in sources:
-            merger.take(source)
-        merger.take_pictures()  # before the records that name them are committed
-        replies = sum(map(merger.take_begun, sources))
-        begun = {key for source in sources for key in (*source.begun, *(source.trials.keys() - source.finished.keys()))}
-        unfinished = sum(map(journal.owes, begun))
+            pictures |= _take(journal, source, facts, found)
+        found.pictures_missing = _copy_pictures(pictures, directory / ALBUM)  # before what names them is committed
+        for source in sources:
+            with read(source.directory) as store:
+                calls, own = _calls(store), _calls(journal.store)
+            for key in source.begun:
+                if journal.owes(key) and Counter(own.get(key, ())) <= Counter(calls[key]):  # else it began otherwise
+                    missing = _copy_calls(journal, key, calls[key], own.get(key, ()))
+                    found.replies += sum(json.loads(one).get("reply") is not None for one in missing)
+        found.unfinished = sum(map(journal.owes, {key for one in sources for key in (*one.begun, *one.owed)}))
         beside(journal)
-    return Gathered(
-        taken=merger.taken,
-        there=merger.there,
-        different=merger.different,
-        unfinished=unfinished,
-        replies=replies,
-        agents=joined.labels[len(here) :],
-        pictures_missing=merger.missing,
-    )
+    return found
 
 
-class _Merger:
-    """Takes what sources have into an open journal, and counts it.
+def _take(journal: Journal, source: MergeSource, facts: KnownFacts, found: Gathered) -> dict[str, Path]:
+    """Take the finished trials of a source, each with its calls and attempts; return pictures that they name.
 
-    Refuses different models, prompts, runtimes or renderers under one name, as a resumed run does.
-
-    Attributes:
-        taken, there, different, missing: The counts of :class:`Gathered`, the last of pictures.
+    Different models, prompts, runtimes or renderers under one name are refused, as by a resumed run.
     """
-
-    def __init__(self, journal: Journal) -> None:
-        self.taken = self.there = self.different = self.missing = 0
-        self._journal, self._pictures = journal, dict[str, Path]()
-        self._facts, self._log = KnownFacts(journal.kinds()), AttemptLog(journal.store)
-        self._calls: defaultdict[str, Counter[Call]] = defaultdict(Counter)
-        for call in read_calls(journal.directory):
-            self._calls[call.key][call] += 1
-
-    def take(self, source: MergeSource) -> None:
-        """Merge the finished trials of a source, each with its calls and attempts.
-
-        Raises:
-            BadFile: If another agent or plant played one of them; nothing is taken then.
-        """
-        journal, reader, finished = self._journal, TrialReader(), source.finished
-        calls, attempts = grouped(source.calls, lambda call: call.key), AttemptLog.read(source.directory)
-        with read(source.directory) as store:
-            select = f"select {COLUMNS} from trial where current order by id"  # noqa: S608 - our own columns
-            for row in map(TrialRow._make, store.rows(select, nulls=True)):
-                if row.key not in finished:
-                    continue
-                trial = trial_in(store, reader, row.key, row.record)
-                for (who, name), (here, there) in self._facts.differences(trial).items():
+    reader, pictures, own, log = TrialReader(), dict[str, Path](), _calls(journal.store), AttemptLog(journal.store)
+    with read(source.directory) as store:
+        calls = _calls(store)
+        attempts = AttemptLog(store).entries
+        select = f"select {COLUMNS} from trial where current and not owed order by id"  # noqa: S608 - our own columns
+        for row in map(TrialRow._make, store.rows(select, nulls=True)):
+            trial = trial_in(store, reader, row.key, row.record)
+            for who, said in said_by(trial).items():
+                for name, (here, there) in facts.differences(who, said).items():
                     why = f"{who} is not the same there ({name} is {there!r}, {here!r} in {journal.directory})"
                     raise BadFile(source.directory, f"0 trials taken: {why}; import it into another directory")
-                self._facts.note(trial)
-                if journal.owes(trial.key):
-                    self._write(calls.get(trial.key, ()))
-                    self._log.replace(trial.key, attempts.get(trial.key, ()))
-                    self._pictures.update(dict.fromkeys(trial.picture_names, source.album))
-                    journal.append(trial, row.timing)
-                    self.taken += 1
-                    continue
-                self.there += 1
-                (record,) = journal.store.one("select record from trial where current and key = ?", row.key)
-                if record != row.record:  # how often it was replayed says only what its journal held before
-                    self.different += replace(journal.read(row.key)[0], replays=0) != replace(trial, replays=0)
-
-    def take_begun(self, source: MergeSource) -> int:
-        """Merge the replies of unfinished trials and count them; a trial begun differently here keeps its own."""
-        replies, begun = 0, source.begun
-        for key, calls in grouped(source.calls, lambda call: call.key).items():
-            if key in begun and self._journal.owes(key) and self._calls[key] <= Counter(calls):
-                replies += sum(call.reply is not None for call in self._write(calls))
-        return replies
-
-    def take_pictures(self) -> None:
-        """Copy the pictures that the taken trials name, and count those that are missing or not what they are called.
-
-        Raises:
-            BadFile: If one cannot be read or written.
-        """
-        for name, album in sorted(self._pictures.items()):
-            picture = Picture(kind="rgb", png=read_input(album / name)) if (album / name).is_file() else None
-            if picture is not None and picture.name == name:
-                Album(self._journal.directory / ALBUM).keep(picture)
-            else:
-                self.missing += 1
-
-    def _write(self, calls: Sequence[Call]) -> list[Call]:
-        """Write those calls of one trial that are missing here, and return them."""
-        found, left = [], self._calls[calls[0].key].copy() if calls else Counter[Call]()
-        for call in calls:
-            if left[call]:
-                left[call] -= 1
+            facts.note(trial)
+            if journal.owes(row.key):
+                _copy_calls(journal, row.key, calls.get(row.key, ()), own.get(row.key, ()))
+                log.replace(row.key, attempts.get(row.key, ()))
+                pictures.update(dict.fromkeys(trial.picture_names, source.album))
+                journal.append(trial, row.timing)
+                found.taken += 1
                 continue
-            self._journal.calls.write(call)
-            self._calls[call.key][call] += 1
-            found.append(call)
-        return found
+            found.there += 1
+            (record,) = journal.store.one("select record from trial where current and key = ?", row.key)
+            if record != row.record:  # how often it was replayed says only what its journal held before
+                found.different += replace(journal.read(row.key)[0], replays=0) != replace(trial, replays=0)
+    return pictures
+
+
+def _calls(store: Database) -> dict[str, list[str]]:
+    """The outcomes of the calls of each trial."""
+    rows = store.rows("select key, answer from call where answer is not null order by id")
+    return {key: [answer for _, answer in own] for key, own in grouped(rows, lambda row: row[0]).items()}
+
+
+def _copy_calls(journal: Journal, key: str, calls: Sequence[str], own: Sequence[str]) -> list[str]:
+    """Copy those calls of a trial that are missing here, and return them."""
+    left, missing = Counter(own), list[str]()
+    for call in calls:
+        if left[call]:
+            left[call] -= 1
+        else:
+            missing.append(call)
+    with journal.store.transaction() as writing:
+        rows = [(key, call, checksum(key, None, call)) for call in missing]
+        writing.executemany("insert into call (key, answer, crc) values (?, ?, ?)", rows)
+    return missing
+
+
+def _copy_pictures(pictures: Mapping[str, Path], into: Path) -> int:
+    """Copy pictures from their albums, and count those that are missing or not what they are called."""
+    missing = 0
+    for name, album in sorted(pictures.items()):
+        picture = Picture(kind="rgb", png=read_input(album / name)) if (album / name).is_file() else None
+        if picture is not None and picture.name == name:
+            Album(into).keep(picture)
+        else:
+            missing += 1
+    return missing

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
@@ -82,3 +83,37 @@ class Own:
             why = f"holds {key}, which is no trial of the study in {SETTINGS}: put back the one that belongs to it"
             raise BadFile(self._path, why)
         return group
+
+
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """Records that are alike but for their places: one of them, how many there are, and the steps of all of them."""
+
+    trial: Trial
+    number: int
+    steps: int
+
+
+def count_records(store: Database, study: Study) -> list[Counted]:
+    """The records of a study that count, of each trial the last one.
+
+    Those that are alike but for their places are counted together in the store, without their steps. Those with what
+    adds up over steps, as usage, are read whole.
+
+    Raises:
+        BadFile: If one that is read is damaged or of another study.
+    """
+    own, reader, found = Own(store, study), TrialReader(), list[Counted]()
+    select = (
+        "select min(id), identity, count(*), sum(steps) from trial "
+        "where current and fork is null and alike is {} group by {}"
+    )
+    groups = [
+        *store.rows(select.format("not null", "alike, identity")),
+        *store.rows(select.format("null", "id")),
+    ]
+    for number, identity, many, steps in sorted(groups):
+        trial = trial_in(store, reader, *store.one("select key, record from trial where id = ?", number))
+        own.check(trial.key, trial.spec, trial.condition, trial.repetition, trial.trial, identity)
+        found.append(Counted(trial, many, steps))
+    return found

@@ -26,10 +26,12 @@ _LEAST = 16
 _DELETED = 1_000_000
 """So many more rows may have been there before."""
 
-_TRIAL = "real seconds, text cpu, text identity, blob record"
-_CALL = "text key, text? asked, text? answer, integer crc"
-_ATTEMPT = "text key, text entry, integer crc"
-_ACT = "text participant, integer number, text entry, integer crc"
+_COLUMNS = {
+    "trial": "real seconds, text cpu, text identity, blob record",
+    "call": "text key, text? asked, text? answer, integer crc",
+    "attempt": "text key, text entry, integer crc",
+    "act": "text participant, integer number, text entry, integer crc",
+}
 """Columns with their types."""
 
 
@@ -44,53 +46,44 @@ def save_sound_rows(directory: Path, into: Path, sound_entries: Callable[[Path, 
     """
     reader, diaries = TrialReader(), dict[str, list[str]]()
     with read(directory) as damaged, written(into) as store, store.transaction() as writing:
-        for _, seconds, cpu, identity, record in _rows(damaged, "trial", _TRIAL):
+        for _, seconds, cpu, identity, record in _rows(damaged, "trial"):
             with suppress(BadFile, BadValue):
                 trial = reader.read(unpacked(damaged, "", record))
                 timing = Timing(key=trial.key, seconds=seconds, steps=len(trial.steps), cpu=cpu)
                 writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
                 writing.execute(INSERT, row_of(trial, timing, identity))
-        for row in _rows(damaged, "call", _CALL):
+        for row in _rows(damaged, "call"):
             with suppress(Damaged):
                 logged_call(damaged, *row)
                 writing.execute("insert into call values (?, ?, ?, ?, ?)", row)
-        for row in _rows(damaged, "attempt", _ATTEMPT):
+        for row in _rows(damaged, "attempt"):
             with suppress(Damaged):
                 attempt_entry(damaged, *row)
                 writing.execute("insert into attempt values (?, ?, ?, ?)", row)
-        for _, participant, number, entry, crc in _rows(damaged, "act", _ACT):
+        for _, participant, number, entry, crc in _rows(damaged, "act"):
             there = diaries.setdefault(participant, [])
             if number == len(there) + 1 and crc == checksum(participant, number, entry):
                 there.append(entry)
         for participant, entries in diaries.items():
-            sound = entries[: sound_entries(damaged.path, participant, entries)]
-            write_acts(writing, participant, 1, sound)
+            write_acts(writing, participant, 1, entries[: sound_entries(damaged.path, participant, entries)])
         with suppress(BadFile):
-            notes = damaged.rows("select name, value from note where name <> 'results'")
-            writing.executemany("insert into note values (?, ?)", notes)
+            writing.executemany("insert into note values (?, ?)", damaged.rows("select name, value from note"))
         (saved,) = store.one("select count(*) from trial where current")
     shutil.copyfile(directory / SETTINGS, into / SETTINGS)
     return int(saved)
 
 
-def _rows(store: Database, table: str, columns: str) -> Iterator[tuple[Any, ...]]:
+def _rows(store: Database, table: str) -> Iterator[tuple[Any, ...]]:
     """The rows of a table that can be read and have values of these types, each with its number."""
-    kinds, names = zip(*(one.split() for one in columns.split(", ")), strict=True)
+    kinds, names = zip(*(one.split() for one in _COLUMNS[table].split(", ")), strict=True)
     typed = " and ".join(
         f"({name} is null or typeof({name}) = '{kind[:-1]}')" if kind.endswith("?") else f"typeof({name}) = '{kind}'"
         for kind, name in zip(kinds, names, strict=True)
     )
     select = f"select id, {', '.join(names)} from {table} where id = ? and {typed}"  # noqa: S608 - our own tables
-    for number in range(1, _last(store, table) + 1):
+    last = store.path.stat().st_size // _LEAST
+    with suppress(BadFile):  # or else a bound of the number of the last row
+        last = min(store.one(f"select coalesce(max(id), 0) from {table}")[0], last + _DELETED)  # noqa: S608
+    for number in range(1, last + 1):
         with suppress(BadFile):
             yield from store.rows(select, number, nulls=True)
-
-
-def _last(store: Database, table: str) -> int:
-    """The number of the last row of a table, or a bound of it."""
-    most = store.path.stat().st_size // _LEAST
-    try:
-        (found,) = store.one(f"select coalesce(max(id), 0) from {table}")  # noqa: S608 - our own tables
-    except BadFile:
-        return most
-    return min(int(found), most + _DELETED)

@@ -14,13 +14,9 @@ _MOST = 100_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shard:
-    """One shard of a study. A hash of its key assigns every trial to exactly one shard.
+    """One shard of a study, ``number`` (from 1) of ``of``. A hash of its key assigns every trial to exactly one.
 
     A shard is not a setting of the study: ``lockprobe import`` merges the directories of all shards.
-
-    Attributes:
-        number: Number of the shard, from 1.
-        of: Number of shards.
 
     Raises:
         BadValue: If there is no such shard.
@@ -38,11 +34,7 @@ class Shard:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """The shard of a text such as ``3/16``.
-
-        >>> Shard.parse("3/16").of
-        16
-        """
+        """The shard of a text such as ``3/16``."""
         found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
         if found is None:
             raise BadValue("shard", text, "i/n, for example 3/16 for the third of 16 parts")

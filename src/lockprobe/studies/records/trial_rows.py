@@ -131,14 +131,14 @@ def unpacked(store: Database, key: str, record: bytes) -> bytes:
         BadFile: If it is damaged, or larger than a record can be.
     """
     if not isinstance(record, bytes):  # of a file that somebody made
-        raise _damaged(store, key, "it is a text")
+        raise Damaged(store.path, f"{key}: its record is damaged (it is a text)")
     opened, why = zlib.decompressobj(), "it does not end"
     try:
         found = opened.decompress(record, LARGEST_INPUT)
     except zlib.error as error:
         why = str(error)
     if not opened.eof:
-        raise _damaged(store, key, why)
+        raise Damaged(store.path, f"{key}: its record is damaged ({why})")
     return found
 
 
@@ -151,14 +151,10 @@ def trial_in(store: Database, reader: TrialReader, key: str, record: bytes) -> T
     try:
         trial = reader.read(unpacked(store, key, record))
     except BadValue as error:
-        raise _damaged(store, key, str(error)) from error
+        raise Damaged(store.path, f"{key}: its record is damaged ({error})") from error
     if trial.key != key:
-        raise _damaged(store, key, f"it is of {trial.key}")
+        raise Damaged(store.path, f"{key}: its record is damaged (it is of {trial.key})")
     return trial
-
-
-def _damaged(store: Database, key: str, why: str) -> Damaged:
-    return Damaged(store.path, f"{key}: its record is damaged ({why})")
 
 
 def replaced_records(directory: Path | str) -> list[Trial]:

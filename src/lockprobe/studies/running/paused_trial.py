@@ -89,7 +89,14 @@ class PausedTrial:
             undo.push_async_callback(paused.close)
             await paused._wait()
             for number, step in enumerate(played, 1):
-                await paused._replay(number, step)
+                what, there = f"step {number} of {plan.key}", paused.situation
+                if there is None or step.joint not in there.task.joints:
+                    if paused.sound:
+                        raise BadValue(what, step.joint, "a step of this trial")
+                    break
+                told = await paused.attempt(step.joint, step.claimed, step.hypothesis)
+                if told != step.told and paused.sound:  # a broken trial reports nothing
+                    raise BadValue(what, told, f"{step.told!r}, as it was shown before")
             undo.pop_all()
         return paused
 
@@ -117,17 +124,6 @@ class PausedTrial:
         self._loop.cancel()
         with suppress(asyncio.CancelledError):
             await self._loop
-
-    async def _replay(self, number: int, step: RecordedAttempt) -> None:
-        """Replay a step and compare the report with the one that was shown. A broken trial reports nothing."""
-        what = f"step {number} of {self.plan.key}"
-        if self.situation is None or step.joint not in self.situation.task.joints:
-            if self.sound:
-                raise BadValue(what, step.joint, "a step of this trial")
-            return
-        told = await self.attempt(step.joint, step.claimed, step.hypothesis)
-        if told != step.told and self.sound:
-            raise BadValue(what, told, f"{step.told!r}, as it was shown before")
 
     async def _wait(self) -> None:
         """Wait until the trial loop asks for a decision or ends; re-raise its exceptions."""

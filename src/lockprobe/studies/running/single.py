@@ -77,8 +77,6 @@ def run_trial(
     player = "human-inspired" if agent is None else agent
     if not isinstance(player, str | Agent):
         raise BadValue("agent", player, "an agent spec, or an object with facts and decide()")
-    if not isinstance(pictures, str | Path | None):
-        raise BadValue("pictures", pictures, "a directory")
     spec = player if isinstance(player, str) else type(player).__name__
     study = trial_study({name: given[name] for name in given if name in OF_A_TRIAL}, agent=spec)
     plan = study.plan(spec, study.conditions[0], study.repetitions, study.trials)

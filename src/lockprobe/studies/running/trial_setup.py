@@ -59,49 +59,34 @@ def closed_in_one_line(kind: str, spec: str) -> Iterator[None]:
 
 
 class _LazyPlant:
-    """A plant that is built at its first observation, so that errors in building it break only that trial."""
+    """A plant that is built at its first observation, so that errors in building it break only that trial.
 
-    def __init__(self, plan: Plan, names: Names) -> None:
-        self._plan, self._names = plan, names
+    It gives the camera's readings of a record, if there is one: another renderer might not give them again.
+    """
+
+    def __init__(self, plan: Plan, names: Names, recorded: Trial | None) -> None:
+        self._plan, self._names, self._recorded = plan, names, recorded
+        self._sensed = iter([recorded.opening_sensed, *(one.sensed for one in recorded.steps)] if recorded else [])
         self._plant: Plant | None = None
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        return {} if self._plant is None else self._plant.facts
+        facts = {} if self._plant is None else self._plant.facts
+        if self._recorded is not None and CAMERA in self._recorded.opening_sensed and "renderer" in facts:
+            return {**facts, "renderer": self._recorded.plant.get("renderer")}
+        return facts
 
     def observe(self) -> Snapshot:
         self._plant = plant_of(self._plan, self._names.labels)
-        return self._plant.observe()
+        return self._read(self._plant.observe())
 
     def attempt(self, joint: int) -> Snapshot:
         assert self._plant is not None
-        return self._plant.attempt(joint)
+        return self._read(self._plant.attempt(joint))
 
     def close(self) -> None:
         if self._plant is not None:
             self._plant.close()
-
-
-class _ReadAsRecorded(_LazyPlant):
-    """The same, with the camera's readings of a record, which another renderer might not give again."""
-
-    def __init__(self, plan: Plan, names: Names, recorded: Trial) -> None:
-        super().__init__(plan, names)
-        self._recorded = recorded
-        self._sensed = iter([recorded.opening_sensed, *(step.sensed for step in recorded.steps)])
-
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        facts, drawn = super().facts, "renderer"
-        if CAMERA in self._recorded.opening_sensed and drawn in facts:
-            return {**facts, drawn: self._recorded.plant.get(drawn)}
-        return facts
-
-    def observe(self) -> Snapshot:
-        return self._read(super().observe())
-
-    def attempt(self, joint: int) -> Snapshot:
-        return self._read(super().attempt(joint))
 
     def _read(self, snapshot: Snapshot) -> Snapshot:
         sensed = next(self._sensed, {})
@@ -131,7 +116,7 @@ async def play_timed(
     began, key, names = time.perf_counter(), plan.key, Names(plan)
     if calls is not None and issubclass(type(agent), Calling):  # to ask for the instance takes much longer
         agent = cast(Calling, agent).with_calls(key, calls.of(plan))
-    plant = _LazyPlant(plan, names) if recorded is None else _ReadAsRecorded(plan, names, recorded)
+    plant = _LazyPlant(plan, names, recorded)
     try:
         trial = await play(
             plan,
@@ -153,9 +138,6 @@ async def play_timed(
 _KNOWN: dict[int, tuple[Condition, Places]] = {}
 """Conditions by their identity, since equal ones may hold other interventions, each with its places."""
 
-_MOST = 1024
-"""The most conditions that are kept."""
-
 
 def _places_in(condition: Condition) -> Places:
     """The places of all interventions of a condition; worked out at its first trial.
@@ -163,9 +145,8 @@ def _places_in(condition: Condition) -> Places:
     Raises:
         UserMistake: As :func:`lockprobe.studies.modality.interventions_for`.
     """
-    known = _KNOWN.get(id(condition))
-    if known is None:
-        if len(_KNOWN) >= _MOST:
+    if id(condition) not in _KNOWN:
+        if len(_KNOWN) >= 1024:
             _KNOWN.clear()
-        known = _KNOWN[id(condition)] = condition, Places(interventions_for(condition))
-    return known[1]
+        _KNOWN[id(condition)] = condition, Places(interventions_for(condition))
+    return _KNOWN[id(condition)][1]
