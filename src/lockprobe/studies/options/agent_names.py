@@ -36,21 +36,18 @@ def named_agents(written: Iterable[str]) -> tuple[list[str], dict[str, str]]:
             raise BadValue("agent", printable(short(text)), said)
         specs.append(spec)
         if name:
-            _refuse_misleading(name, spec)
+            if spec == PEOPLE or (name != spec and _is_agent(name)):
+                said = f"{PEOPLE} without a name" if spec == PEOPLE else f"another name: {name} is an agent"
+                raise BadValue("agent", printable(short(text)), said)
             names[spec] = name
     return specs, names
 
 
-def _refuse_misleading(name: str, spec: str) -> None:
-    """Refuse the name of an agent for another one, and any name for people."""
-    if spec == PEOPLE:
-        raise BadValue("agent", f"{name}={spec}", f"{PEOPLE} without a name: it stands for all people")
+def _is_agent(name: str) -> bool:
     try:
-        resolve(name)
+        return bool(resolve(name))
     except UserMistake:
-        return
-    if name != spec:
-        raise BadValue("agent", f"{printable(name)}={printable(short(spec))}", f"another name: {name} is an agent")
+        return False
 
 
 def check_names(agents: Iterable[str], names: Mapping[str, str]) -> None:

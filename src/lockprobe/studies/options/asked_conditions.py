@@ -11,15 +11,13 @@ from lockprobe.foundation.validation import check_choice
 from lockprobe.interventions.catalogue import shipped
 from lockprobe.interventions.conditions import blind, distinct, flips, read_condition, says_modality, sweep
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
+from lockprobe.interventions.told import Correction
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.studies.modality import is_pictured
 from lockprobe.studies.options.presets import own_conditions
 from lockprobe.studies.options.study_options import NamedCondition, StudyOptions
 from lockprobe.trial.condition import PLANT, TRUTH, Condition
 from lockprobe.trial.doses import modality_doses
-
-AGENT_SWEEP = "agent."
-"""How a sweep begins that is over an option of agents."""
 
 READINGS: tuple[FlipKind, ...] = ("re-observed", "integrated", "memoryless", "latched")
 """The readings of a false report that the paper leaves open, the default first."""
@@ -52,32 +50,24 @@ def conditions_of(asked: StudyOptions, request: StudyOptions, plant: PlantSource
     if asked.flip == "outcome-only":
         modalities = [*map(blind, modalities)]
     own = own_conditions(asked)
-    if own and len(modalities) > 1:
-        raise BadValue("modality", modalities, f"one, which all conditions of {asked.study} have")
     if not own and request.condition is None and request.sweep is None:
         others = [one for kind in kinds[1:] for one in flips([rate for rate in p if rate], kind, modalities)]
         return (*flips(p, kinds[0], modalities), *others)
     if own:
-        _check_own(asked, own, p, modalities[0], plant)
+        _check_own(asked, own, p, modalities, plant)
     rates = not own and (asked.p is not None or asked.readings is not None)
-    named = [(_acting(one, plant), one.spec) for one in request.conditions_named]
-    swept = [(one, spec) for spec in request.sweep or () for one in _swept(spec, plant)]
-    shown = [one for one, spec in (*named, *swept) if says_modality(spec)]
+    said = [(_acting(one, plant), one.spec) for one in request.conditions_named]
+    said += [(one, spec) for spec in request.sweep or () for one in sweep(spec, plant.spec)]
+    shown = [one for one, spec in said if says_modality(spec)]
+    if own and any(one.modality != modalities[0] for one in shown):
+        expected = f"none that is shown otherwise than all others, {modalities[0]}"
+        raise BadValue("condition", shown[0].spec, expected)
     everywhere = [
         *(one for kind in kinds if rates for one in flips(p, flip_of(kind))),
         *(_filled(one, p[0], kinds[0], plant) for one in own),
-        *(one for one, spec in (*named, *swept) if not says_modality(spec)),
+        *(one for one, spec in said if own or not says_modality(spec)),
     ]
-    if own:
-        if elsewhere := next((one.spec for one in shown if one.modality != modalities[0]), ""):
-            expected = f"none that is shown otherwise than all others, {modalities[0]}"
-            raise BadValue("condition", elsewhere, expected)
-        everywhere, shown = [*everywhere, *shown], []
-    return _with_controls(everywhere, shown, modalities)
-
-
-def _swept(spec: str, plant: PlantSource) -> tuple[Condition, ...]:
-    return () if spec.startswith(AGENT_SWEEP) else sweep(spec, plant.spec)
+    return _with_controls(everywhere, [] if own else shown, modalities)
 
 
 def alone_with_strategies(request: StudyOptions) -> tuple[Condition, ...]:
@@ -105,41 +95,27 @@ def _readings(asked: StudyOptions) -> tuple[FlipKind, ...]:
 
 
 def _check_own(
-    asked: StudyOptions, own: Sequence[NamedCondition], p: Sequence[float], shown: str, plant: PlantSource
+    asked: StudyOptions,
+    own: Sequence[NamedCondition],
+    p: Sequence[float],
+    modalities: Sequence[str],
+    plant: PlantSource,
 ) -> None:
-    """Refuse what the studies ``looks`` and ``why`` cannot have."""
-    like, varied = flip_of(asked.flip or DEFAULT), {name for one in own for name in Spec.parse(one.spec).options}
-    given = [(name, getattr(asked, name)) for name in ("p", "condition", "sweep", "flip")]
-    named = [f"{name}={value}" for name, value in Spec.parse(plant.spec).options.items() if name in varied]
-    camera = "one whose camera takes pictures: fast-twin or twin"
-    mistakes: dict[str, list[tuple[bool, str, object, str]]] = {
-        "looks": [
-            *((one is not None, name, one, "none with looks, which has its own conditions") for name, one in given),
-            (not is_pictured(shown), "modality", shown, "pictures, rgb or rgbd, whose looks vary"),
-            (not plant.has_camera, "plant", plant.spec, camera),
-            (bool(named), "plant", plant.spec, f"one without {', '.join(named)}, which this study varies"),
-        ],
-        "why": [
-            (len(p) > 1, "p", p, "one, which all arms have"),
-            (not 0 < p[0] <= 1, "p", p[0], "a rate above 0 and up to 1, at which the reports of all arms are hit"),
-            (
-                asked.parts and like != OutcomeFlip(),
-                "flip",
-                asked.flip,
-                f"{DEFAULT} with --parts, whose parts they are",
-            ),
-            (is_pictured(shown), "modality", shown, "symbolic, with or without options: pictures cannot be corrected"),
-            (
-                like.others == "noisy",
-                "flip",
-                asked.flip,
-                "another kind: noise on all joints is no single statement to correct",
-            ),
-        ],
-    }
-    for wrong, what, got, expected in mistakes[asked.study]:
-        if wrong:
-            raise BadValue(what, got, expected)
+    """Refuse what a study with conditions of its own would leave out, or would play twice."""
+    study, specs = asked.study, [one.spec for one in own]
+    if len(modalities) > 1:
+        raise BadValue("modality", modalities, f"one, which all conditions of {study} have")
+    if is_pictured(modalities[0]) and any(spec_name(spec) == Correction.name for spec in specs):
+        raise BadValue("modality", modalities[0], "symbolic, with or without options: pictures cannot be corrected")
+    if not any("{p}" in spec for spec in specs):
+        for name in ("p", "condition", "sweep", "flip"):
+            if (given := getattr(asked, name)) is not None:
+                raise BadValue(name, given, f"none with {study}, which has its own conditions")
+    elif len(p) > 1:
+        raise BadValue("p", p, "one, which all arms have")
+    varied = {option for spec in specs for option in Spec.parse(spec).options}
+    if named := [f"{name}={value}" for name, value in Spec.parse(plant.spec).options.items() if name in varied]:
+        raise BadValue("plant", plant.spec, f"one without {', '.join(named)}, which this study varies")
 
 
 def _filled(own: NamedCondition, p: float, kind: FlipKind, plant: PlantSource) -> Condition:
@@ -151,11 +127,10 @@ def _filled(own: NamedCondition, p: float, kind: FlipKind, plant: PlantSource) -
 
 
 def _acting(said: NamedCondition, plant: PlantSource) -> Condition:
-    """A condition that was asked for, if it does what it says.
+    """A condition that was asked for.
 
     Raises:
-        BadValue: If its dose is 0 although it has a name, or because none was given; or if it is called what another
-            condition is.
+        BadValue: If it does nothing because no dose was given, or is called what another condition is.
     """
     asked = read_condition(said.spec, said.name, plant.spec)
     if asked.specs and asked.does_nothing:
@@ -164,16 +139,9 @@ def _acting(said: NamedCondition, plant: PlantSource) -> Condition:
         if options.isdisjoint(doses):
             expected = f"one that does something; without {doses[0]}= it is the truth"
             raise BadValue("condition", said.spec, expected)
-        if asked.name and asked.p is None:
-            raise BadValue("condition", asked.spec, "one that does something; at dose 0 it is the truth")
-    if not asked.specs and not asked.name and any(spec_name(part) == PLANT for part in split_specs(said.spec)):
-        raise BadValue("condition", said.spec, "one that changes the plant; the plant of the study is so already")
-    if asked.name == TRUTH and not asked.does_nothing:
-        raise BadValue("condition", f"{TRUTH}={asked.spec}", "another name: truth is the control")
-    if asked.name in shipped() and asked.specs and spec_name(asked.specs[0]) != asked.name:
-        raise BadValue("condition", f"{asked.name}={asked.spec}", f"another name: {asked.name} is an intervention")
-    if any(mark in asked.name for mark in "?+"):
-        raise BadValue("condition", asked.name, "a name without ? and +, which are of specs")
+    first = spec_name(asked.specs[0]) if asked.specs and not asked.does_nothing else TRUTH
+    if {*"?+"} & {*asked.name} or (asked.name in (TRUTH, *shipped()) and asked.name != first):
+        raise BadValue("condition", f"{asked.name}={asked.spec}", f"another name: {asked.name} is a condition itself")
     return asked
 
 

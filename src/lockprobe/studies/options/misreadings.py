@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
+from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.misread_flip import MisreadFlip, entries_of
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
@@ -30,17 +31,24 @@ def _with_rates(condition: Condition, study: Study) -> Condition:
     for i, one in enumerate(acting):
         if isinstance(one, MisreadFlip) and not one.rates:
             other, label, trials = _read(one)
-            _check_box(one, study, other)
+            unlike = any(_joints(theirs) != _joints(own) for theirs, own in product(other.boxes, study.boxes))
+            if one.by == "joint" and unlike:
+                expected = (
+                    f"a study of {study.box.name}, not of {other.box.name}; by=direction and by=total fit any box"
+                )
+                raise BadValue("like", one.like, expected)
             said = claim_counts(trials)
             names = dict.fromkeys(name for box in study.boxes for name in box.names)
             rates = entries_of(misread_rates(said, [*names], one.by))
             acting[i] = replace(one, like=f"{other.name}@{other.identity}/{label}", rates=rates, size=said.total())
             name = (name or condition.spec).replace(one.like, f"{other.name}/{label}")
-    return (
-        condition
-        if acting == [*condition.interventions]
-        else replace(condition, interventions=tuple(acting), name=name)
-    )
+    changed = acting != [*condition.interventions]
+    return replace(condition, interventions=tuple(acting), name=name) if changed else condition
+
+
+def _joints(box: Lockbox) -> tuple[object, ...]:
+    """What boxes share whose joints have the same rates: their names, the target, and what holds each."""
+    return box.target, *((name, box.alternatives(name)) for name in sorted(box.names))
 
 
 def _read(one: MisreadFlip) -> tuple[Study, str, list[Trial]]:
@@ -60,14 +68,3 @@ def _read(one: MisreadFlip) -> tuple[Study, str, list[Trial]]:
     if not claim_counts(own):
         raise BadValue("like", one.like, "a condition whose agent said what its attempts did")
     return read_study(directory), label, own
-
-
-def _check_box(one: MisreadFlip, study: Study, other: Study) -> None:
-    """Refuse another box where rates are those of joints."""
-    if one.by != "joint":
-        return
-    for theirs, own in product(other.boxes, study.boxes):
-        same = sorted(theirs.names) == sorted(own.names) and theirs.target == own.target
-        if not same or any(theirs.alternatives(name) != own.alternatives(name) for name in own.names):
-            expected = f"a study of {own.name}, not of {theirs.name}; by=direction and by=total fit any box"
-            raise BadValue("like", one.like, expected)

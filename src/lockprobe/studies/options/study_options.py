@@ -17,7 +17,7 @@ a box or an intervention that runs code.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -62,18 +62,18 @@ def _box(given: object) -> object:
     return given
 
 
-def _about(words: str, since: str = "0.1") -> Any:
-    """What a field means, its default in brackets, and since which release it exists."""
-    return Field(description=words, json_schema_extra={"since": since})
+def _option(words: str, default: object = None) -> Any:
+    """An option with what it means, its default in brackets."""
+    return Field(default=default, description=words)
 
 
 class NamedCondition(BaseModel):
-    """A condition of a study file, with a name that the experimenter gives it."""
+    """What acts in a condition of a study file, with plus signs between, and the experimenter's name for it."""
 
     model_config = ConfigDict(extra="forbid")
 
-    spec: Annotated[str, Field(description="What acts, with plus signs between.")]
-    name: Annotated[str, Field(description="What records and report call it; its spec if it has none.")] = ""
+    spec: str
+    name: str = ""
 
 
 Spec = Annotated[str, Field(max_length=1000)]
@@ -105,166 +105,106 @@ Words = Annotated[list[str], Field(max_length=64), BeforeValidator(_words)]
 
 
 class StudyOptions(BaseModel):
-    """What a user asks for; what is left out follows the study's own default.
-
-    Every field carries what it means, its default in brackets, and since which release it exists.
-    """
+    """What a user asks for; what is left out follows the study's own default. Every field carries what it means."""
 
     model_config = ConfigDict(extra="forbid")
 
-    study: Annotated[str, _about("flips, modalities, why, looks, or the study of a file.")] = "flips"
-    agent: Annotated[
-        Several | None,
-        _about(
-            "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: a cognitive model, "
-            "human-inspired, llm:local and random)."
-        ),
-    ] = None
-    box: Annotated[
-        Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4; several with commas between).")
-    ] = None
-    boxes: Annotated[
-        Whole | None,
-        _about(
-            "So many boxes instead: random-4-SEED from a seed of 1 on, those whose shortest plan has four steps, as "
-            "chain-4's; with --box random-N, of N joints, 4 to 8 (none)."
-        ),
-    ] = None
-    p: Annotated[
-        Annotated[list[Number], Field(max_length=1000)] | None,
-        _about(
-            "Flip rates, how often reports are inverted (0,0.2,0.4,0.6; 0 to 0.6 by 0.1 with --full, --trials or "
-            "--repetitions; 0.4 with why)."
-        ),
-    ] = None
-    trials: Annotated[
-        Whole | None,
-        _about(
-            "Trials per condition and box (in each repetition: 1; 10 with --full, or if --p or --repetitions is given; "
-            "50 with why; 5 with several boxes)."
-        ),
-    ] = None
-    strategy_trials: Annotated[
-        Whole | None,
-        _about(
-            "Trials per condition and box for strategies, which cost nothing (100 in the short study, 150 with why, 20 "
-            "with several boxes; else as --trials)."
-        ),
-    ] = None
-    until: Annotated[
-        str | None,
-        _about(
-            "Play until every difference is decided (shown to be an effect, or smaller than 10 points), or until each "
-            "is known to ±10, or ±5, points; it stops there. This assumes an effect that does not drift meanwhile (all "
-            "trials are played)."
-        ),
-    ] = None
-    most: Annotated[Whole | None, _about("With --until: trials per condition at most (300).")] = None
-    repetitions: Annotated[Whole | None, _about("Repetitions (3; 1 with why and with several boxes).")] = None
-    seed: Annotated[Whole | None, _about("Seed of everything (1).")] = None
-    max_steps: Annotated[Whole | None, _about("Budget of a trial in steps (20).")] = None
-    flip: Annotated[
-        FlipKind | None,
-        _about(
-            "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; independent, "
-            "all positions; or outcome-only, without positions (re-observed)."
-        ),
-    ] = None
-    readings: Annotated[
-        Words | None,
-        _about(
-            "What a false report is, several readings side by side: fresh, kept (re-observed, integrated), all, or "
-            "words of --flip (fresh,kept in the short study and with --full for strategies, which cost "
-            "nothing; models play fresh)."
-        ),
-    ] = None
-    plant: Annotated[
-        Spec | None,
-        _about(
-            "What is acted on: a plant that lockprobe list plants lists, with options as in twin?looks=varied (flips: "
-            "symbolic; modalities: fast-twin)."
-        ),
-    ] = None
-    modality: Annotated[
-        Several | None,
-        _about(
-            "How the box is shown: symbolic?tell=state, the states of the joints (flips); symbolic, also what attempts "
-            "did; rgb, rgb?blur=8, rgbd?depth=height; may be repeated (modalities: rgb, rgbd, symbolic?tell=state)."
-        ),
-    ] = None
-    condition: Annotated[
-        Conditions | None,
-        _about(
-            "Interventions with plus signs between, 'flip?p=0.4 + nudge', or the name that 'NAME=SPEC' gives them; may "
-            "be repeated (nothing; with any, truth is played too, as the control)."
-        ),
-    ] = None
-    contrasts: Annotated[
-        Annotated[dict[str, Contrast], Field(max_length=64)] | None,
-        _about(
-            "What is asked, by its name: mean success, or misreading, under the conditions of one list minus that "
-            "under the conditions of another; a table of a study file, or a dict in Python (none).",
-        ),
-    ] = None
-    sweep: Annotated[
-        Several | None,
-        _about(
-            "One condition for each dose: 'tremble?p=0,0.1,0.2'; for several doses with plus signs between, one for "
-            "every combination; may be repeated (nothing)."
-        ),
-    ] = None
-    layout: Annotated[
-        LayoutKind | None,
-        _about(
-            "Where joints lie on the panel (fixed, as in the box; dealt: at random, in all trials alike; shuffled: at "
-            "random in every trial, as it is where people or pictures see places, if the plant can)."
-        ),
-    ] = None
-    shuffle: Annotated[
-        Shuffle | None,
-        _about(
-            "How often labels and their order are drawn: trial, once for the study, never (trial; modalities "
-            "and looks with pictures of a real box: never)."
-        ),
-    ] = None
-    assessment: Annotated[
-        bool | None,
-        _about("Ask, with every reply, what the last action did; asking may change behaviour (--assessment)."),
-    ] = None
-    hypothesis: Annotated[
-        Ask | None,
-        _about(
-            "When a hosted model says how the box works, in a sentence: before or after its choice, or off (before)."
-        ),
-    ] = None
-    parts: Annotated[
-        bool,
-        _about("Also play the parts of a false report, in reports that tell outcomes and positions (why)."),
-    ] = False
-    full: Annotated[bool, _about("The paper's 7 x 3 x 10 trials per agent (flips).")] = False
-    as_paper: Annotated[
-        bool,
-        _about(
-            "The paper's set-up, as far as it is known: states of all joints as JSON, labels and panel drawn once, no "
-            "hypothesis, its numbers of trials; other options override (flips, modalities; docs/as-paper.md)."
-        ),
-    ] = False
-    name: Annotated[str | None, _about("A name for the study, with which keys of records begin (the study's).")] = None
+    study: str = _option("flips, modalities, why, looks, or the study of a file.", default="flips")
+    agent: Several | None = _option(
+        "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: a cognitive model, "
+        "human-inspired, llm:local and random)."
+    )
+    box: Box | None = _option("A box by name, random-N-SEED, or a TOML file (chain-4; several with commas between).")
+    boxes: Whole | None = _option(
+        "So many boxes instead: random-4-SEED from a seed of 1 on, those whose shortest plan has four steps, as "
+        "chain-4's; with --box random-N, of N joints, 4 to 8 (none)."
+    )
+    p: Annotated[list[Number], Field(max_length=1000)] | None = _option(
+        "Flip rates, how often reports are inverted (0,0.2,0.4,0.6; 0 to 0.6 by 0.1 with --full, --trials or "
+        "--repetitions; 0.4 with why)."
+    )
+    trials: Whole | None = _option(
+        "Trials per condition and box (in each repetition: 1; 10 with --full, or if --p or --repetitions is given; 50"
+        " with why; 5 with several boxes)."
+    )
+    strategy_trials: Whole | None = _option(
+        "Trials per condition and box for strategies, which cost nothing (100 in the short study, 150 with why, 20 "
+        "with several boxes; else as --trials)."
+    )
+    until: str | None = _option(
+        "Play until every difference is decided (shown to be an effect, or smaller than 10 points), or until each is "
+        "known to ±10, or ±5, points; it stops there. This assumes an effect that does not drift meanwhile (all "
+        "trials are played)."
+    )
+    most: Whole | None = _option("With --until: trials per condition at most (300).")
+    repetitions: Whole | None = _option("Repetitions (3; 1 with why and with several boxes).")
+    seed: Whole | None = _option("Seed of everything (1).")
+    max_steps: Whole | None = _option("Budget of a trial in steps (20).")
+    flip: FlipKind | None = _option(
+        "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; independent, "
+        "all positions; or outcome-only, without positions (re-observed)."
+    )
+    readings: Words | None = _option(
+        "What a false report is, several readings side by side: fresh, kept (re-observed, integrated), all, or words "
+        "of --flip (fresh,kept in the short study and with --full for strategies, which cost nothing; models play "
+        "fresh)."
+    )
+    plant: Spec | None = _option(
+        "What is acted on: a plant that lockprobe list plants lists, with options as in twin?looks=varied (flips: "
+        "symbolic; modalities: fast-twin)."
+    )
+    modality: Several | None = _option(
+        "How the box is shown: symbolic?tell=state, the states of the joints (flips); symbolic, also what attempts "
+        "did; rgb, rgb?blur=8, rgbd?depth=height; may be repeated (modalities: rgb, rgbd, symbolic?tell=state)."
+    )
+    condition: Conditions | None = _option(
+        "Interventions with plus signs between, 'flip?p=0.4 + nudge', or the name that 'NAME=SPEC' gives them; may be"
+        " repeated (nothing; with any, truth is played too, as the control)."
+    )
+    contrasts: Annotated[dict[str, Contrast], Field(max_length=64)] | None = _option(
+        "What is asked, by its name: mean success, or misreading, under the conditions of one list minus that under "
+        "the conditions of another; a table of a study file, or a dict in Python (none)."
+    )
+    sweep: Several | None = _option(
+        "One condition for each dose: 'tremble?p=0,0.1,0.2'; for several doses with plus signs between, one for every"
+        " combination; may be repeated (nothing)."
+    )
+    layout: LayoutKind | None = _option(
+        "Where joints lie on the panel (fixed, as in the box; dealt: at random, in all trials alike; shuffled: at "
+        "random in every trial, as it is where people or pictures see places, if the plant can)."
+    )
+    shuffle: Shuffle | None = _option(
+        "How often labels and their order are drawn: trial, once for the study, never (trial; modalities and looks "
+        "with pictures of a real box: never)."
+    )
+    assessment: bool | None = _option(
+        "Ask, with every reply, what the last action did; asking may change behaviour (--assessment)."
+    )
+    hypothesis: Ask | None = _option(
+        "When a hosted model says how the box works, in a sentence: before or after its choice, or off (before)."
+    )
+    parts: bool = _option(
+        "Also play the parts of a false report, in reports that tell outcomes and positions (why).", default=False
+    )
+    full: bool = _option("The paper's 7 x 3 x 10 trials per agent (flips).", default=False)
+    as_paper: bool = _option(
+        "The paper's set-up, as far as it is known: states of all joints as JSON, labels and panel drawn once, no "
+        "hypothesis, its numbers of trials; other options override (flips, modalities; docs/as-paper.md).",
+        default=False,
+    )
+    name: str | None = _option("A name for the study, with which keys of records begin (the study's).")
 
     @property
     def specs(self) -> dict[str, list[str]]:
         """The specs that can name code, by option."""
-        agents, _ = named_agents(self.agent or ())
-        named = {
-            "agent": agents,
+        found: dict[str, Iterable[object]] = {
+            "agent": named_agents(self.agent or ())[0],
             "condition": [one.spec for one in self.conditions_named],
-            "sweep": self.sweep,
+            "sweep": self.sweep or (),
             "plant": [self.plant],
+            "box": self.boxes_named,
         }
-        return {
-            what: [spec for spec in specs or () if isinstance(spec, str)]
-            for what, specs in {**named, "box": self.boxes_named}.items()
-        }
+        return {what: [spec for spec in specs if isinstance(spec, str)] for what, specs in found.items()}
 
     @property
     def boxes_named(self) -> list[str | Path | Lockbox]:

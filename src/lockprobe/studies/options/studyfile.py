@@ -21,14 +21,14 @@ from lockprobe.boxes.generate import alike_boxes
 from lockprobe.boxes.state_space import fault_of
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import allow
-from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
+from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality
 from lockprobe.interventions.flip import DEFAULT, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.studies.modality import is_pictured, refuse_blind, shows_places
 from lockprobe.studies.options.agent_names import named_agents
-from lockprobe.studies.options.asked_conditions import AGENT_SWEEP, alone_with_strategies, conditions_of
+from lockprobe.studies.options.asked_conditions import alone_with_strategies, conditions_of
 from lockprobe.studies.options.misreadings import with_misreadings
 from lockprobe.studies.options.presets import cases_of, plant_of, preset, with_boxes_of_people, with_defaults
 from lockprobe.studies.options.study_options import (
@@ -75,17 +75,17 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
-    if isinstance(asked, str | Path):
-        asked = read_options_file(Path(asked)) if str(asked).endswith(".toml") else StudyOptions(study=str(asked))
     if not isinstance(asked, StudyOptions):
-        raise BadValue("study", asked, f"options, the path of a TOML file, or one of {', '.join(STUDIES)}")
+        asked = read_options_file(Path(asked)) if str(asked).endswith(".toml") else StudyOptions(study=str(asked))
     said = asked.model_copy(update={name: getattr(study_options(options), name) for name in options})
     allow(*(spec for specs in said.specs.values() for spec in specs))  # a file that names code was refused
     if said.study not in STUDIES:
         raise UnknownName("study", said.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     said = with_boxes_of_people(said)
     request, plant = with_defaults(said), plant_of(said)
-    agents, names = _agents(request)
+    agents, names = named_agents(request.agent or ())
+    for agent in agents:
+        resolve(agent)
     allow(*agents)
     conditions, spared = conditions_of(said, request, plant), tuple[Condition, ...]()
     cases, own = cases_of(said), preset(said.study)
@@ -108,11 +108,10 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
 
 def _check_kept_and_played(planned: Study, *, asked_for: bool) -> None:
     """Refuse a condition that was asked for and nobody plays, and a box that cannot be played or that no file holds."""
-    if asked_for:
-        played = {one.label for agent in planned.agents for one in planned.conditions_of(agent)}
-        for one in planned.conditions:
-            if one.label not in played and one.specs and is_pictured(one.modality):
-                refuse_blind(planned.agents[0], one.modality, "words")
+    played = {one.label for agent in planned.agents for one in planned.conditions_of(agent)}
+    for one in planned.conditions:
+        if asked_for and one.label not in played and one.specs and is_pictured(one.modality):
+            refuse_blind(planned.agents[0], one.modality, "words")
     for box in planned.boxes:
         try:
             box_from_data(box.as_data())
@@ -223,38 +222,6 @@ def find_boxes(request: StudyOptions) -> tuple[Lockbox, ...]:
         raise BadValue("boxes", request.boxes, f"none with the box {family}, but with random-4 to random-8")
     check_whole("boxes", request.boxes, 2, MOST_BOXES)
     return alike_boxes(int(drawn[1]), request.boxes)
-
-
-def _agents(request: StudyOptions) -> tuple[list[str], dict[str, str]]:
-    """The agents, each with every value of its options that are swept, and spec -> name of those with a name.
-
-    Of ``agent.temperature=0,0.5,1`` agents without the option stay. A name gets it too: ``small?temperature=0``.
-    """
-    agents, names = named_agents(request.agent or ())
-    for spec in agents:
-        resolve(spec)
-    for swept in request.sweep or ():
-        if not swept.startswith(AGENT_SWEEP):
-            continue
-        option, _, said = swept.removeprefix(AGENT_SWEEP).partition("=")
-        if not option or "," not in said:
-            raise BadValue("sweep", swept, "several values with commas between, for example agent.temperature=0,0.5,1")
-        found, refused = list[str](), ""
-        for agent in agents:
-            several = [str(Spec.parse(agent).appending(option, value.strip())) for value in said.split(",")]
-            try:
-                found += [one for one in several if resolve(one)]
-            except UnknownName as error:
-                refused = refused or str(error)
-                found.append(agent)
-                continue
-            if name := names.get(agent):
-                called = [str(Spec.parse(name).appending(option, value.strip())) for value in said.split(",")]
-                names |= dict(zip(several, called, strict=True))
-        if len(found) == len(agents):
-            raise BadValue("sweep", swept, f"an option that one of the agents has ({refused})")
-        agents = found
-    return agents, names
 
 
 def _one_condition(
