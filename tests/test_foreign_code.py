@@ -148,7 +148,7 @@ TAKING: dict[str, list[list[str]]] = {
     "replay": [["replay", "DIR", KEY], ["replay", "DIR", KEY, "--out", "trial.gif"]],
     "branch": [
         ["branch", "DIR", "--at", "2"],
-        ["branch", "DIR", "--at", "2", "--act", "random", "--then", "truth"],
+        ["branch", "DIR", "--at", "2", "--then", "truth"],
         ["branch", "DIR", "--at", "2", "--estimate"],
         ["branch", "DIR", KEY, "--at", "2", "--allow", "python:canary:Other"],
     ],

@@ -136,17 +136,16 @@ def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
 def test_one_lie_at_the_end_of_a_loop(tmp_path):
     record = tmp_path / "record"
     lockprobe.run_study(study("flips", agent="cognitive:loop-breaker", p=(0,), trials=20), record)
-    asked = ["branch", str(record), "--at", "onset", "--told", "truth,lie,lie-truth", "--act", "random"]
+    asked = ["branch", str(record), "--at", "onset", "--told", "truth,lie,lie-truth"]
     printed = CliRunner().invoke(build(["branch"]), asked).output
     rows = re.findall(r"onset +\S+ +(\d+) % +\+(\d+) \[(\S+), (\S+)\] .* (\d+)$", printed, re.MULTILINE)
-    (truth, lie, *lie_ends, n), (_, back, *back_ends, _), (_, step, *step_ends, _) = rows
-    lie_between, back_between, step_between = map(" to ".join, (lie_ends, back_ends, step_ends))
+    (truth, lie, *lie_ends, n), (_, back, *back_ends, _) = rows
+    lie_between, back_between = map(" to ".join, (lie_ends, back_ends))
     said = (
         f"After a true report {truth} % of these {n} trials are solved. One lie adds {lie} points "
         f"(95 % interval {lie_between}), one lie that the truth corrects at once {back} ({back_between})."
     )
     assert said in text_of("why.md")
-    assert f"One random step instead adds {step} points ({step_between})" in text_of("why.md")
 
 
 def test_the_device_of_the_page_keeps_the_contract_and_is_played(tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ from provider_server import failure, truthful
 from typed import typed as run
 
 from lockprobe.cli.format_cost import money
-from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
+from lockprobe.cli.progress import BROKE, BUDGET_REACHED
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.read_records import load
 
@@ -23,14 +23,14 @@ def directory(tmp_path_factory):
 
 
 def test_it_prints_a_row_for_every_place_and_arm_and_resumes(directory):
-    command = ("branch", directory, "--at", "3,onset", "--told", "lie,lie-truth", "--act", "random", "--times", "2")
+    command = ("branch", directory, "--at", "3,onset", "--told", "lie,lie-truth", "--times", "2")
     first = run(*command)
     assert first.returncode == 0
-    assert "after 3, onset; arms truth, lie, lie-truth, random; 2 continuations each" in first.stdout
+    assert "after 3, onset; arms truth, lie, lie-truth; 2 continuations each" in first.stdout
     rows = [line.split() for line in first.stdout.splitlines() if line.startswith("cognitive:insistent  ")]
     assert {(row[1], row[2], row[3]) for row in rows if "trials" not in row[1]} >= {
         ("truth", "3", "lie"),
-        ("flip?p=0.4", "3", "random"),
+        ("flip?p=0.4", "3", "lie"),
         ("truth", "onset", "lie-truth"),
     }
     assert "No effect of one report on success was detected" in first.stdout or "the success of" in first.stdout
@@ -80,7 +80,7 @@ def test_a_study_without_a_trial_of_two_steps_has_no_fork_point(tmp_path):
     path = write_study(tmp_path / "none", small_study(["random"], [0.0]), [])
     done = run("branch", path, "--at", "2")
     assert done.returncode == 2
-    assert "at: got '2', expected a study with a trial of two steps or more: no other can be forked" in done.stderr
+    assert "at: got '2', expected a place after which a trial goes on" in done.stderr
 
 
 SPEC = "llm:openai-api/fake/model"

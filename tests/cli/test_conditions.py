@@ -31,19 +31,14 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path)
     [
         (("--condition", "trembel?p=0.1"), "no intervention is called 'trembel' (did you mean 'tremble'?)"),
         (("--sweep", "tremble?p=0.1"), "expected several values of a dose"),
-        (("--sweep", "agent.lapse=0,1"), "an option that one of the agents has"),
         (("--condition", "nudge + rgb"), "a plant with a camera"),
         (("--name", "a/b", "--condition", "nudge"), "without slashes"),
         (("--condition", "python:nowhere:Nothing"), "python:nowhere:Nothing"),
         (("--condition", "lies="), "condition: got 'lies=', expected NAME=SPEC, for example lies=flip?p=0.4"),
         (("--condition", "=nudge"), "condition: got '=nudge', expected NAME=SPEC"),
-        (
-            ("--condition", "off=tremble?p=0"),
-            "condition: got 'tremble?p=0', expected one that does something; at dose 0",
-        ),
         (("--condition", "flip"), "got 'flip', expected one that does something; without p= it is the truth"),
-        (("--condition", "truth=nudge"), "got 'truth=nudge', expected another name: truth is the control"),
-        (("--condition", "nudge=flip?p=0.4"), "expected another name: nudge is an intervention"),
+        (("--condition", "truth=nudge"), "got 'truth=nudge', expected another name: truth is a condition"),
+        (("--condition", "nudge=flip?p=0.4"), "expected another name: nudge is a condition"),
         (("--condition", "x=nudge", "--condition", "y=nudge"), "another condition than x, which is the same"),
     ],
 )

@@ -18,31 +18,21 @@ def here(monkeypatch, tmp_path):
 def test_a_study_grows_and_stays_as_large_as_it_is(lockprobe):
     rates = ("--p", "0,0.4")
     assert lockprobe(*ASKED, *rates, "--agent", "random", "--repetitions", 1, "--trials", 3)[0] == 0
-    assert lockprobe(*ASKED, *rates, "--trials", 5, "--estimate")[0] == 0
-    assert lockprobe(*ASKED, *rates, "--trials", 5)[0] == 0
+    assert lockprobe(*ASKED, *rates, "--trials", 5, "--repetitions", 1, "--estimate")[0] == 0
+    assert lockprobe(*ASKED, *rates, "--trials", 5, "--repetitions", 1)[0] == 0
     assert len(load("d")) == 10
     before = read_study("d")
     status, said, err = lockprobe(*ASKED, *rates)
     assert (status, err) == (0, "")
     assert "10 of 10 trials are done already; 0 are owed" in said
     assert (read_study("d"), read_study("d").earlier) == (before, before.earlier)
-    status, _, said = lockprobe(*ASKED, *rates, "--trials", 3)
+    status, _, said = lockprobe(*ASKED, *rates, "--trials", 3, "--repetitions", 1)
     assert (status, len(said.splitlines())) == (2, 1)
     assert "(trials is 5 there, 3 asked): repeat its settings to resume it, or give another --out" in said
     assert lockprobe(*ASKED, *rates, "--until", "decided", "--most", 8)[0] == 0
     assert lockprobe(*ASKED, *rates)[0] == 0
     assert str(read_study("d").until) == "decided"
     assert lockprobe("verify", "d")[0] == 0
-
-
-def test_a_size_changes_nothing_else_of_what_is_there(lockprobe):
-    """With a number of trials a study has more flip rates by default."""
-    assert lockprobe(*ASKED, "--agent", "random", "--strategy-trials", 1)[0] == 0
-    there = read_study("d")
-    assert lockprobe(*ASKED, "--trials", 7)[0] == 0
-    found = read_study("d")
-    assert found.conditions == there.conditions
-    assert (found.trials, found.strategy_trials) == (7, 7)
 
 
 @pytest.mark.parametrize(

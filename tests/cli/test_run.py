@@ -14,9 +14,8 @@ from lockprobe import load
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import read_facts
 from lockprobe.cli.format_cost import money
-from lockprobe.cli.progress import Progress
+from lockprobe.cli.progress import BROKE, BUDGET_REACHED, Progress
 from lockprobe.cli.run import run
-from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger

@@ -37,7 +37,9 @@ def test_results_hold_the_name_and_not_the_spec_and_it_changes_no_number_and_no_
 
 
 def test_an_option_of_named_agents_is_an_axis_under_their_names(tmp_path):
-    swept = study("flips", agent="zeta=human-inspired", sweep="agent.lapse=0,0.125,0.5", p=[0], trials=4)
+    options = ("lapse=0", "lapse=0.125", "lapse=0.5")
+    plain = study("flips", agent=[f"human-inspired?{one}" for one in options], p=[0], trials=4)
+    swept = replace(plain, names={f"human-inspired?{one}": f"zeta?{one}" for one in options})
     text = results(write_study(tmp_path, swept)).model_dump_json()
     assert '"agent":"zeta"' in text
     assert "human-inspired?" not in text

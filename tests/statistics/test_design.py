@@ -101,11 +101,11 @@ def test_the_first_modality_is_compared_with_the_controls_of_the_others():
         ({"p": [0], "sweep": "tremble?p=0.1,0.2"}, ["tremble p"]),
         ({"p": [0], "condition": ["tremble?p=0.1"]}, []),
         ({"p": [0, 0.2, 0.4], "condition": [f"flip?p={p} + nudge" for p in (0.2, 0.4, 0.6)]}, ["flip rate"]),
-        ({"p": [0], "sweep": "agent.lapse=0,0.1,0.3"}, ["lapse"]),
+        ({"p": [0], "agent": [f"human-inspired?lapse={lapse}" for lapse in (0, 0.1, 0.3)]}, ["lapse"]),
     ],
 )
 def test_other_doses_and_options_of_agents_are_series(asked, axes):
-    found = design_of(study("flips", agent="human-inspired", **asked))
+    found = design_of(study("flips", **({"agent": "human-inspired"} | asked)))
     assert [one.axis.name for one in found.series] == axes
 
 

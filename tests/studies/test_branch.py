@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation.exact import propagate
 from lockprobe.statistics.arms import CROSSED
 from lockprobe.statistics.branch import branch_effects
-from lockprobe.studies.branch import FORKS, TOLD, branching, play_forks
+from lockprobe.studies.branch import FORKS, TOLD, branching, play_forks, read_choices, write_choices
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
@@ -32,8 +32,7 @@ def played(directory, planned, **asked):
 @pytest.fixture(scope="module")
 def strategies(tmp_path_factory):
     planned = study("flips", agent=["cognitive:insistent", "human-inspired", "random"], **(ASKED | {"trials": 4}))
-    arms = {"told": list(TOLD), "act": ["tremble", "random", "force=slider-1"]}
-    return played(tmp_path_factory.mktemp("forks"), planned, at=["3", "7"], times=2, **arms)
+    return played(tmp_path_factory.mktemp("forks"), planned, at=["3", "7"], times=2, told=list(TOLD))
 
 
 def by_name(forks):
@@ -72,7 +71,7 @@ def test_arms_share_their_luck_and_continuations_do_not(strategies):
     _, forks = strategies
     actions = {}
     for name, fork in by_name(forks).items():
-        if fork.agent == "random" and name.arm in TOLD:
+        if fork.agent == "random":
             actions.setdefault((name.parent, name.at, name.time), set()).add(fork.actions)
     assert {len(found) for found in actions.values()} == {1}
     first, second = ({key[:2]: found for key, found in actions.items() if key[2] == time} for time in (1, 2))
@@ -125,20 +124,17 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
         ({"at": ["nowhere"]}, "a step from 1, or one of onset"),
         ({"at": ["0"]}, "a step from 1"),
         ({"told": ["lies"]}, "one of truth, lie, truth-truth"),
-        ({"act": ["lie"]}, "tremble, random, force=JOINT"),
-        ({"act": ["force"]}, "force=JOINT"),
-        ({"act": ["force=door"]}, "one of revolute-left"),
         ({"times": 0}, "from 1 to 1000"),
-        ({"keys": ["flips/human-inspired/truth/rep=1/trial=1"], "at": ["19"]}, "after steps 1 to"),
+        ({"keys": ["flips/human-inspired/truth/rep=1/trial=1"], "at": ["19"]}, "a place after which a trial goes on"),
     ):
         with pytest.raises(BadValue, match=message):
             branching(planned, trials, **asked)
     with pytest.raises(UnknownName, match="no trial is called 'flips/nobody'"):
         branching(planned, trials, keys=["flips/nobody"])
     broken = replace(trials[0], ending="error", error=TrialError(boundary="model", message="gone", step=3))
-    with pytest.raises(BadValue, match="ended as an error"):
+    with pytest.raises(BadValue, match="a place after which a trial goes on that ended"):
         branching(planned, [broken, *trials[1:]], keys=[broken.key])
-    assert branching(planned, [broken, *trials[1:]]).left == {"ended as an error": 1}
+    assert broken.key not in branching(planned, [broken, *trials[1:]]).trials
 
 
 def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path, monkeypatch):
@@ -153,3 +149,28 @@ def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path,
     forks = load(tmp_path / FORKS)
     assert {fork.ending for fork in forks} == {"error"}
     assert all(fork.owed_again and "step 1 cannot be replayed" in fork.error.message for fork in forks)
+
+
+def test_chances_of_next_choices_are_those_on_record_and_of_policies_alone(tmp_path):
+    planned = study("flips", agent=["cognitive:insistent", "human-inspired"], p=[0.4], trials=4, repetitions=1)
+    wanted = branching(planned, run_study(planned, tmp_path), at=["2", "5"], told=["truth", "lie", "remark"], times=2)
+    with Journal.open(tmp_path / FORKS, planned) as journal:
+        play_forks(wanted, journal)
+    forks = {fork.key: fork for fork in load(tmp_path / FORKS)}
+    assert read_choices(tmp_path) == write_choices(tmp_path, wanted, ()) == {}
+    some = write_choices(tmp_path, wanted, list(forks)[:3])
+    found = write_choices(tmp_path, wanted, forks)
+    assert some.keys() < found.keys()
+    assert read_choices(tmp_path) == found
+    assert found.keys() == {key for key in forks if key.endswith("time=1")}
+    for key, chances in found.items():
+        at = 2 if "/at=2/" in key else 5
+        on_record = forks[key].steps[at].decision.probabilities
+        assert sum(chances) == 1 or abs(sum(chances) - 1) < 1e-12
+        assert on_record in (None, chances)
+        chosen = forks[key].listing.index(forks[key].steps[at].decision.joint)
+        assert chances[chosen] > 0
+    assert any(forks[key].steps[2].decision.probabilities for key in found)
+    (tmp_path / FORKS / "next_choices.json").write_text('{"a": [NaN]}')
+    with pytest.raises(BadFile, match="not the probabilities of next choices"):
+        read_choices(tmp_path)

@@ -8,7 +8,6 @@ from builders import write_study
 
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.studies.decisions import block_orders
-from lockprobe.studies.extension import sized_as_there
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
@@ -93,27 +92,3 @@ def test_settings_with_an_earlier_plan_that_was_no_smaller_are_refused_in_a_line
     with pytest.raises(BadFile) as refused:
         read_study(small)
     assert "\n" not in str(refused.value)
-
-
-FIXED = replace(SMALL, repetitions=3, trials=6, strategy_trials=100)
-STOPS = replace(SMALL, repetitions=1, trials=300, until=Until(rule="decided"))
-
-
-@pytest.mark.parametrize(
-    ("there", "asked", "said", "sizes"),
-    [
-        (FIXED, SMALL, (), (3, 6, 100, None)),
-        (STOPS, SMALL, (), (1, 300, None, STOPS.until)),
-        (FIXED, replace(SMALL, trials=60), ("trials",), (3, 60, 100, None)),
-        (FIXED, replace(SMALL, trials=200), ("trials",), (3, 200, 200, None)),
-        (FIXED, replace(SMALL, repetitions=5), ("repetitions",), (5, 6, 100, None)),
-        (FIXED, STOPS, ("until",), (3, 100, None, STOPS.until)),
-        (FIXED, replace(STOPS, trials=100), ("until", "most"), (3, 33, 100, STOPS.until)),
-        (replace(STOPS, trials=500), STOPS, ("until",), (1, 500, None, STOPS.until)),
-        (STOPS, replace(STOPS, trials=20), ("until", "most"), (1, 20, None, STOPS.until)),
-        (FIXED, SMALL, ("full",), (2, 2, None, None)),
-    ],
-)
-def test_what_is_not_said_of_a_size_is_as_in_the_directory(there, asked, said, sizes):
-    found = sized_as_there(asked, there, said)
-    assert (found.repetitions, found.trials, found.strategy_trials, found.until) == sizes

@@ -14,8 +14,8 @@ from stored import unanswered
 
 from lockprobe.agents.llm.settings import Access
 from lockprobe.studies.branch import FORKS, branching, play_forks
-from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
@@ -71,7 +71,7 @@ def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(reco
     with elsewhere(Manner()) as url:
         monkeypatch.setenv("FAKE_BASE_URL", url)
         few = [trial.key for trial in load(directory)[:2]]
-        forked(planned, directory, keys=few, told=["truth", "lie", "lie-truth", "withheld"], act=["tremble"], times=2)
+        forked(planned, directory, keys=few, told=["truth", "lie", "lie-truth", "withheld"], times=2)
         seen = account(url)
     assert seen["conversations"]
     assert not known & seen["conversations"].keys()

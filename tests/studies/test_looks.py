@@ -35,10 +35,8 @@ def test_its_scenes_are_a_factorial_design_of_all_factors_and_each_has_its_contr
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"modality": "symbolic"}, "expected pictures, rgb or rgbd, whose looks vary"),
         ({"modality": ["rgb", "rgbd"]}, "expected one, which all conditions of looks have"),
         ({"plant": "fast-twin?discs=no"}, "one without discs=no, which this study varies"),
-        ({"plant": "symbolic"}, "one whose camera takes pictures: fast-twin or twin"),
         ({"sweep": "plant.pose_error=0,1"}, "none with looks"),
         ({"agent": "human-inspired"}, "human-inspired"),
     ],

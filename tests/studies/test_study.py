@@ -266,13 +266,3 @@ def test_options_in_python_are_those_of_the_command_line():
         study("flips", trails=2)
     with pytest.raises(BadValue, match="trials: got 'many', expected a whole number"):
         study("flips", trials="many")
-
-
-def test_an_option_of_agents_is_swept_and_those_without_it_stay():
-    planned = study("flips", agent=["random", "human-inspired"], sweep="agent.lapse=0,0.5")
-    assert planned.agents == ("random", "human-inspired?lapse=0", "human-inspired?lapse=0.5")
-    assert [condition.label for condition in planned.conditions] == ["truth"]
-    with pytest.raises(BadValue, match="an option that one of the agents has"):
-        study("flips", agent=["random"], sweep="agent.lapse=0,0.5")
-    with pytest.raises(BadValue, match="several values"):
-        study("flips", agent=["human-inspired"], sweep="agent.lapse=0.5")

@@ -16,9 +16,8 @@ from stored import unanswered
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import BudgetReached
-from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.costs.spending import Budget, Ledger
 from lockprobe.studies.decisions import answers, due
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study

@@ -64,14 +64,13 @@ def test_other_conditions_come_after_the_arms():
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"p": [0]}, "a rate above 0"),
+        ({"p": [0]}, "another condition than truth, which is the same"),
         ({"full": True}, "full: got True, expected none with why"),
         ({"p": [0.2, 0.4]}, "one, which all arms have"),
-        ({"p": [1.5]}, "a rate above 0"),
+        ({"p": [1.5]}, "flip rate p: got 1.5"),
         ({"modality": ["rgb"], "plant": "fast-twin"}, "pictures cannot be corrected"),
         ({"modality": ["symbolic", "symbolic?tell=state"]}, "one, which all conditions of why have"),
-        ({"flip": "independent"}, "noise on all joints is no single statement to correct"),
-        ({"flip": "latched", "parts": True}, "re-observed with --parts"),
+        ({"flip": "independent"}, "others: got 'noisy', expected one of fresh, kept"),
         ({"parts": True, "modality": "symbolic?tell=state"}, "both with symbolic.tell=state"),
         ({"condition": "flip?p=0.4"}, "another condition than lie, which is the same"),
         ({"condition": "lie-lie=nudge?after=5"}, r"got 'lie-lie=nudge.*another name: lie-lie is correction"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -15,8 +16,6 @@ from lockprobe.cli import options
 from lockprobe.cli.command import AS_RUN, Directory, under_headings
 from lockprobe.cli.printing import print_rows
 from lockprobe.cli.progress import Progress
-from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
-from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.format import texts
@@ -25,9 +24,8 @@ from lockprobe.report.questions.forks import fork_rows, fork_said, fork_table
 from lockprobe.report.rows import Estimate
 from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.rules import Rules
-from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
-from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.next_choice import write_choices
+from lockprobe.studies.branch import FORKS, Branching, branching, play_forks, write_choices
+from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
@@ -35,7 +33,6 @@ from lockprobe.studies.running.executor import Limits
 
 _AT = "Fork after the reports of these steps, or at onset, first-lie, before-onset, every."
 _TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark, withheld."
-_ACT = "Actions to change in the step after a true report: tremble, random, force=JOINT."
 _THEN = "Later reports: as in the condition of the trial, or the truth."
 
 
@@ -51,7 +48,6 @@ def branch(
     ] = None,
     at: Annotated[str, typer.Option(help=_AT)] = "4,8,12",
     told: Annotated[str, typer.Option(help=_TOLD)] = "truth,lie",
-    act: Annotated[str, typer.Option(help=_ACT)] = "",
     then: Annotated[Literal["parent", "truth"], typer.Option(help=_THEN)] = "parent",
     times: Annotated[int, typer.Option(min=1, help="Continuations of each arm.")] = 1,
     allow: options.Allow = None,
@@ -78,7 +74,6 @@ def branch(
         keys=keys or (),
         at=_several(at),
         told=_several(told),
-        act=_several(act),
         truthful=then == "truth",
         times=times,
     )
@@ -92,9 +87,8 @@ def branch(
 
 
 def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | None, *, json: bool) -> None:
-    reached: BudgetReached | None = None
     planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
-    observer = Progress(
+    progress = Progress(
         json=json,
         budget=budget,
         attended=asked.study.attended,
@@ -103,34 +97,17 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
     with Journal.open(directory / FORKS, asked.study) as journal:
         if budget is not None:
             journal.calls.limit(budget)
-        try:
-            with observer.played():
-                play_forks(asked, journal, limits=limits, observer=observer)
-        except KeyboardInterrupt:
-            said = f"Stopped. Every finished fork is in {journal.directory}; run the same command again to go on."
-            observer.tell("interrupted", said, *observer.spent(), directory=str(journal.directory), **observer.cost())
-            raise
-        except BudgetReached as error:
-            reached = error
-        except AgentsGivenUp:
-            if not any(key in journal.trials for key in planned):
-                raise
+        reached = progress.watch(partial(play_forks, asked, journal, limits=limits, observer=progress), journal)
         owed = sum(map(journal.owes, planned))
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
     effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
     rows = fork_rows(effects, asked.study)
     rules = rules_broken_said(*Rules(*asked.study.boxes).broken(forks))
-    observer.tell("effects", effects=[row.plain() for row in rows])
+    progress.tell("effects", effects=[row.plain() for row in rows])
     if not json:
         _print_effects(rows, rules)
-    failed = bool(observer.broken or observer.abandoned)
-    if failed:
-        observer.broke()
-    if reached is not None:
-        observer.stopped(reached, owed, len(planned))
-        raise typer.Exit(BUDGET_REACHED)
-    if failed:
-        raise typer.Exit(BROKE)
+    if status := progress.end(reached, owed, len(planned)):
+        raise typer.Exit(status)
 
 
 def _lines(asked: Branching, journal: Journal, planned: int, owed: int) -> list[str]:
@@ -141,9 +118,6 @@ def _lines(asked: Branching, journal: Journal, planned: int, owed: int) -> list[
         f"later reports {'true' if asked.truthful else 'as in the condition'}"
     )
     lines = [what, f"Records: {journal.directory} (the same command resumes it)"]
-    if asked.left:
-        left = [f"{count(number, 'trial')} {why}" for why, number in asked.left.items()]
-        lines.append(f"Not forked: {', '.join(left)}")
     if owed < planned:
         lines.append(f"{planned - owed} of {count(planned, 'fork')} are done already")
     return lines

@@ -19,10 +19,9 @@ from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadValue, Missing
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interfaces.mcp.session import ToolSession
-from lockprobe.studies.extension import extended
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.study import Study
 
 _NAME = "The agent's name in the records: mcp:NAME. Use a different name for each model or program."

@@ -17,29 +17,30 @@ from rich.text import Text
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.agents.llm.answer import MENDING
 from lockprobe.cli.format_cost import estimate_facts, estimate_lines, money, spent_facts, spent_in_words
-from lockprobe.cli.server_marks import ServerMarks
-from lockprobe.cli.study_lines import begin_lines, done_of, in_boundaries, minutes
-from lockprobe.foundation.errors import BudgetReached, UserMistake
+from lockprobe.cli.study_lines import begin_lines, done_of, in_boundaries
+from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import estimates
-from lockprobe.studies.costs.spending import Ledger, hosted
+from lockprobe.studies.costs.spending import Budget, Ledger, hosted
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.trial_rows import OnRecord, Timing
+from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.executor import Observer
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.told_outcome import in_words
 
-_FIRST = 2.0
-"""Seconds until the first line about the state of an agent."""
+BROKE = 1
+"""The exit status if something outside the agents broke trials, which are owed again, or no trial ended validly."""
 
-_EVERY = 60.0
-"""Seconds from one such line to the next, whether a trial has ended or not."""
+BUDGET_REACHED = 3
+"""The exit status if the budget ended a study before its last trial."""
+
+_FIRST, _EVERY = 2.0, 60.0
+"""Seconds until the first line about the state of an agent, and from one to the next, whether a trial ended or not."""
 
 _LONG = 5.0
 """Seconds after which a call that has not come back is spoken of."""
@@ -59,7 +60,6 @@ class Progress(Observer):
     Attributes:
         ended: Trials of this run that ended, over all agents.
         broken: Agents of which trials broke outside them in this run, each with their number.
-        first_error: Boundary and message of the first of these.
         abandoned: Agents that could not go on -> why, and how many trials they owe.
     """
 
@@ -71,16 +71,13 @@ class Progress(Observer):
         attended: bool = False,
         forks: Callable[[Journal, int], Sequence[str]] | None = None,
     ) -> None:
-        self.ended, self.first_error = 0, ""
+        self.ended, self._first_error = 0, ""
         self.broken: Counter[str] = Counter()
         self.abandoned: dict[str, tuple[str, int]] = {}
         self._json, self._budget, self._attended, self._forks = json, budget, attended, forks
-        self._marks, self._shown = ServerMarks(), ""
         self._events: TextIO | None = None
-        self._study: Study | None = None
-        self._journal: Journal | None = None
         self._ledger: Ledger | None = None
-        self._agent, self._slow, self._guess = "", False, "…"
+        self._agent, self._slow, self._shown = "", False, ""
         self._owed = self._before = self._played = self._steps = self._solved = self._valid = 0
         self._errors: Counter[str] = Counter()
         self._began = self._due = 0.0
@@ -88,9 +85,34 @@ class Progress(Observer):
         terminal = not (json or attended) and sys.stdout.isatty()  # it would cover the questions of a plant
         self._console = Console(emoji=False, highlight=False) if terminal else None
 
+    def watch(
+        self, play: Callable[[], None], journal: Journal, more: Callable[[], Sequence[str]] = tuple
+    ) -> BudgetReached | None:
+        """Tell of what is played, and return what ended it early if the budget did; Ctrl-C is told and raised again.
+
+        Args:
+            play: Plays, and tells this observer.
+            journal: Where trials are written.
+            more: What is said besides after Ctrl-C.
+        """
+        try:
+            with self._playing():
+                play()
+        except KeyboardInterrupt:
+            what, finished = "trial" if self._forks is None else "fork", done_of(journal)
+            first = f"Stopped. Every finished {what} is in {journal.directory}; run the same command again to go on."
+            lines = (first, *self.spent(), *more())
+            self.tell("interrupted", *lines, directory=str(journal.directory), finished=finished, **self.cost())
+            raise
+        except BudgetReached as reached:
+            return reached
+        except AgentsGivenUp:
+            if not journal.trials:  # nothing was played: the command cannot be carried out
+                raise
+        return None
+
     @contextmanager
-    def played(self) -> Iterator[None]:
-        """A context in which trials are played; at its end no line is renewed."""
+    def _playing(self) -> Iterator[None]:
         self._events = sys.stdout
         try:
             if self._json:
@@ -120,75 +142,69 @@ class Progress(Observer):
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Tell what will be played, where it goes, what of it is done, and what it may cost."""
-        self._study, self._journal = study, journal
+        self._study, self._journal, where = study, journal, str(journal.directory)
         if hosted(study):
             self._ledger = Ledger(study, read_calls(journal.directory))
             journal.calls.listen(self.call)
         if self._forks is not None:
             lines = self._forks(journal, owed)
-            self.tell("begin", *lines, directory=str(journal.directory), owed=owed, message=" ".join(lines))
+            self.tell("begin", *lines, directory=where, owed=owed, message=" ".join(lines))
             return
         self.tell(
             "begin",
             *begin_lines(study, journal, owed),
-            directory=str(journal.directory),
+            directory=where,
             trials=study.size - study.invited,
             owed=owed,
-            done=done_of(study, journal),
+            done=done_of(journal, study),
             settings=study.settings(),
             settings_hash=read_study(journal.directory).settings_hash,
         )
         if not hosted(study):
             return
-        found = estimates(study, journal.trials)
+        found, limit = estimates(study, journal.trials), dict[str, float]()
         lines = [line for one in found for line in estimate_lines(one)]
         if self._budget is not None:
-            spent = self._budget.spent
+            spent, limit = self._budget.spent, {"budget": self._budget.allowed, "spent": self._budget.spent}
             before = f", of which {self._at_most(spent)} is spent" if spent else ""
             lasts = self._budget.allowed - spent >= sum((one.dollars() or (0.0, 0.0))[1] for one in found)
             doubt = "" if lasts else "; it may not last: the study then stops, and goes on with a larger one"
             lines.append(f"Budget: {money(self._budget.allowed)}{before}{doubt}")
-        limit = {} if self._budget is None else {"budget": self._budget.allowed, "spent": self._budget.spent}
         self.tell("estimate", *lines, agents=[estimate_facts(one) for one in found], **limit)
 
     def agent(self, source: AgentSource, owed: int) -> None:
         """Tell that an agent's turn comes; trials of an earlier run count, but not for the time that is left."""
-        assert self._journal is not None
-        assert self._study is not None
-        self._agent, slow = self._study.label_of(source.spec), source.engine != "inline" or self._study.simulated
+        self._agent = self._study.label_of(source.spec)
+        self._slow = source.engine != "inline" or self._study.simulated
         done = [trial for trial in self._journal.trials.values() if trial.agent == source.spec and not trial.owed_again]
-        self._slow, self._owed, self._before, self._played, self._steps = slow, owed, len(done), 0, 0
+        self._owed, self._before, self._played, self._steps = owed, len(done), 0, 0
+        self._solved, self._valid = sum(one.solved for one in done), sum(one.ending != "error" for one in done)
         self._errors.clear()
-        self._solved = self._valid = 0
-        for trial in done:
-            self._count(trial)
         self._began = time.monotonic()
-        self._shown, self._due = "" if slow and not self._attended else "none", self._began + _FIRST
-        self._guess = f"about {minutes(owed)} min" if source.engine == "process" else "…"
-        guess = f", {self._guess}" if source.engine == "process" and self._live is None else ""
-        self.tell("agent", f"{self._agent}: {count(owed, 'trial')} to play{guess}", agent=self._agent, owed=owed)
+        self._shown, self._due = "" if self._slow and not self._attended else "none", self._began + _FIRST
+        self.tell("agent", f"{self._agent}: {count(owed, 'trial')} to play", agent=self._agent, owed=owed)
 
     def step(self, key: str, step: Step) -> None:
         """Count a step; tell it if its agent is slow."""
         self._steps += 1
-        if not self._slow:
-            return
-        self._shown = self._shown or key * (step.step == 1)
-        lie = f" (told: {in_words(step.told_moved)})" if step.told_falsely else ""
-        said = f"  {key}  step {step.step:2}  {step.joint} {in_words(step.moved)}{lie}"
-        facts = {"joint": step.joint, "moved": step.moved, "told_moved": step.told_moved}
-        self.tell("step", *([said] if self._shown == key else []), key=key, step=step.step, **facts)
+        if self._slow:
+            self._shown = self._shown or key * (step.step == 1)
+            lie = f" (told: {in_words(step.told_moved)})" if step.told_falsely else ""
+            said = f"  {key}  step {step.step:2}  {step.joint} {in_words(step.moved)}{lie}"
+            facts = {"joint": step.joint, "moved": step.moved, "told_moved": step.told_moved}
+            self.tell("step", *([said] if self._shown == key else []), key=key, step=step.step, **facts)
 
     def trial(self, trial: Trial, timing: Timing) -> None:
         """Count a trial; tell of it, and how it goes."""
         error = trial.error
         self._played += 1
-        self._count(trial)
+        self._valid += error is None
+        self._solved += trial.solved
         if error is not None:
             self._errors[error.boundary] += 1
         if error is not None and trial.owed_again:
             self.broken[trial.group] += 1
-            self.first_error = self.first_error or f"{error.boundary}: {error.message}"
+            self._first_error = self._first_error or f"{error.boundary}: {error.message}"
         else:
             self.ended += 1
         self.tell(
@@ -201,19 +217,12 @@ class Progress(Observer):
             error=None if error is None else {"boundary": error.boundary, "message": error.message},
             **self.cost(),
         )
-        assert self._study is not None
         self._say_state(now=self._played == self._owed and self._study.until is None)
 
-    def _count(self, trial: Trial | OnRecord) -> None:
-        self._valid += trial.ending != "error"
-        self._solved += trial.solved
-
     def call(self, call: Call) -> None:
-        """A call is on disk; tell what it shows of its server, and how it goes if nothing has been said for long."""
+        """A call is on disk; tell of one that was repeated, and how it goes if nothing has been said for long."""
         assert self._ledger is not None
         self._ledger.add(call)
-        if said := self._marks.notice(self._agent, call):
-            self.tell("advice", said, message=said)
         if call.retries or call.error:
             facts = {"step": call.step, "turn": call.turn, "retries": call.retries, "seconds": round(call.seconds, 3)}
             self.tell("call", key=call.key, **facts, error=call.error or None)
@@ -239,21 +248,19 @@ class Progress(Observer):
 
     def line(self) -> str:
         """The state of the present agent in one short line."""
-        seconds, left, waiting = max(time.monotonic() - self._began, 1e-9), self._guess, ""
+        seconds, left, calls = max(time.monotonic() - self._began, 1e-9), "…", self._journal.calls
         if self._played:
             needed = seconds / self._played * (self._owed - self._played)
             left = f"{needed / 60:.0f} min" if needed > 90 else f"{needed:.0f} s"
-        if self._ledger is not None and self._journal is not None:
-            calls = self._journal.calls
-            if calls.longest_wait >= _LONG:
-                waiting = f"{count(calls.on_their_way, 'call')} on the way, the oldest for {calls.longest_wait:.0f} s"
         parts = [
             f"{self._agent}  {self._before + self._played}/{self._before + self._owed} trials",
             f"{self._solved} of {self._valid} solved" if self._valid and self._forks is None else "",
             f"{self._steps / seconds:.1f} steps/s",
             f"{left} left",
             spent_in_words(self._ledger.total) if self._ledger is not None else "",
-            waiting,
+            f"{count(calls.on_their_way, 'call')} on the way, the oldest for {calls.longest_wait:.0f} s"
+            if calls.longest_wait >= _LONG
+            else "",
             in_boundaries(self._errors),
         ]
         return " · ".join(filter(None, parts))
@@ -270,11 +277,35 @@ class Progress(Observer):
     def _at_most(self, spent: float) -> str:
         """What counts against the budget, which takes calls of unknown cost at their upper bound."""
         counted = None if self._ledger is None else self._ledger.total.dollars
-        bound = "at most " if counted is not None and money(counted) != money(spent) else ""
-        return f"{bound}{money(spent)}"
+        return f"{'at most ' * (counted is not None and money(counted) != money(spent))}{money(spent)}"
 
-    def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
-        """Tell that the budget is spent, how many trials of the study are owed, and how to go on."""
+    def end(self, reached: BudgetReached | None, owed: int, trials: int) -> int:
+        """Tell what broke, which agents were given up, whether the budget is spent, and how to go on.
+
+        Args:
+            reached: What ended it early, if the budget did.
+            owed: Trials that are owed.
+            trials: Trials in all.
+
+        Returns:
+            The exit status.
+        """
+        broken, lines = self.broken.total(), list[str]()
+        if broken:
+            of = f"{broken} of {broken + self.ended} trials broke and are owed, of {', '.join(self.broken)}; the first"
+            said = of if self.ended else f"No trial ended: {broken} broke, the first"
+            mended = "when that is mended, " if MENDING in self._first_error else ""
+            again = f"the same command plays {'it' if broken == 1 else 'them'} again"
+            lines.append(f"{said} at {self._first_error}; {mended}{again}")
+        if self.abandoned:
+            said = "; ".join(f"{why} ({count(left, 'trial')} owed)" for why, left in self.abandoned.values())
+            lines.append(f"Given up: {said}; nothing finished is lost, the same command goes on when that is mended")
+        if lines:
+            given_up = {agent: {"owed": left, "why": why} for agent, (why, left) in self.abandoned.items()}
+            facts = {"agents": dict(self.broken), "first": self._first_error, "given_up": given_up}
+            self.tell("broke", *lines, trials=broken, ended=self.ended, **facts)
+        if reached is None:
+            return BROKE if owed or self.abandoned else 0
         spent = reached.spent if self._budget is None else self._budget.spent  # of the calls that came back since, too
         self.tell(
             "budget",
@@ -286,21 +317,4 @@ class Progress(Observer):
             owed=owed,
             trials=trials,
         )
-
-    def broke(self) -> None:
-        """Tell how many trials of the run broke, which agents were given up, why, and how to go on."""
-        broken, lines = self.broken.total(), []
-        if broken:
-            said = (
-                f"{broken} of {broken + self.ended} trials broke and are owed, of {', '.join(self.broken)}; the first"
-            )
-            said = said if self.ended else f"No trial ended: {broken} broke, the first"
-            mended = "when that is mended, " if MENDING in self.first_error else ""
-            again = f"the same command plays {'it' if broken == 1 else 'them'} again"
-            lines.append(f"{said} at {self.first_error}; {mended}{again}")
-        if self.abandoned:
-            said = "; ".join(f"{why} ({count(owed, 'trial')} owed)" for why, owed in self.abandoned.values())
-            lines.append(f"Given up: {said}; nothing finished is lost, the same command goes on when that is mended")
-        given_up = {agent: {"owed": owed, "why": why} for agent, (why, owed) in self.abandoned.items()}
-        agents, first = dict(self.broken), self.first_error
-        self.tell("broke", *lines, trials=broken, ended=self.ended, agents=agents, first=first, given_up=given_up)
+        return BUDGET_REACHED

@@ -103,7 +103,7 @@ def run(
             print_estimates(planned, directory, json=json)
             return
         from lockprobe.cli.run_study import play_study
-        from lockprobe.studies.costs.budget import Budget
+        from lockprobe.studies.costs.spending import Budget
 
         allowed = None if budget is None else Budget(planned, budget)
         if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):

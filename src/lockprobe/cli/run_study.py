@@ -7,13 +7,12 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from lockprobe.cli.progress import Progress
+from lockprobe.cli.progress import BROKE, Progress
 from lockprobe.cli.result import read_result, result_facts, result_lines
-from lockprobe.cli.study_lines import results_line
-from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached
+from lockprobe.cli.study_lines import done_of
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.left_out import LeftOutSection, without
-from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
@@ -24,15 +23,11 @@ from lockprobe.studies.running.runner import next_plans, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
 from lockprobe.studies.study import Study
 
-BROKE = 1
-"""The exit status if something outside the agents broke trials, which are owed again, or no trial ended validly."""
-
-BUDGET_REACHED = 3
-"""The exit status if the budget ended a study before its last trial."""
-
 
 class _NothingKept(Exception):
     """Ends a run of which nothing was kept, so that its directory is not left behind."""
+
+    status = 0
 
 
 def play_study(
@@ -56,6 +51,7 @@ def play_study(
         report: Whether to write the report after the run.
         json: Whether to print events as JSON.
     """
+    nothing = _NothingKept()
     with suppress(_NothingKept), Journal.open(directory, planned) as journal:
         progress = Progress(json=json, budget=budget, attended=planned.attended)
         if budget is not None:
@@ -64,7 +60,14 @@ def play_study(
             anew = owe_anew(journal, again)
             said = f"Owed anew: {count(anew, 'trial')} that ended as an error at {again}; the earlier records stay"
             progress.tell("owed-anew", said, trials=anew, boundary=again)
-        reached = _play_trials(planned, journal, limits, progress, report=report)
+
+        def old_report() -> list[str]:
+            finished, found = done_of(journal), read_result(directory)
+            old = "No report yet" if found is None else f"The report has {found.progress.finished} of {finished} trials"
+            return [f"{old}; lockprobe report {directory} renews it"] if report and finished else []
+
+        play = partial(play_trials, planned, journal, limits=limits, observer=progress)
+        reached = progress.watch(play, journal, old_report)
         if planned.until and journal.trials:
             from lockprobe.cli.decisions import decided
 
@@ -72,61 +75,33 @@ def play_study(
             progress.tell("decided", *lines, message=lines[0], answers=answers)
         if planned.size == planned.invited and not journal.trials:
             return 0  # people have yet to be invited
-        _tell_results(planned, journal, progress, report=report, ended=reached is None)
+        _tell_results(journal, progress, report=report, ended=reached is None)
         valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
         if not (valid or progress.broken):
             error = journal.read(next(iter(journal.trials)))[0].error
             assert error is not None
             said = f"No valid trial: all ended as an error, the first at {error.boundary}: {error.message}"
             progress.tell("no-valid-trial", f"{said}; the same command with --again {error.boundary} plays them anew")
-        if progress.broken or progress.abandoned:
-            progress.broke()
         owed = 0
         if reached is not None or progress.broken or progress.abandoned:
             plans = next_plans(planned, journal)
             owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in plans(agent))
-        if reached is not None:
-            progress.stopped(reached, owed, planned.size - planned.invited)
-            if not journal.trials:
-                raise _NothingKept
-            return BUDGET_REACHED
-        return BROKE if owed or progress.abandoned or not valid else 0
-    return BUDGET_REACHED
+        nothing.status = progress.end(reached, owed, planned.size - planned.invited) or (0 if valid else BROKE)
+        if reached is not None and not journal.trials:
+            raise nothing
+    return nothing.status
 
 
-def _play_trials(
-    planned: Study, journal: Journal, limits: Limits, progress: Progress, *, report: bool
-) -> BudgetReached | None:
-    """Play the owed trials, and return what ended them early if the budget did."""
-    try:
-        with progress.played():
-            play_trials(planned, journal, limits=limits, observer=progress)
-    except KeyboardInterrupt:
-        directory, finished = journal.directory, sum(not one.owed_again for one in journal.trials.values())
-        lines = [f"Stopped. Every finished trial is in {directory}; run the same command again to go on."]
-        lines += progress.spent()
-        if report and finished:
-            found = read_result(directory)
-            old = "No report yet" if found is None else f"The report has {found.progress.finished} of {finished} trials"
-            lines.append(f"{old}; lockprobe report {directory} renews it")
-        progress.tell("interrupted", *lines, directory=str(directory), finished=finished, **progress.cost())
-        raise
-    except BudgetReached as reached:
-        return reached
-    except AgentsGivenUp:
-        if not journal.trials:  # nothing was played: the command cannot be carried out
-            raise
-    return None
-
-
-def _tell_results(planned: Study, journal: Journal, progress: Progress, *, report: bool, ended: bool) -> None:
+def _tell_results(journal: Journal, progress: Progress, *, report: bool, ended: bool) -> None:
     """Tell the hash of the records, write the report, and tell what it has cost and found."""
     directory, hashes = journal.directory, dict[str, object]()
     if journal.trials:
-        study, finished = read_study(directory), sum(not one.owed_again for one in journal.trials.values())
+        study, finished = read_study(directory), done_of(journal)
         hashes = {"settings_hash": study.settings_hash, "results_hash": stored_hash(journal.store, study)}
-        whole = planned_now(study, load(directory) if study.until else ())
-        progress.say(results_line(str(hashes["results_hash"]), finished, whole))
+        planned = planned_now(study, load(directory) if study.until else ())
+        so_far = "" if finished == planned else f" so far, {finished} of {planned} trials"
+        end = f"(for a paper{so_far}; lockprobe verify DIR --results HASH checks it)"
+        progress.say(f"Results: {hashes['results_hash']} {end}")
     lines, facts, page = progress.spent(), dict[str, object](), None
     if not report:
         lines.append(f"No report, as asked; lockprobe report {directory} writes it")

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import json as json_
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from lockprobe.agents.reply import TIDIED
 from lockprobe.cli import options
 from lockprobe.cli.command import Directory
 from lockprobe.cli.decisions import decided
 from lockprobe.cli.format_cost import money, spent_facts
+from lockprobe.cli.printing import print_rows
 from lockprobe.cli.result import read_result
 from lockprobe.cli.study_lines import in_boundaries
 from lockprobe.foundation.clock import time_said
@@ -41,8 +41,9 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     with read(directory) as store:
         records = count_records(store, study)
         steps, seconds = played_in(store)
-        owed = {key for (key,) in store.rows("select key from trial where current and owed")}
-        finished = {key for (key,) in store.rows("select key from trial where current")} - owed if logged else set()
+        finished = (
+            {key for (key,) in store.rows("select key from trial where current and not owed")} if logged else set()
+        )
     trials = load(directory, study) if study.until else []
     report, flow = read_result(directory), flow_of(study, read_diaries(directory), withdrawn(directory))
     facts: dict[str, Any] = {
@@ -53,7 +54,6 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         "steps": steps,
         "seconds_playing": round(seconds, 1),
         "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
-        "pictures": len({name for one in records for name in one.trial.picture_names}),
         "forks": sum(not fork.owed_again for fork in read_forks(directory)),
         "reported": None if report is None else report.progress.finished,
         "participants": {}
@@ -61,21 +61,27 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         else {"joined": flow.consented, "finished": flow.finished, "withdrawn": flow.withdrawn},
         "settings_hash": study.settings_hash,
     }
-    said = list[tuple[str, str]]()
+    said = list[str]()
     if study.until:
-        lines, facts["decided"] = decided(study, trials)
+        said, facts["decided"] = decided(study, trials)
         facts["until"] = str(study.until)
-        said = [("decided" * (not i), line.strip()) for i, line in enumerate(lines)]
     ledger, forks = _ledger(study, logged, records), _ledger(study, logged_calls(directory / FORKS))
+    both = total([*ledger.by_agent.values(), *forks.by_agent.values()])
     if json:
-        print(json_.dumps(facts | _spent(study, ledger, forks)))
+        agents = {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()}
+        of_forks = {"spent_on_forks": spent_facts(forks.total), "spent_with_forks": spent_facts(both)}
+        print(json_.dumps(facts | spent_facts(ledger.total) | {"agents": agents} | of_forks))
         return
-    _print_named([*_lines(directory, facts), *said])
+    for name, line in _lines(directory, facts):
+        print(printable(f"{name:<12}{line}"))
+    for i, line in enumerate(said):
+        print(printable(f"{'decided' * (not i):<12}{line.strip()}"))
     if ledger.by_agent or forks.by_agent:
         print()
-        _print_columns(_table(study, ledger, forks))
+        print_rows(_table(study, ledger, forks, both))
         print()
-        _print_named(_about_calls(_both(ledger, forks)))
+        for name, line in _about_calls(both):
+            print(printable(f"{name:<12}{line}"))
 
 
 def _in_progress(logged: Sequence[LoggedCall], finished: set[str]) -> dict[str, object]:
@@ -98,8 +104,6 @@ def _played(study: Study, records: Sequence[Counted], trials: Sequence[Trial]) -
     errors = [(one.trial.error, one.number) for one in records if one.trial.error is not None]
     done = sum(one.number for one in run if not one.trial.owed_again)
     by_people, planned = study.places_filled(one.trial for one in people), planned_now(study, trials)
-    steps = [step for one in run for step in one.trial.steps]
-    tidied = Counter(TIDIED.get(what, what) for step in steps for what in step.decision.tidied)  # type: ignore[call-overload]
     return {
         "trials": planned - study.invited,
         "done": done,
@@ -114,13 +118,10 @@ def _played(study: Study, records: Sequence[Counted], trials: Sequence[Trial]) -
         "solved": sum(one.number for one in run if one.trial.solved),
         "errors": dict(sum((Counter({error.boundary: number}) for error, number in errors), Counter[str]())),
         "first_errors": {error.boundary: error.message for error, _ in reversed(errors)},
-        "decisions": sum(one.steps for one in run),
         "asked_again": {
             agent: {"replies": replies, "asked_again": again}
             for agent, (again, replies) in asked_again(one.trial for one in run).items()
         },
-        "tidied": dict(tidied.most_common()),
-        "tidied_decisions": sum(bool(step.decision.tidied) for step in steps),
     }
 
 
@@ -138,31 +139,6 @@ def _ledger(study: Study, logged: Sequence[LoggedCall], records: Sequence[Counte
                 call = Call(key=trial.key, step=step, turn=1, request="", reply="", usage=usage, served=served)
                 used.append(replace(call, agent=trial.agent))
     return Ledger(study, (*waiting, *used, *answered))
-
-
-def _both(ledger: Ledger, forks: Ledger) -> Spending:
-    """The cost of a study and its forks."""
-    return total([*ledger.by_agent.values(), *forks.by_agent.values()])
-
-
-def _spent(study: Study, ledger: Ledger, forks: Ledger) -> dict[str, object]:
-    return spent_facts(ledger.total) | {
-        "agents": {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()},
-        "spent_on_forks": spent_facts(forks.total),
-        "spent_with_forks": spent_facts(_both(ledger, forks)),
-    }
-
-
-def _print_named(lines: Iterable[tuple[str, str]]) -> None:
-    for name, said in lines:
-        print(printable(f"{name:<12}{said}"))
-
-
-def _print_columns(rows: Sequence[Sequence[str]]) -> None:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for first, *others in rows:
-        cells = (f"{cell:>{width}}" for cell, width in zip(others, widths[1:], strict=True))
-        print(printable("  ".join((f"{first:<{widths[0]}}", *cells))))
 
 
 def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -188,27 +164,22 @@ def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str
 
 
 def _played_lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """How long it took, what broke, what was asked again or tidied, and the hashes."""
+    """How long it took, what broke, what was asked again, and the hash of the settings."""
     yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, summed over parallel trials"
     if facts["reported"] is not None:
         behind = facts["finished"] - facts["reported"]
         renew = f", {behind} behind; lockprobe report {directory} makes it anew" if behind else ""
         yield "report", f"of {facts['reported']} of {facts['planned']} trials{renew}"
-    if facts["pictures"]:
-        yield "pictures", f"{facts['pictures']}"
     yield "errors", in_boundaries(facts["errors"]) or "none"
     for boundary, message in sorted(facts["first_errors"].items()):
         yield "", f"first at {boundary}: {' '.join(message.split())[:200]}"
     for i, (agent, of) in enumerate(facts["asked_again"].items()):
         counts = f"{of['asked_again']:,} of {of['replies']:,} replies of {agent}"
         yield "" if i else "replies", f"{counts} could not be used and were asked for again"
-    if facts["tidied_decisions"]:
-        what = ", ".join(f"{what} {times}" for what, times in facts["tidied"].items())
-        yield "tidied", f"{facts['tidied_decisions']} of {facts['decisions']} replies before they were read: {what}"
     yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
 
 
-def _table(study: Study, ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]:
+def _table(study: Study, ledger: Ledger, forks: Ledger, both: Spending) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [
         ("calls of", "replies", "failed", "broken off", "retries", "tokens in", "cached", "out", "reasoning", "cost")
     ]
@@ -216,7 +187,7 @@ def _table(study: Study, ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]
     if len(parts) > 1:
         parts.append(("all", ledger.total))
     if forks.by_agent:
-        parts += [("forks", forks.total), ("study and forks", _both(ledger, forks))]
+        parts += [("forks", forks.total), ("study and forks", both)]
     for agent, spent in parts:
         usage = spent.usage
         numbers = (

@@ -1,4 +1,4 @@
-"""What is said of a study before its first trial and after the last."""
+"""What is said of a study before its first trial."""
 
 from __future__ import annotations
 
@@ -12,9 +12,6 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.study import Study
 from lockprobe.studies.until import LOOK_EVERY
 
-_STEPS_PER_TRIAL, _STEPS_PER_MINUTE = 17.0, 300.0
-"""What the embedded model was measured to play on two cores; only for the first guess of the time."""
-
 _LOOKS = (
     f"After every {LOOK_EVERY} blocks it looks what is decided. A decision holds however often it looks; conditions "
     "that are decided are no longer played."
@@ -23,7 +20,7 @@ _LOOKS = (
 
 def begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
     """What will be played, where it goes, and what of it is done."""
-    run, done = study.size - study.invited, done_of(study, journal)
+    run, done = study.size - study.invited, done_of(journal, study)
     if run:
         kind = {"flips": "Flip study", "modalities": "Modality study"}.get(study.name, "") if study.of_flips else ""
         yield (
@@ -54,14 +51,11 @@ def begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
         yield f"{owed} of {replace(study, shard=None).size - study.invited} trials are played here"
 
 
-def done_of(study: Study, journal: Journal) -> int:
-    """The trials of a study that are finished, without those of people."""
-    return sum(not trial.owed_again and trial.spec in study.run_agents for trial in journal.trials.values())
-
-
-def minutes(trials: int) -> int:
-    """A first estimate of how long the embedded model needs for these trials, in whole minutes."""
-    return max(1, round(trials * _STEPS_PER_TRIAL / _STEPS_PER_MINUTE))
+def done_of(journal: Journal, study: Study | None = None) -> int:
+    """The finished trials; with a study, those that it runs, without those of people."""
+    return sum(
+        not one.owed_again and (study is None or one.spec in study.run_agents) for one in journal.trials.values()
+    )
 
 
 def _extent(study: Study) -> str:
@@ -86,12 +80,6 @@ def _conditions(study: Study) -> str:
 def settings_line(found: str) -> str:
     """The hash of the settings, as it is said before the first trial."""
     return f"Settings: {found} (for a preregistration; lockprobe verify DIR --settings HASH checks it)"
-
-
-def results_line(found: str, finished: int, planned: int) -> str:
-    """The hash of the records, as it is said after the last trial."""
-    so_far = "" if finished == planned else f" so far, {finished} of {planned} trials"
-    return f"Results: {found} (for a paper{so_far}; lockprobe verify DIR --results HASH checks it)"
 
 
 def in_boundaries(errors: Mapping[str, int]) -> str:

@@ -27,10 +27,9 @@ from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, outcomes
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Rules
-from lockprobe.studies.branch import read_forks
+from lockprobe.studies.branch import read_choices, read_forks
 from lockprobe.studies.decisions import Answer, answers_by_agent, block_orders, broken_by_agent, counted
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
-from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import has_joined

@@ -34,7 +34,7 @@ from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
 from lockprobe.studies.branch import FORKS, fork_plan
 from lockprobe.studies.costs.call_log import kept_replies, logged_calls
 from lockprobe.studies.decisions import due
-from lockprobe.studies.next_choice import next_choice
+from lockprobe.studies.branch import next_choice
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.known_facts import KnownFacts

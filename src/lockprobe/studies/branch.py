@@ -6,22 +6,30 @@ name no trial of the study, so they are never counted as its trials.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+import asyncio
+import json
+from collections.abc import Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import FiniteFloat, TypeAdapter, ValidationError
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.foundation.inputs import is_there
+from lockprobe.agents.policy import Policy
+from lockprobe.foundation.errors import BadFile, BadValue, ModelFault, UnknownName
+from lockprobe.foundation.inputs import is_there, read_input
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
+from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import takes_rates
 from lockprobe.interventions.told import Correction
+from lockprobe.plants.catalogue import plant_of
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.modality import interventions_for, is_pictured
@@ -32,11 +40,15 @@ from lockprobe.studies.running.executor import Limits, Observer
 from lockprobe.studies.running.runner import run
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
-from lockprobe.trial.plan import Fork, Plan
+from lockprobe.trial.loop import play
+from lockprobe.trial.plan import Fork, Names, Plan
 from lockprobe.trial.protocols import Intervention
-from lockprobe.trial.record import Trial
+from lockprobe.trial.record import Decision, Fact, Situation, Trial
 from lockprobe.trial.told_outcome import false_reports
 from lockprobe.trial.trial_name import ForkName
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
 
 FORKS = "forks"
 """The directory of forks in that of their study."""
@@ -53,13 +65,6 @@ TOLD: Mapping[str, str] = {
 }
 """Report at a fork -> the interventions that give it."""
 
-ACTS: Mapping[str, str] = {
-    "tremble": "tremble?p=1&at={after}",
-    "random": "force?at={after}",
-    "force": "force?at={after}&joint={joint}",
-}
-"""Action in the step after a fork with a true report -> the interventions that force it."""
-
 _PICTURED = ("truth", "lie", "remark")
 """Reports that pictures can give."""
 
@@ -75,10 +80,9 @@ class Branching:
         study: The study.
         trials: Its trials to fork, by key.
         at: Fork points: rules for :func:`lockprobe.statistics.branch.fork_steps`.
-        arms: Names of the arms (what is told or done), ``truth`` first.
+        arms: Names of the arms (what is told), ``truth`` first.
         truthful: Whether all later reports are true.
         times: Continuations per arm.
-        left: Why trials are not forked -> how many.
     """
 
     study: Study
@@ -87,7 +91,6 @@ class Branching:
     arms: tuple[str, ...]
     truthful: bool = False
     times: int = 1
-    left: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def agents(self) -> tuple[str, ...]:
@@ -102,19 +105,15 @@ class Branching:
         """
         unseeded = resolve(agent).engine == "network"
         of = [trial for trial in self.trials.values() if trial.agent == agent]
-        steps = {trial.key: sorted({at for rule in self.at for at in fork_steps(trial, rule)}) for trial in of}
-        for time in range(1, self.times + 1):
-            for trial in of:
-                for at in steps[trial.key]:
-                    for arm in self.arms:
-                        name = ForkName(parent=trial.key, at=at, arm=arm, truthful=self.truthful, time=time)
-                        if time == 1 or not (unseeded and self._as_recorded(trial, name)):
-                            yield fork_plan(self.study, trial, name)
-
-    def _as_recorded(self, trial: Trial, name: ForkName) -> bool:
-        """Whether a fork gives the same reports as the record, at the fork and later."""
-        false = false_reports(trial)[name.at - 1 :]
-        return name.arm == ("lie" if false[0] else TRUTH) and not (name.truthful and any(false[1:]))
+        places = [
+            (trial, at) for trial in of for at in sorted({at for rule in self.at for at in fork_steps(trial, rule)})
+        ]
+        for time, (trial, at), arm in product(range(1, self.times + 1), places, self.arms):
+            false = false_reports(trial)[at - 1 :]
+            as_recorded = arm == ("lie" if false[0] else TRUTH) and not (self.truthful and any(false[1:]))
+            if time == 1 or not (unseeded and as_recorded):
+                name = ForkName(parent=trial.key, at=at, arm=arm, truthful=self.truthful, time=time)
+                yield fork_plan(self.study, trial, name)
 
 
 def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:
@@ -123,25 +122,17 @@ def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:
     Raises:
         BadValue: If there is no such arm, or the condition cannot tell it.
     """
-    condition = _condition(study, trial)
+    condition = study.labelled(trial.condition)
     plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
     changes = _changed if takes_rates(plan.condition.specs) else _changed_for_all
-    joint = name.arm.partition("=")[2]
-    label = trial.labels[trial.joints.index(joint)] if joint else ""
-    acting, changed = changes(plan.condition, name.arm, name.at, label)
+    acting, changed = changes(plan.condition, name.arm, name.at)
     fork = Fork(name=name, condition=condition.label, acting=acting, recorded=trial.steps)
     return replace(plan, condition=changed, fork=fork)
 
 
-def _condition(study: Study, trial: Trial) -> Condition:
-    found = study.condition_of(trial)
-    assert found is not None  # only trials of the study are forked
-    return found
-
-
-def _changed(condition: Condition, arm: str, at: int, label: str) -> tuple[tuple[Intervention, ...], Condition]:
+def _changed(condition: Condition, arm: str, at: int) -> tuple[tuple[Intervention, ...], Condition]:
     """The interventions of an arm, and the condition that includes them."""
-    acting = arm_interventions(arm, at, condition, label)
+    acting = arm_interventions(arm, at, condition)
     interventions = (*interventions_in(condition), *acting)
     return acting, replace(condition, interventions=interventions, name=f"fork: {arm}")
 
@@ -150,25 +141,20 @@ _changed_for_all = lru_cache(maxsize=1024)(_changed)
 """The same, made once; not for conditions that are equal and yet have their rates under other labels in each."""
 
 
-def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") -> tuple[Intervention, ...]:
+def arm_interventions(arm: str, at: int, condition: Condition) -> tuple[Intervention, ...]:
     """The interventions of an arm. What a false report is stays that of the condition, because of its later effects.
 
     Args:
-        arm: One of :data:`TOLD` or :data:`ACTS`, which include ``force=JOINT``.
+        arm: One of :data:`TOLD`.
         at: The step whose report is changed.
         condition: The condition of the trial.
-        label: The label of the joint that ``force=JOINT`` names.
 
     Raises:
         BadValue: If there is no such arm, or the condition cannot tell it.
     """
-    kind, _, joint = arm.partition("=")
-    if arm not in TOLD and (kind not in ACTS or (kind == "force") != bool(joint)):
-        known = ", ".join([*TOLD, *(f"{one}=JOINT" if one == "force" else one for one in ACTS)])
-        raise BadValue("arm", arm, f"one of {known}")
-    if is_pictured(condition.modality) and arm in TOLD and arm not in _PICTURED:
+    check_choice("told", arm, TOLD)
+    if is_pictured(condition.modality) and arm not in _PICTURED:
         raise BadValue("told", arm, f"{', '.join(_PICTURED)} with {condition.modality}: a picture cannot be {arm}")
-    spec = (TOLD.get(arm) or ACTS.get(kind, "")).format(at=at, after=at + 1, joint=label)
     flips = [one for one in interventions_in(condition) if isinstance(one, OutcomeFlip)]
     like = flips[0] if flips else OutcomeFlip()
     if like.part == "position" and like.inverts == "outcome":
@@ -176,11 +162,12 @@ def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") 
         raise BadValue("a condition to fork", condition.label, expected)
     if like.others == "noisy":
         like = replace(like, others="fresh")  # a lie is on the attempted joint, not on all of them
-    made = tuple(
-        replace(one, inverts=like.inverts) if isinstance(one, Correction) else one for one in interventions_of(spec)
-    )
     if arm == "lie":
         return (like.at_rate(1.0, at=(at,)),)
+    made = tuple(
+        replace(one, inverts=like.inverts) if isinstance(one, Correction) else one
+        for one in interventions_of(TOLD[arm].format(at=at))
+    )
     forgetful = like.inverts == "position" and like.keep == 0  # a true report then owes nothing to those before it
     return made if not flips or forgetful else (like.at_rate(0.0), *made)
 
@@ -192,11 +179,10 @@ def branching(
     keys: Sequence[str] = (),
     at: Sequence[str] = ("4", "8", "12"),
     told: Sequence[str] = ("truth", "lie"),
-    act: Sequence[str] = (),
     truthful: bool = False,
     times: int = 1,
 ) -> Branching:
-    """Select the forks of a study.
+    """Select the forks of a study. Trials that broke, and those of people and clients, are not forked.
 
     Args:
         study: The study.
@@ -204,52 +190,42 @@ def branching(
         keys: Keys of trials, or prefixes of keys; all trials without keys.
         at: Fork points: numbers of steps, or rules.
         told: Reports given at the fork; ``truth`` is always added as the control.
-        act: Actions forced in the step after the fork.
         truthful: Whether all later reports are true; else they follow the trial's condition.
         times: Continuations per arm.
 
     Raises:
-        BadValue: If there is no such fork point or arm, a named trial has none of the fork points, ended as error or
-            was played by a person, or nothing is left to fork.
+        BadValue: If there is no such fork point or arm, or nothing is left to fork.
         UnknownName: If there is no such trial.
     """
     check_whole("times", times, 1, _MOST)
     for rule in at:
         check_rule(rule)
-    for arm in told:
-        check_choice("told", arm, TOLD)
-    for arm in act:
-        if arm in TOLD or arm.partition("=")[0] not in ACTS:
-            raise BadValue("act", arm, "one of tremble, random, force=JOINT")
-    own = {trial.key: trial for trial in records}
-    chosen = _chosen(own, keys)
-    forked, left = _forkable(chosen, at)
-    arms = tuple(dict.fromkeys([TRUTH, *told, *act]))
-    for condition in {_condition(study, trial).label: _condition(study, trial) for trial in forked.values()}.values():
-        for arm in arms:
-            joint, known = arm.partition("=")[2], [name for box in study.boxes for name in box.names]
-            if joint and joint not in known:
-                raise BadValue("act", arm, f"force= with one of {', '.join(known)}")
-            acting = arm_interventions(arm, 1, condition)
-            shown = replace(condition, interventions=(*interventions_in(condition), *acting), name="")
-            interventions_for(shown)
-    return Branching(study=study, trials=forked, at=tuple(at), arms=arms, truthful=truthful, times=times, left=left)
+    chosen = {} if keys else {trial.key: trial for trial in records}
+    for key in keys:
+        found = {trial.key: trial for trial in records if trial.key == key or trial.key.startswith(f"{key}/")}
+        if not found:
+            raise UnknownName("trial", key, [trial.key for trial in records][:12])
+        chosen |= found
+    able = [one for one in chosen.values() if one.ending != "error" and spec_kind(one.agent) not in (PEOPLE, MCP)]
+    forked = {trial.key: trial for trial in able if any(fork_steps(trial, rule) for rule in at)}
+    if not forked:
+        longest = max((len(trial.steps) for trial in able), default=1) - 1
+        expected = f"a place after which a trial goes on that ended and that no person played: a step up to {longest}"
+        raise BadValue("at", ", ".join(at), expected)
+    arms = tuple(dict.fromkeys([TRUTH, *told]))
+    for label, arm in product({trial.condition for trial in forked.values()}, arms):
+        condition = study.labelled(label)
+        acting = (*interventions_in(condition), *arm_interventions(arm, 1, condition))
+        interventions_for(replace(condition, interventions=acting, name=""))
+    return Branching(study=study, trials=forked, at=tuple(at), arms=arms, truthful=truthful, times=times)
 
 
 def play_forks(
     asked: Branching, journal: Journal, *, limits: Limits | None = None, observer: Observer | None = None
 ) -> None:
-    """Play the forks that a journal owes. Calls that are recorded in the study are not made again.
+    """Play the forks that ``journal``, in the directory :data:`FORKS`, owes; as :func:`lockprobe.studies.running.run`.
 
-    Args:
-        asked: The forks.
-        journal: The journal in the directory :data:`FORKS` of the study's directory.
-        limits: Limits of concurrency.
-        observer: Receives the progress.
-
-    Raises:
-        UserMistake: As :func:`lockprobe.studies.running.runner.run`.
-        BudgetReached: As :func:`lockprobe.studies.running.runner.run`.
+    Calls that are recorded in the study are not made again.
     """
     journal.calls.adopt(call for call in read_calls(journal.directory.parent) if call.key in asked.trials)
     study = replace(asked.study, agents=asked.agents)
@@ -266,33 +242,64 @@ def read_forks(directory: Path | str) -> list[Trial]:
     return load(forks) if is_there(forks / STORE) else []
 
 
-def _chosen(own: Mapping[str, Trial], keys: Sequence[str]) -> dict[str, Trial]:
-    chosen = {} if keys else dict(own)
-    for key in keys:
-        found = {key: own[key]} if key in own else {one: own[one] for one in own if one.startswith(f"{key}/")}
-        if not found:
-            raise UnknownName("trial", key, list(own)[:12])
-        chosen |= found
-    return chosen
+_CHOICES = "next_choices.json"
+"""The file of exact probabilities of next choices, beside the forks, because a report plays no agent."""
 
 
-def _forkable(chosen: Mapping[str, Trial], at: Sequence[str]) -> tuple[dict[str, Trial], dict[str, int]]:
-    """The trials that can be forked, and why others cannot -> how many; refused if none can."""
-    forked, left = dict[str, Trial](), Counter[str]()
-    for trial in chosen.values():
-        if trial.ending == "error":
-            left["ended as an error"] += 1
-        elif spec_kind(trial.agent) in (PEOPLE, MCP):
-            left["of people or clients, who cannot be asked again"] += 1
-        elif any(fork_steps(trial, rule) for rule in at):
-            forked[trial.key] = trial
-        else:
-            left["without such a step"] += 1
-    if not forked:
-        longest = max((len(trial.steps) for trial in chosen.values()), default=0) - 1
-        why = f" ({', '.join(left)})" if left else ""
-        expected = f"a place after which a trial goes on: after steps 1 to {longest} of the longest one here{why}"
-        if longest < 1:
-            expected = "a study with a trial of two steps or more: no other can be forked"
-        raise BadValue("at", ", ".join(at), expected)
-    return forked, dict(left)
+def read_choices(directory: Path | str) -> dict[str, tuple[float, ...]]:
+    """Key of a fork -> the exact probability of each joint, as listed, at its next choice; empty without a file.
+
+    Raises:
+        BadFile: If the file is damaged.
+    """
+    path = Path(directory) / FORKS / _CHOICES
+    try:
+        return TypeAdapter(dict[str, tuple[FiniteFloat, ...]]).validate_json(
+            read_input(path) if path.exists() else "{}"
+        )
+    except ValidationError:
+        raise BadFile(path, "not the probabilities of next choices; delete it and run the same branch again") from None
+
+
+def write_choices(directory: Path, asked: Branching, keys: Container[str]) -> dict[str, tuple[float, ...]]:
+    """Add the next choices after these forks to the file in a study's directory, and return the file's contents.
+
+    They are those of policies: local models have recorded probabilities, and hosted models have unknown ones.
+    """
+    found = read_choices(directory)
+    for spec in () if asked.study.simulated else asked.agents:
+        source = resolve(spec)
+        agent = source.make() if source.engine == "inline" else None
+        if isinstance(agent, Policy):
+            own = {plan.key: (plan, plan.fork) for plan in asked.plans(spec) if plan.key in keys}
+            for key, (plan, fork) in own.items():
+                if fork is not None and fork.name.time == 1:
+                    found[key] = asyncio.run(next_choice(plan, agent, fork.name.at))
+    write_file(directory / FORKS / _CHOICES, json.dumps(found))
+    return found
+
+
+async def next_choice(plan: Plan, policy: Policy[Any], at: int) -> tuple[float, ...]:
+    """The choice probabilities at a fork, found by replaying it up to the choice after the changed report."""
+    asked = _ChoiceProbe(policy, at)
+    plant = plant_of(plan, Names(plan).labels)
+    await play(plan, plant=plant, interventions=interventions_for(plan.condition), agent=asked)
+    return asked.chances
+
+
+class _ChoiceProbe:
+    """A policy that plays up to a step, then keeps its choice probabilities and stops."""
+
+    facts: ClassVar[Mapping[str, Fact]] = {}
+
+    def __init__(self, policy: Policy[Any], at: int) -> None:
+        self._policy, self._left = policy, at
+        self.chances: tuple[float, ...] = ()
+
+    async def decide(self, situation: Situation, rng: Generator) -> Decision:
+        if self._left:
+            self._left -= 1
+            return await self._policy.decide(situation, rng)
+        known = self._policy.recall(situation)
+        self.chances = tuple(self._policy.probabilities(known.view, known.memory))
+        raise ModelFault("its chances are known: the trial ends here")

@@ -7,9 +7,10 @@ interventions and modality, never by name. A condition is compared if at least t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, KeysView, Mapping, Sequence
+from collections.abc import Iterable, KeysView, Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from itertools import chain
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, BadValue
@@ -20,16 +21,9 @@ from lockprobe.statistics.design import Design, axis_key
 from lockprobe.studies.study import Study, flip_axis
 from lockprobe.studies.study_design import arms_of
 from lockprobe.trial.condition import Condition, Recorded
-from lockprobe.trial.doses import OF_PLAIN_FLIPS, modality_doses
-
-_FEWEST = 2
-"""Studies that a comparison needs."""
 
 _LONGEST = 180
 """The most characters of a spec that names a condition; of a longer one a hash says the rest."""
-
-_SAID = 6
-"""Names of conditions that a message lists."""
 
 _ALIKE = {
     "max_steps": "the budget of steps",
@@ -71,27 +65,25 @@ def check_comparable(studies: Mapping[Path, Study]) -> None:
         BadValue: If there are fewer than two studies.
         BadFile: If one differs from the first in its task, or shares no condition.
     """
-    if len(studies) < _FEWEST:
+    if len(studies) < 2:
         raise BadValue("directories", len(studies), "two or more, each with a study")
-    (first, ours), *others = studies.items()
-    for directory, theirs in others:
+    (first, ours), *rest = studies.items()
+    for directory, theirs in rest:
         if why := _another_task(ours, theirs):
             raise BadFile(directory, f"it cannot be compared with {first}: {why}")
     for directory, study in studies.items():
-        rest = [other for place, other in studies.items() if place != directory]
-        if not _names(study) & set().union(*map(_names, rest)):
-            here, there = ([*dict.fromkeys(name for one in some for name in _names(one))] for some in ([study], rest))
-            why = f"it has {listed(here, named=_SAID)}; they have {listed(there, named=_SAID)}"
-            raise BadFile(directory, f"it shares no condition with the other studies: {why}")
+        others = [_names(other) for place, other in studies.items() if place != directory]
+        if not _names(study) & set().union(*others):
+            here, there = (listed([*names], named=6) for names in (_names(study), dict.fromkeys(chain(*others))))
+            why = f"it shares no condition with the other studies: it has {here}; they have {there}"
+            raise BadFile(directory, why)
 
 
 def _another_task(ours: Study, theirs: Study) -> str:
     """The first difference between the tasks of two studies, in words; empty if there is none."""
-    here, there = ([box.name for box in one.boxes] for one in (ours, theirs))
-    if here != there:
-        return f"its boxes, in their order, are {listed(there, named=3)}, not {listed(here, named=3)}"
     if ours.boxes != theirs.boxes:
-        return "a box of it is another one there under the same name"
+        here, there = (listed([box.name for box in one.boxes], named=3) for one in (ours, theirs))
+        return f"its boxes, in their order, are {there}, not {here}{', or are others of these names' * (here == there)}"
     if len(ours.boxes) > 1 and ours.seed != theirs.seed:
         seeds = f"the seed is {theirs.seed}, not {ours.seed}"
         return f"{seeds}: studies of several boxes are compared in pairs of equal luck"
@@ -107,47 +99,18 @@ def _names(study: Study) -> KeysView[str]:
 
 
 def shared_names(study: Study) -> dict[Condition, SharedCondition]:
-    """The conditions of a study under their shared names.
-
-    Of conditions of one study that differ in name alone, the second and later ones are numbered.
-    """
-    found: dict[Condition, SharedCondition] = {}
-    for condition in study.conditions:
-        shared = _shared(condition)
-        acts = [(one.acting.specs, one.acting.modality, one.prompt) for one in (*found.values(), shared)]
-        alike = acts[:-1].count(acts[-1])
-        if alike:
-            name = f"{shared.name} ({alike + 1})"
-            shared = replace(shared, acting=replace(shared.acting, name=name))
-        found[condition] = shared
-    return found
+    """The conditions of a study under their shared names."""
+    return {condition: _shared(condition) for condition in study.conditions}
 
 
 def _shared(condition: Condition) -> SharedCondition:
     prompts = [spec for spec in condition.specs if spec_name(spec) == OwnPrompt.name]
-    acting = [
-        Recorded(spec=spec, doses=doses)
-        for spec, doses in condition.acting
-        if spec not in prompts and not _is_idle(spec, doses, condition.modality)
-    ]
+    acting = tuple(Recorded(spec=spec, doses=doses) for spec, doses in condition.acting if spec not in prompts)
     files = (Spec.parse(spec, "intervention").options.get("file", spec) for spec in prompts)
-    changed = filter(None, [condition.plant.spec])
-    whole = " + ".join((*(one.spec for one in acting), *changed, condition.modality))
+    whole = " + ".join((*(one.spec for one in acting), *filter(None, [condition.plant.spec]), condition.modality))
     name = f"{whole[:_LONGEST]}\N{HORIZONTAL ELLIPSIS} {sha256(whole.encode()).hexdigest()[:8]}"
-    bare = Condition(
-        interventions=tuple(acting),
-        modality=condition.modality,
-        name=name if len(whole) > _LONGEST else "",
-        plant=condition.plant,
-    )
+    bare = replace(condition, interventions=acting, name=name if len(whole) > _LONGEST else "")
     return SharedCondition(bare, " + ".join(files))
-
-
-def _is_idle(spec: str, doses: Sequence[str], modality: str) -> bool:
-    """Whether an intervention has a first dose of 0, and does not say what false pictures of the modality are."""
-    options = Spec.parse(spec, "intervention").options
-    says_more = options.keys() & (OF_PLAIN_FLIPS - {"p"}) and "p" in modality_doses(modality)[1]
-    return bool(doses) and float(options.get(doses[0], 1)) == 0 and not says_more
 
 
 def families(conditions: Iterable[SharedCondition]) -> dict[str, str]:

@@ -13,9 +13,8 @@ from stored import call_log
 
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.foundation.errors import BadValue, BudgetReached
-from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.spending import Ledger, price_of
+from lockprobe.studies.costs.spending import Budget, Ledger, price_of
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
 
 

@@ -3,8 +3,7 @@
 import pytest
 from made_up_prices import CHEAP, DEAR, FREE, call, planned, prices, usage  # noqa: F401 - a fixture
 
-from lockprobe.studies.costs.budget import Budget
-from lockprobe.studies.costs.spending import Ledger, price_of
+from lockprobe.studies.costs.spending import Budget, Ledger, price_of
 from lockprobe.trial.model_call import BROKEN_OFF
 
 

@@ -39,12 +39,6 @@ def test_study_files_name_agents_and_run_no_code_behind_a_name(tmp_path):
         read_options_file(path)
 
 
-def test_a_sweep_over_an_option_names_every_value():
-    swept = study("flips", agent="careful=human-inspired", sweep="agent.lapse=0,0.5")
-    assert swept.labels == ("careful?lapse=0", "careful?lapse=0.5")
-    assert swept.agents == ("human-inspired?lapse=0", "human-inspired?lapse=0.5")
-
-
 @pytest.mark.parametrize(
     ("agents", "said"),
     [

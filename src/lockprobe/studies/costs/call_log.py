@@ -19,7 +19,7 @@ from pydantic import TypeAdapter, ValidationError
 from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.storage.database import Damaged, Database
-from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.records.store import STORE, check_row, checksum, read
 from lockprobe.trial.model_call import BROKEN_OFF, Call
 from lockprobe.trial.plan import Plan

@@ -1,4 +1,4 @@
-"""The cost of a study by agent.
+"""The cost of a study by agent, and its budget: no call is made that could exceed it.
 
 Money is in US dollars: tokens times the known prices of a model (:mod:`lockprobe.agents.llm.model_facts`). If a price
 is not known, the cost is None, never 0.
@@ -7,15 +7,16 @@ is not known, the cost is None, never 0.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from functools import reduce
 from operator import add
-from typing import Any
+from typing import Any, Self
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm import model_facts
-from lockprobe.agents.llm.model_facts import Price
+from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines
+from lockprobe.foundation.errors import BadValue, BudgetReached
 from lockprobe.foundation.spec import Spec
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call, Usage
@@ -51,6 +52,38 @@ class Spending:
     served: Counter[str] = field(default_factory=Counter)
     price: Price | None = None
 
+    @classmethod
+    def of(cls, call: Call, price: Price | None) -> Self:
+        """The cost of one call."""
+        replied = call.reply is not None
+        return cls(
+            usage=replace(call.usage, calls=max(1, call.usage.calls) if replied else 0),
+            failed=int(not replied and not call.broken_off),
+            broken_off=int(call.broken_off),
+            unpriced=call.unpriced,
+            retries=call.retries,
+            claimed=int(call.claimed is not None),
+            seconds=call.seconds,
+            dollars=None if price is None else price.of(call.usage),
+            dollars_unknown=None if price is None else call.unpriced * most_dollars(call.most, price),
+            served=Counter([call.served] if replied and call.served else []),
+            price=price,
+        )
+
+    def __add__(self, other: Spending) -> Spending:
+        """Both together; what is None in one of them is None."""
+        found = dict[str, Any]()
+        for name in (one.name for one in fields(self) if one.name != "price"):
+            mine, theirs = getattr(self, name), getattr(other, name)
+            found[name] = None if mine is None or theirs is None else mine + theirs
+        return Spending(**found, price=self.price if self.price == other.price else None)
+
+
+def total(parts: Iterable[Spending]) -> Spending:
+    """The sum of all; nothing if there are none."""
+    found = list(parts)
+    return reduce(add, found) if found else Spending()
+
 
 def hosted(study: Study) -> tuple[str, ...]:
     """The hosted agents of a study, which call a provider."""
@@ -63,15 +96,10 @@ def price_of(agent: str) -> Price | None:
     return model_facts.price_of(spec.name) if spec.kind == "llm" else None
 
 
-def most_dollars(usage: Usage, price: Price) -> float:
+def most_dollars(usage: Usage | None, price: Price) -> float:
     """Upper bound of the cost of a usage, US dollars, whatever the cache does."""
-    dearest = max(price.input, price.cached, price.stored or 0.0)
-    return (usage.input_tokens * dearest + usage.output_tokens * price.output) / 1e6
-
-
-def unknown_dollars(call: Call, price: Price) -> float:
-    """Upper bound of the cost of a call's attempts without a reported usage, US dollars."""
-    return call.unpriced * most_dollars(call.most or Usage(), price)
+    used, dearest = usage or Usage(), max(price.input, price.cached, price.stored or 0.0)
+    return (used.input_tokens * dearest + used.output_tokens * price.output) / 1e6
 
 
 class Ledger:
@@ -84,25 +112,11 @@ class Ledger:
             self.add(call)
 
     def add(self, call: Call) -> None:
-        """Add a call."""
-        if call.owed_anew:
-            return
-        replied, before = call.reply is not None, self._sums.get(call.agent)
-        price = before.price if before else price_of(call.agent)
-        spent = Spending(
-            usage=replace(call.usage, calls=max(1, call.usage.calls) if replied else 0),
-            failed=int(not replied and not call.broken_off),
-            broken_off=int(call.broken_off),
-            unpriced=call.unpriced,
-            retries=call.retries,
-            claimed=int(call.claimed is not None),
-            seconds=call.seconds,
-            dollars=None if price is None else price.of(call.usage),
-            dollars_unknown=None if price is None else unknown_dollars(call, price),
-            served=Counter([call.served] if replied and call.served else []),
-            price=price,
-        )
-        self._sums[call.agent] = total([before, spent] if before else [spent])
+        """Add a call; a mark that a trial is owed anew is none."""
+        if not call.owed_anew:
+            before = self._sums.get(call.agent)
+            spent = Spending.of(call, before.price if before else price_of(call.agent))
+            self._sums[call.agent] = before + spent if before else spent
 
     @property
     def by_agent(self) -> dict[str, Spending]:
@@ -112,15 +126,61 @@ class Ledger:
     @property
     def total(self) -> Spending:
         """Total spending; the cost is None if one agent's cost is not known."""
-        return total([*self._sums.values()])
+        return total(self._sums.values())
 
 
-def total(parts: Sequence[Spending]) -> Spending:
-    """The sum of every field; None if any part is None."""
-    if not parts:
-        return Spending()
-    found = dict[str, Any]()
-    for name in (one.name for one in fields(Spending) if one.name != "price"):
-        values = [getattr(part, name) for part in parts]
-        found[name] = None if None in values else reduce(add, values)
-    return Spending(**found, price=parts[0].price if len({part.price for part in parts}) == 1 else None)
+class Budget:
+    """The budget of a study in US dollars, earlier runs included. A call of unknown cost counts at its upper bound.
+
+    A call is covered by its upper bound, which is reserved on disk before it is sent and replaced by its cost
+    afterwards. A trial that is refused a call stops there, and resumes from it with a larger budget.
+
+    Raises:
+        BadValue: If the amount is not above 0, or the price of a model that would be called is not known.
+    """
+
+    def __init__(self, study: Study, allowed: float) -> None:
+        if not 0 < allowed < float("inf"):
+            raise BadValue("budget", allowed, "US dollars above 0")
+        self.allowed = allowed
+        self.spent = 0.0
+        self._prices: dict[str, Price] = {}
+        self._reserved: dict[str, float] = {}
+        self._lost: dict[str, float] = {}
+        for agent in hosted(study):
+            if (price := price_of(agent)) is None:
+                copied = f"put these lines with its price into a file of your own and set {OWN_FACTS}=FILE.toml:"
+                expected = f"no budget with {agent}, whose price is not known; {copied}"
+                refusal = BadValue("budget", f"{allowed:g}", expected)
+                refusal.to_copy = price_lines(Spec.parse(agent).name)
+                raise refusal
+            self._prices[agent] = price
+
+    def reserve(self, call: Call) -> bool:
+        """Reserve the maximum cost of a trial's next call; False if calls in flight have to return first.
+
+        When a call is repeated, its earlier attempts count as spent: as counted, or at that cost each. A waiting call
+        holds no reservation, so there is no deadlock.
+
+        Raises:
+            BudgetReached: If it does not fit even if calls in flight cost nothing.
+        """
+        if (price := self._prices.get(call.agent)) is None:
+            return True
+        most = most_dollars(call.most, price)
+        self._reserved.pop(call.key, None)
+        self._lost[call.key] = call.unanswered * most + price.of(call.usage)
+        spent = self.spent + sum(self._lost.values())  # with attempts in flight that may have been charged for
+        if spent + most > self.allowed:
+            raise BudgetReached(spent, self.allowed, most)
+        if spent + sum(self._reserved.values()) + most > self.allowed:
+            return False
+        self._reserved[call.key] = most
+        return True
+
+    def settle(self, call: Call) -> None:
+        """Replace a call's reservation by its cost."""
+        self._reserved.pop(call.key, None)
+        self._lost.pop(call.key, None)
+        if (price := self._prices.get(call.agent)) is not None:
+            self.spent += price.of(call.usage) + call.unpriced * most_dollars(call.most, price)

@@ -14,8 +14,9 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
-from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
+from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.database import Database
 from lockprobe.foundation.storage.links import refuse_links
@@ -23,6 +24,7 @@ from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.records.store import STORE, has_joined, holds_records, last_rows, written
 from lockprobe.studies.study import SIZES, WHO, Study, settings_of, study_from
+from lockprobe.studies.until import EarlierSize
 
 _MADE = (SETTINGS, STORE)
 """Files that a start creates."""
@@ -125,7 +127,7 @@ def write_settings(directory: Path, study: Study) -> None:
 def claim(directory: Path, study: Study) -> None:
     """Write the settings of a new study, or check them against the settings on disk. New agents are added.
 
-    A study that was extended (:func:`lockprobe.studies.extension.extended`) may have another size than there.
+    A study that was extended (:func:`extended`) may have another size than there.
 
     Raises:
         SettingsChanged: If any other setting differs.
@@ -149,3 +151,33 @@ def claim(directory: Path, study: Study) -> None:
     if extended or asks or agents != there.agents or part != there.shard:
         joined = replace(study, agents=agents, names={**there.names, **study.names}, shard=part)
         write_settings(directory, joined.ordered_as(there))
+
+
+def extended(planned: Study, directory: Path) -> Study:
+    """A study with the sizes that its directory had before, the present one too if the new one is larger.
+
+    Trials that are added after a look are valid if everything is then tested at every look. The sizes say in which
+    order blocks were planned.
+
+    Where it is no larger, or no trial was begun, it is as it was. One that stops when it is decided keeps the
+    repetitions of its directory, within which its trials are numbered.
+
+    Raises:
+        BadValue: If people take part, who are compared at one look.
+    """
+    if not (directory / SETTINGS).exists():
+        return planned
+    there = read_study(directory)
+    if planned.until and planned.repetitions == 1 < there.repetitions:
+        planned = replace(planned, repetitions=there.repetitions, trials=max(1, planned.trials // there.repetitions))
+    old, new = ([one.repetitions, one.trials, *map(one.trials_of, there.agents)] for one in (there, planned))
+    if any(more < less for more, less in zip(new, old, strict=True)):
+        return planned
+    planned = replace(planned, earlier=there.earlier)
+    same = all(getattr(there, name) == getattr(planned, name) for name in SIZES)
+    if same or not holds_records(directory):
+        return planned
+    if PEOPLE in {*there.agents, *planned.agents}:
+        raise BadValue("trials", planned.trials, f"{there.trials}: people are compared at one look, at a fixed number")
+    before = EarlierSize(there.repetitions, there.trials, there.strategy_trials)
+    return replace(planned, earlier=(*there.earlier, before))

@@ -27,8 +27,7 @@ from lockprobe.foundation.interrupts import interruptible
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.decisions import due
-from lockprobe.studies.extension import extended
-from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.read_records import load
