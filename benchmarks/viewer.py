@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from lockprobe.agents.strategies import RandomAgent
-from lockprobe.agents.viewer import Eyesight, Viewer
+from lockprobe.agents.viewer import Viewer
 from lockprobe.boxes.families import box
 from lockprobe.interventions.camera import CameraChannel, Depth
 from lockprobe.interventions.conditions import flips
@@ -72,7 +72,7 @@ def main() -> None:
         played, plan, shown = watched(f"fast-twin?looks={asked.looks}", asked.depth, trial)
         truth = np.array([[int(step.state[i]) for i in Names(plan).order] for step in played.steps])
         for acuity in ACUITIES:
-            viewer = Viewer(strategy=RandomAgent(), name="random", sight=Eyesight(acuity=acuity))
+            viewer = Viewer(strategy=RandomAgent(), name="random", acuity=acuity)
             for depth in (False, True):
                 kinds = ("rgb", "depth") if depth else ("rgb",)
                 seen = [replace(p, pictures=tuple(x for x in p.pictures if x.kind in kinds)) for p in shown]

@@ -45,16 +45,16 @@ def test_a_spec_says_where_its_time_goes_and_what_it_can_take_in(spec, engine, s
     [
         ("randon", "no agent is called 'randon' (did you mean 'random'?); there are: random, random-no-repeat"),
         ("openai/gpt-4o", "no agent is called 'openai/gpt-4o' (did you mean 'llm:openai/gpt-4o'?)"),
-        ("human-inspired:fast", "no preset of human-inspired is called 'fast'; there are: target-first"),
-        ("cognitive:slow", "no cognitive model is called 'slow'; there are: softmax-memory"),
-        ("ideal-observer:x", "no agent is called 'ideal-observer:x'"),
+        ("human-inspired:fast", "no strategy is called 'human-inspired:fast' (did you mean 'human-inspired'?); there are: random"),
+        ("cognitive:slow", "no strategy is called 'cognitive:slow' (did you mean 'cognitive:careful'?); there are: "),
+        ("ideal-observer:x", "no strategy is called 'ideal-observer:x'"),
         ("llm:gpt", "no language model is called 'llm:gpt'; there are: llm:local, llm:gguf:PATH, llm:PROVIDER/MODEL"),
         ("random:x", "no agent is called 'random:x'"),
         ("viewers", "no agent is called 'viewers'"),
-        ("viewer:llm:local", "no strategy of viewer is called 'llm:local'; there are: random, random-no-repeat"),
-        ("viewer:viewer", "no strategy of viewer is called 'viewer'; there are: random"),
-        ("viewer:python:os:abort", "no strategy of viewer is called 'python:os:abort'; there are: random"),
-        ("viewer:human-inspired:fast", "no preset of human-inspired is called 'fast'"),
+        ("viewer:llm:local", "no strategy is called 'llm:local'; there are: random, random-no-repeat"),
+        ("viewer:viewer", "no strategy is called 'viewer'; there are: random"),
+        ("viewer:python:os:abort", "no strategy is called 'python:os:abort'; there are: random"),
+        ("viewer:human-inspired:fast", "no strategy is called 'human-inspired:fast'"),
         ("viewer?acuty=9", "no option of viewer is called 'acuty' (did you mean 'acuity'?); there are: acuity, doubt, "),
         ("viewer:random?lapse=0.1", "no option of viewer:random is called 'lapse'; there are: acuity, doubt"),
     ],
@@ -69,7 +69,7 @@ def test_options_of_a_viewer_and_of_its_strategy_stand_side_by_side():
     one = resolve("viewer:human-inspired:proximity?acuity=12&lapse=0.1&doubt=0.2").make()
     other = resolve("viewer:human-inspired:proximity?lapse=0.1&doubt=0.2&acuity=12").make()
     assert one == other
-    assert (one.sight.acuity, one.sight.doubt, one.strategy.lapse, one.strategy.nearest) == (12, 0.2, 0.1, True)
+    assert (one.acuity, one.doubt, one.strategy.lapse, one.strategy.nearest) == (12, 0.2, 0.1, True)
     assert one.strategy == resolve("human-inspired:proximity?lapse=0.1").make()
     assert resolve("viewer").make() == resolve("viewer:human-inspired:target-first").make()
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from lockprobe import Policy, propagate, run_trial
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.local import LocalModel
-from lockprobe.agents.policy import Told, View, draw, opened_after, refuse_pictures, running_sums, tell, view_of
+from lockprobe.agents.policy import Told, View, draw, opened_after, refuse_pictures, running_sums, tell
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
@@ -67,7 +67,6 @@ SILENT = Percept(joint="B")
 )
 def test_a_report_in_numbers(percept, past, told):
     assert tell(TASK, percept, [Turn(percept=one, decision=Decision(joint="A")) for one in past]) == told
-    assert (view_of(TASK).joints, view_of(TASK).target) == (3, 2)
 
 
 def test_what_is_open_is_as_told_else_as_the_outcomes_imply():
@@ -178,7 +177,7 @@ def test_a_return_that_is_no_probabilities_stops_in_one_line(value, said):
     for using in (
         lambda policy: run_trial(agent=policy),
         lambda policy: propagate(policy, "chain-4", p=0),
-        lambda policy: policy.probabilities(FOUR, None),
+        lambda policy: policy.chances(FOUR, None),
     ):
         with pytest.raises(UserMistake) as caught:
             using(Returning(value))
@@ -197,6 +196,6 @@ def test_a_return_that_is_no_probabilities_stops_in_one_line(value, said):
     ],
 )
 def test_numbers_of_any_kind_pass_as_floats(value):
-    found = Returning(value).probabilities(FOUR, None)
+    found = Returning(value).chances(FOUR, None)
     assert found == tuple(float(number) for number in value)
     assert {type(number) for number in found} == {float}

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from lockprobe import population, run_trial
 from lockprobe.agents.cognitive import CHARACTERS, LoopBreaker, RandomMap, SoftmaxMemory
-from lockprobe.agents.human_inspired import PRESETS, HumanInspired
+from lockprobe.agents.strategies import PRESETS, HumanInspired
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Told, View
 from lockprobe.boxes.families import box

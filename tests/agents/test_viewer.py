@@ -10,9 +10,9 @@ from mjcf_models import OWN, own_box
 
 from lockprobe.agents import viewer
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.human_inspired import HumanInspired
+from lockprobe.agents.strategies import HumanInspired
 from lockprobe.agents.strategies import RandomAgent
-from lockprobe.agents.viewer import Eyesight, Viewer
+from lockprobe.agents.viewer import Viewer
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.conditions import flips
@@ -76,7 +76,7 @@ def truth(trial):
 
 def test_it_says_what_the_picture_shows_and_acts_on_it():
     """A picture that lies is believed: nothing of the truth reaches it by another way."""
-    agent = Viewer(strategy=HumanInspired(), name=SPEC, sight=Eyesight(acuity=80))
+    agent = Viewer(strategy=HumanInspired(), name=SPEC, acuity=80)
     honest, fooled = played(agent, [Photographer()]), played(agent, [Photographer(wrong=(1,))])
     assert fooled.steps[1].decision.claimed == ("blocked" if honest.steps[0].moved else "moved")
     assert fooled.actions != honest.actions
@@ -103,7 +103,7 @@ def heard(monkeypatch):
         monkeypatch.setattr(picture_reader, "evidence", evidence)
         viewer._evidence.cache_clear()
         listener, past = Listener(), ()
-        agent = Viewer(strategy=listener, name="listener", sight=Eyesight(acuity=10, doubt=0.1))
+        agent = Viewer(strategy=listener, name="listener", acuity=10, doubt=0.1)
         hidden = Picture(kind="depth16", png=b"measured", shown=False)
         for i in range(len(numbers)):
             pictures = (Picture(kind="rgb", png=str(i).encode()), hidden)

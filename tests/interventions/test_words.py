@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from lockprobe import run_trial
 from lockprobe.agents.cognitive import CHARACTERS
-from lockprobe.agents.human_inspired import PRESETS
+from lockprobe.agents.strategies import PRESETS
 from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.record import Moment, Percept, Task
 

@@ -12,20 +12,27 @@ installed packages add by an entry point in the group ``lockprobe.agents``. Opti
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from inspect import iscoroutinefunction, isfunction
 from typing import Any, Literal
 
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
-from lockprobe.agents.human_inspired import PRESETS, HumanInspired
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
-from lockprobe.agents.outside import OutsideAgent, check_client, check_participant
-from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RightToLeft, RoundRobin
-from lockprobe.agents.viewer import Eyesight, Viewer
+from lockprobe.agents.outside import OutsideAgent, check_outside
+from lockprobe.agents.policy import Policy
+from lockprobe.agents.strategies import (
+    PRESETS,
+    HumanInspired,
+    RandomAgent,
+    RandomNoRepeat,
+    RightToLeft,
+    RoundRobin,
+)
+from lockprobe.agents.viewer import SIGHT, Viewer
 from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import Plugin, find_plugin, has_methods, plugin_names
-from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, with_options
+from lockprobe.foundation.spec import MCP, PEOPLE, Spec, arguments_from, options_of, spec_kind, with_options
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.protocols import Agent
 
@@ -36,51 +43,50 @@ person or a client with tools, who are waited for by a server and never by a run
 Senses = Literal["reports", "pictures"]
 """What an agent can read: only reports in words, or pictures too."""
 
-_STRATEGIES: Mapping[str, Callable[[], Agent]] = {
-    "random": RandomAgent,
-    "random-no-repeat": RandomNoRepeat,
-    "round-robin": RoundRobin,
-    "right-to-left": RightToLeft,
-}
 _ACCESS = Access()
 _VIEWED = "human-inspired:target-first"
+_OBSERVER = "ideal-observer"
 
+_STRATEGIES: Mapping[str, tuple[type[Policy[Any]], Mapping[str, object]]] = {
+    "random": (RandomAgent, {}),
+    "random-no-repeat": (RandomNoRepeat, {}),
+    "round-robin": (RoundRobin, {}),
+    "right-to-left": (RightToLeft, {}),
+    "human-inspired": (HumanInspired, {}),
+    **{f"human-inspired:{name}": (HumanInspired, settings) for name, settings in PRESETS.items()},
+    **{f"cognitive:{name}": (kind, {}) for name, kind in MODELS.items()},
+    **{f"cognitive:{name}": (SoftmaxMemory, settings) for name, (_, settings) in CHARACTERS.items()},
+}
+"""Name -> class and settings; the ideal observer is not among them, as importing it takes long."""
 
-def _options(kind: type[Any]) -> list[str]:
-    return [field.name for field in fields(kind)]
+_FAMILIES = ("human-inspired", "cognitive", _OBSERVER)
+"""The kinds of strategies that have names or options of their own."""
 
 
 def _described(kind: type[Any]) -> str:
     """The first line of a class's docstring, and its fields as options."""
-    options = f" Options: {', '.join(_options(kind))}." if _options(kind) else ""
-    return f"{first_line(kind)}{options}"
+    options = ", ".join(option.name for option in options_of(kind))
+    return f"{first_line(kind)} Options: {options}." if options else first_line(kind)
 
 
 _KNOWN: Mapping[str, str] = {
-    **{name: first_line(make) for name, make in _STRATEGIES.items()},
+    **{name: _described(kind) for name, (kind, _) in _STRATEGIES.items() if spec_kind(name) not in _FAMILIES},
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
-    "ideal-observer": "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
+    _OBSERVER: "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
     "Options: prior, noise, plan, reading.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "viewer[:STRATEGY]": "Reads pictures and plays any strategy with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
-    f"Options: {', '.join(_options(Eyesight))}, and its strategy's.",
+    f"Options: {', '.join(SIGHT)}, and its strategy's.",
     "llm:local": "SmolLM2-135M-Instruct, a very small language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that is served, hosted or on a machine of your own, such as llm:openai/gpt-4o. "
-    f"Options: {', '.join(_options(ModelSettings))}.",
+    f"Options: {', '.join(option.name for option in options_of(ModelSettings))}.",
     "participant": "People, on the page of lockprobe serve.",
     "mcp:NAME": "An agent with tools, which connects to lockprobe mcp.",
     "python:module:Name": "Your own class with the Agent protocol.",
 }
-
-_CHARACTERS = {
-    "cognitive:careful": "Turns to what has neither moved nor failed, the target first.",
-    "cognitive:perseverant": "Does again what has just moved, and so undoes it.",
-    "cognitive:insistent": "Does again what has just failed.",
-}
-"""What a softmax memory does with these settings."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,12 +121,12 @@ def description(spec: str) -> str:
     'SmolLM2-135M-Instruct, a very small language model.'
     """
     form = Spec.parse(spec)
-    if not form.options and form.full_name in _CHARACTERS:
-        return _CHARACTERS[form.full_name]
+    if form.kind == "cognitive" and form.name in CHARACTERS and not form.options:
+        return CHARACTERS[form.name][0]
     if form.kind in (PEOPLE, "python"):
         return ""
-    kinds = {name.partition("[")[0].removesuffix(":NAME").removesuffix(":CHARACTER"): of for name, of in _KNOWN.items()}
-    found = kinds.get(form.full_name) or kinds.get(form.kind, "")
+    families = {name.partition("[")[0]: what for name, what in _KNOWN.items()} | {MCP: _KNOWN["mcp:NAME"]}
+    found = families.get(form.full_name) or families.get(form.kind, "")
     return f"{found.partition('. ')[0].removesuffix('.')}." if found else ""
 
 
@@ -138,16 +144,13 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
     text = str(spec)
     if not text.isprintable():
         raise BadValue("agent", printable(text), "a name without control characters")
-    if text in _STRATEGIES:
-        return AgentSource(spec=text, engine="inline", make=_STRATEGIES[text])
     spec = spec if isinstance(spec, Spec) else Spec.parse(spec)
-    if spec.kind in _PARAMETRIC:
-        agent = _PARAMETRIC[spec.kind](spec)
-        return AgentSource(spec=text, engine="inline", make=lambda: agent)
-    if spec.kind == "viewer":
-        return _viewer(spec)
+    if is_strategy(text):
+        agent = _viewer(spec) if spec.kind == "viewer" else _strategy(spec)
+        senses: Senses = "pictures" if spec.kind == "viewer" else "reports"
+        return AgentSource(spec=text, engine="inline", senses=senses, make=lambda: agent)
     if spec.kind in (PEOPLE, MCP):
-        (check_participant if spec.kind == PEOPLE else check_client)(text)
+        check_outside(text)
         engine: Engine = "person" if spec.kind == PEOPLE else "client"
         return AgentSource(spec=text, engine=engine, senses="pictures", make=OutsideAgent)
     if spec.kind == "llm":
@@ -164,53 +167,35 @@ def is_strategy(spec: str) -> bool:
     >>> is_strategy("human-inspired"), is_strategy("llm:local")
     (True, False)
     """
-    return spec in _STRATEGIES or Spec.parse(spec).kind in (*_PARAMETRIC, "viewer")
+    return spec in _STRATEGIES or Spec.parse(spec).kind in (*_FAMILIES, "viewer")
 
 
-def _human_inspired(spec: Spec) -> Agent:
-    if (preset := PRESETS.get(spec.name or "target-first")) is None:
-        raise UnknownName("preset of human-inspired", spec.name, PRESETS)
-    return with_options(HumanInspired, spec.kind, spec.options, preset)
+def _strategy(spec: Spec) -> Policy[Any]:
+    """The strategy that a spec names.
+
+    Raises:
+        UnknownName: If there is none.
+    """
+    if spec.full_name == _OBSERVER:
+        from lockprobe.agents.ideal_observer import IdealObserver
+
+        return with_options(IdealObserver, spec.kind, spec.options)
+    if (found := _STRATEGIES.get(spec.full_name)) is None:
+        raise UnknownName("strategy", spec.full_name, [*_STRATEGIES, _OBSERVER])
+    kind, settings = found
+    return with_options(kind, spec.full_name, spec.options, settings)
 
 
-def _cognitive(spec: Spec) -> Agent:
-    if spec.name not in MODELS and spec.name not in CHARACTERS:
-        raise UnknownName("cognitive model", spec.name, [*MODELS, *CHARACTERS])
-    model = MODELS.get(spec.name, SoftmaxMemory)
-    agent: Agent = with_options(model, spec.full_name, spec.options, CHARACTERS.get(spec.name))
-    return agent
-
-
-def _ideal_observer(spec: Spec) -> Agent:
-    if spec.name:
-        raise UnknownName("agent", str(spec), _KNOWN)
-    from lockprobe.agents.ideal_observer import IdealObserver
-
-    return with_options(IdealObserver, spec.kind, spec.options)
-
-
-_PARAMETRIC: Mapping[str, Callable[[Spec], Agent]] = {
-    "human-inspired": _human_inspired,
-    "cognitive": _cognitive,
-    "ideal-observer": _ideal_observer,
-}
-"""The kinds of strategies with parameters in their spec."""
-
-
-def _viewer(spec: Spec) -> AgentSource:
-    """A viewer with its strategy. Options of its eyesight are its own; all others belong to the strategy."""
+def _viewer(spec: Spec) -> Viewer:
+    """A viewer with its strategy; all options but those of its sight belong to the strategy."""
     strategy = Spec.parse(spec.name or _VIEWED)
-    if spec.name not in ("", *_STRATEGIES) and strategy.kind not in _PARAMETRIC:
-        raise UnknownName("strategy of viewer", spec.name, [*_STRATEGIES, *_PARAMETRIC])
-    seeing, plain = sorted(_options(Eyesight)), resolve(strategy).make()
-    known = [*seeing, *(_options(type(plain)) if is_dataclass(plain) else [])]
+    known = [*SIGHT, *(option.name for option in options_of(type(_strategy(strategy))))]
     for option in spec.options:
         if option not in known:
             raise UnknownName(f"option of {spec.full_name}", option, known)
-    sight = with_options(Eyesight, spec.kind, {name: text for name, text in spec.options.items() if name in seeing})
-    strategy = strategy.adding(spec.without(seeing).options)
-    viewer = Viewer(strategy=resolve(strategy).make(), name=str(strategy), sight=sight)
-    return AgentSource(spec=str(spec), engine="inline", senses="pictures", make=lambda: viewer)
+    strategy = strategy.adding(spec.without(SIGHT).options)
+    sight = {name: text for name, text in spec.options.items() if name in SIGHT}
+    return Viewer(_strategy(strategy), str(strategy), **arguments_from(Viewer, spec.kind, sight))  # type: ignore[arg-type]
 
 
 def _language_model(spec: Spec, access: Access) -> AgentSource:
@@ -238,17 +223,15 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
     return AgentSource(spec=text, engine="network", senses=senses, make=make, check=make)
 
 
-def _is_agent(found: object) -> bool:
-    """Whether it is a class of agents, or an agent."""
-    return has_methods(found, "decide") or (not isinstance(found, type) and isinstance(found, Agent))
-
-
 def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
     """An agent of another package. Nothing of it is imported before it is made or checked."""
     expected = "a class with `facts` and `async decide(situation, rng)`"
 
+    def is_agent(found: object) -> bool:
+        return has_methods(found, "decide") or (not isinstance(found, type) and isinstance(found, Agent))
+
     def make() -> Agent:
-        found = plugin.make(spec.options, is_one=_is_agent, expected=expected)
+        found = plugin.make(spec.options, is_one=is_agent, expected=expected)
         with plugin.guarded():
             is_one = isinstance(found, Agent)
             plain = is_one and isfunction(getattr(found.decide, "__func__", found.decide))

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import ClassVar, Literal
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_probability
-from lockprobe.trial.record import Fact
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,11 +77,6 @@ class SoftmaxMemory(Policy[Traces]):
         check_probability("decay", self.decay)
         check_probability("reset", self.reset)
 
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        """Its parameters."""
-        return asdict(self)
-
     def begin(self, view: View) -> Traces:
         """No failures."""
         return Traces(failures=(0.0,) * view.joints)
@@ -97,21 +91,18 @@ class SoftmaxMemory(Policy[Traces]):
 
     def probabilities(self, view: View, memory: Traces) -> tuple[float, ...]:
         """The softmax of the pulls."""
-        pulls = [self._pull(view, memory, joint) for joint in range(view.joints)]
-        greatest = max(pulls)
-        weights = [math.exp(pull - greatest) for pull in pulls]
-        total = sum(weights)
-        return tuple(weight / total for weight in weights)
-
-    def _pull(self, view: View, memory: Traces, joint: int) -> float:
-        pull = -self.failure * memory.failures[joint] - self.position * joint / max(view.joints - 1, 1)
-        if joint == view.target:
-            pull += self.target
-        if not memory.opened >> joint & 1:
-            pull += self.closed
-        if joint == memory.last:
-            pull += self.recent + self.stay * memory.moved
-        return pull
+        pulls = []
+        for joint, failure in enumerate(memory.failures):
+            pull = -self.failure * failure - self.position * joint / max(view.joints - 1, 1)
+            if joint == view.target:
+                pull += self.target
+            if not memory.opened >> joint & 1:
+                pull += self.closed
+            if joint == memory.last:
+                pull += self.recent + self.stay * memory.moved
+            pulls.append(pull)
+        weights = [math.exp(pull - max(pulls)) for pull in pulls]
+        return tuple(weight / sum(weights) for weight in weights)
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,11 +159,6 @@ class RandomMap(Policy[Habits]):
             raise BadValue("avoid", self.avoid, "none or failed, because the window is 0")
         check_probability("lapse", self.lapse)
 
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        """Its parameters."""
-        return asdict(self)
-
     def begin(self, view: View) -> Habits:
         """An empty map."""
         return Habits()
@@ -193,15 +179,13 @@ class RandomMap(Policy[Habits]):
 
     def probabilities(self, view: View, memory: Habits) -> tuple[float, ...]:
         """The joint of the map, or equal for all allowed ones if the state is new; lapses are equal for all."""
-        done = dict(memory.first).get(memory.state)
-        meant = [done] if done is not None else self._allowed(view, memory)
-        return evenly(meant, view, self.lapse)
-
-    def _allowed(self, view: View, memory: Habits) -> list[int]:
+        if (done := dict(memory.first).get(memory.state)) is not None:
+            return evenly([done], view, self.lapse)
         barred = memory.failed
         if self.avoid == "last" and memory.recent:
             barred |= 1 << (memory.recent[-1] // 2)
-        return [joint for joint in range(view.joints) if not barred >> joint & 1] or list(range(view.joints))
+        allowed = [joint for joint in range(view.joints) if not barred >> joint & 1]
+        return evenly(allowed or range(view.joints), view, self.lapse)
 
 
 _FREE = 3
@@ -239,7 +223,6 @@ class LoopBreaker(Policy[Round]):
     help it, and not through what they say.
     """
 
-    heeds_remarks = True
     heeds_panel = False
 
     def begin(self, view: View) -> Round:
@@ -255,7 +238,7 @@ class LoopBreaker(Policy[Round]):
     def remember(self, view: View, memory: Round, told: Told) -> Round:
         """On along the cycle, or out of it."""
         reports = (*memory.told[: told.joint], 1 + told.moved, *memory.told[told.joint + 1 :])
-        odd = told.odd or memory.told[told.joint] not in (0, 1 + told.moved)
+        odd = told.corrects is not None or told.remarked or memory.told[told.joint] not in (0, 1 + told.moved)
         return self._after(memory, told.joint, reports, odd=odd)
 
     def remember_silence(self, view: View, memory: Round, joint: int) -> Round:
@@ -284,13 +267,19 @@ MODELS: Mapping[str, type[SoftmaxMemory | RandomMap | LoopBreaker]] = {
 }
 """The families by name, as in ``cognitive:softmax-memory?failure=5``."""
 
-CHARACTERS: Mapping[str, Mapping[str, float]] = {
-    "careful": {"target": 2, "closed": 2, "failure": 4},
-    "perseverant": {"target": -0.7, "closed": 2.1, "failure": 6.1, "decay": 0, "recent": 2.4, "stay": 1},
-    "insistent": {"target": 0.6, "closed": 2.7, "failure": 1.4, "recent": 3.6, "stay": -1.5},
+CHARACTERS: Mapping[str, tuple[str, Mapping[str, float]]] = {
+    "careful": (
+        "Turns to what has neither moved nor failed, the target first.",
+        {"target": 2, "closed": 2, "failure": 4},
+    ),
+    "perseverant": (
+        "Does again what has just moved, and so undoes it.",
+        {"target": -0.7, "closed": 2.1, "failure": 6.1, "decay": 0, "recent": 2.4, "stay": 1},
+    ),
+    "insistent": (
+        "Does again what has just failed.",
+        {"target": 0.6, "closed": 2.7, "failure": 1.4, "recent": 3.6, "stay": -1.5},
+    ),
 }
-"""Settings of the softmax memory that show what false reports can do to a mechanism, found by trying.
-
-``careful`` turns to what is closed and has not failed, the target first: they hurt it. ``perseverant`` does again what
-has just moved, and undoes it: they help it. ``insistent`` does again what has just failed: a few help, many hurt.
-"""
+"""What a softmax memory does with some settings, found by trying: false reports hurt the first, help the second, and of
+the third a few help and many hurt."""

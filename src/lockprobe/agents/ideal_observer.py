@@ -7,19 +7,16 @@ chain (``prior=chains``). Beliefs and plans are :mod:`lockprobe.boxes.beliefs`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from lockprobe.agents.policy import Policy, Told, View, draw
+from lockprobe.agents.policy import Policy, Told, View
 from lockprobe.boxes.beliefs.exact import planner
 from lockprobe.boxes.beliefs.planning import PlanGoal, best_joints
 from lockprobe.boxes.beliefs.posterior import Belief, KnownReading, ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import PRIORS, interlocks
 from lockprobe.foundation.errors import UnknownName
-from lockprobe.trial.record import Decision, Fact, Situation
+from lockprobe.trial.record import Outcome
 
 _EVEN = 1e-9
 """Probabilities closer than this to one half count as even."""
@@ -28,8 +25,6 @@ _EVEN = 1e-9
 @dataclass(frozen=True, kw_only=True)
 class IdealObserver(Policy[Belief]):
     """Infers the interlock from all reports and plans by the posterior; ties between joints are drawn at random.
-
-    It claims the more probable outcome of its last action.
 
     Attributes:
         prior: The interlocks that it considers possible: :mod:`lockprobe.boxes.beliefs.structures`.
@@ -57,11 +52,6 @@ class IdealObserver(Policy[Belief]):
             raise UnknownName("prior", self.prior, PRIORS)
         noise_model(self.noise, self.reading)
 
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        """Its prior, its noise model and its plan."""
-        return asdict(self)
-
     def begin(self, view: View) -> Belief:
         """The prior over the interlocks of this number of joints."""
         known, noise = interlocks(self.prior, view.joints), noise_model(self.noise, self.reading)
@@ -81,15 +71,11 @@ class IdealObserver(Policy[Belief]):
         best = best_joints(memory, self.plan).tolist()
         return tuple(best[number] / sum(best) for number in _numbers(view))
 
-    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Choose from the posterior, by one draw, and say what the last action probably did."""
-        known = self.recall(situation)
-        belief, probabilities = known.memory, self.probabilities(known.view, known.memory)
-        claimed = None if known.told is None else known.told.outcome
-        if belief.moved is not None and abs(belief.moved - 0.5) >= _EVEN:
-            claimed = "moved" if belief.moved > 0.5 else "blocked"
-        joint = situation.task.joints[draw(probabilities, rng.random())]
-        return Decision(joint=joint, claimed=claimed, probabilities=probabilities)
+    def claim(self, memory: Belief, told: Told) -> Outcome:
+        """The more probable outcome; of two equal ones what it was told."""
+        if memory.moved is None or abs(memory.moved - 0.5) < _EVEN:
+            return told.outcome
+        return "moved" if memory.moved > 0.5 else "blocked"
 
 
 def _numbers(view: View) -> tuple[int, ...]:

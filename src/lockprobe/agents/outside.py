@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lockprobe.foundation.errors import BadValue, ChannelFault
-from lockprobe.foundation.spec import MCP, PEOPLE
+from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 from lockprobe.trial.record import Decision, Fact, Outcome, Situation
 
 if TYPE_CHECKING:
@@ -21,8 +21,17 @@ if TYPE_CHECKING:
 SAME_IN_ALL_TRIALS = ("client", "wording")
 """Facts of a client that may not change under its name: records that differ in them are different conditions."""
 
-_ID = re.compile(r"[a-z0-9]{4,32}")
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+_FORMS = {
+    PEOPLE: (
+        rf"{PEOPLE}(?::[a-z0-9]{{4,32}})?",
+        "participant, or participant:ID with 4 to 32 lower-case letters and digits",
+    ),
+    MCP: (
+        rf"{MCP}:[A-Za-z0-9][A-Za-z0-9._-]{{0,63}}",
+        f"{MCP}:NAME with at most 64 letters, digits, dots, hyphens and underscores",
+    ),
+}
+"""How the specs of people and of clients are written."""
 
 
 def participant_spec(identity: str) -> str:
@@ -34,37 +43,19 @@ def participant_spec(identity: str) -> str:
     return f"{PEOPLE}:{identity}"
 
 
-def client_spec(name: str) -> str:
-    """The agent spec of a client.
+def check_outside(spec: str, kind: str = "") -> str:
+    """A spec that names a person or a client; ``kind`` is that of its own unless it is given.
 
-    >>> client_spec("claude-code")
+    >>> check_outside("mcp:claude-code")
     'mcp:claude-code'
 
     Raises:
-        BadValue: As :func:`check_client`.
+        BadValue: If it names none.
     """
-    check_client(spec := f"{MCP}:{name}")
+    form, expected = _FORMS[kind or spec_kind(spec)]
+    if not re.fullmatch(form, spec):
+        raise BadValue("agent", spec, expected)
     return spec
-
-
-def check_client(spec: str) -> None:
-    """Refuse a spec that names no client.
-
-    Raises:
-        BadValue: If it is not ``mcp:NAME``.
-    """
-    if not _NAME.fullmatch(spec.removeprefix(f"{MCP}:")) or ":" not in spec:
-        raise BadValue("agent", spec, f"{MCP}:NAME with at most 64 letters, digits, dots, hyphens and underscores")
-
-
-def check_participant(spec: str) -> None:
-    """Refuse a spec that is no participant.
-
-    Raises:
-        BadValue: If it is neither ``participant`` nor ``participant:ID``.
-    """
-    if spec != PEOPLE and not _ID.fullmatch(spec.removeprefix(f"{PEOPLE}:")):
-        raise BadValue("agent", spec, "participant, or participant:ID with 4 to 32 lower-case letters and digits")
 
 
 class OutsideAgent:

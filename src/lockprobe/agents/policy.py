@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import wraps
+from bisect import bisect_right
+from collections.abc import Collection, Hashable, Mapping, Sequence
+from dataclasses import asdict, dataclass, is_dataclass
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar, final
 
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
@@ -67,16 +67,6 @@ class Told:
     def outcome(self) -> Outcome:
         """What was told, as a claim."""
         return "moved" if self.moved else "blocked"
-
-    @property
-    def odd(self) -> bool:
-        """Whether its form is odd: it corrects what it said first, or a remark comes with it."""
-        return self.corrects is not None or self.remarked
-
-
-def view_of(task: Task) -> View:
-    """A task in numbers."""
-    return View(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
 
 
 def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -> Told | None:
@@ -144,13 +134,16 @@ def running_sums(probabilities: Sequence[float]) -> list[float]:
 
 def draw(probabilities: Sequence[float], number: float) -> int:
     """The joint of a random number in [0, 1): the first at which the running sum exceeds it."""
-    total, last = 0.0, 0
-    for joint, probability in enumerate(probabilities):
-        if probability > 0:
-            total, last = total + probability, joint
-            if number < total:
-                break
-    return last
+    return bisect_right(running_sums(probabilities), number)
+
+
+class Recall(NamedTuple, Generic[Memory]):
+    """A situation (task, past, percept and remark), the view of it, the memory that it leaves, and its report."""
+
+    asked: tuple[Task, tuple[Turn, ...], Percept, str]
+    view: View
+    memory: Memory
+    told: Told | None
 
 
 class Policy(Generic[Memory]):
@@ -159,32 +152,19 @@ class Policy(Generic[Memory]):
     It caches its last recall, so that the time of a trial is linear in its steps. The cache is used only if the
     situation continues the cached one, so it never changes a decision.
 
-    ``looks`` says whether it heeds reports. A policy that does claims of its last action what it was told.
-    ``exact`` says whether its probabilities go into the record. ``heeds_remarks`` says whether a remark changes it, and
+    ``looks`` says whether it heeds reports. ``exact`` says whether its probabilities go into the record, and
     ``heeds_panel`` whether it matters where the joints lie on the panel.
-
-    What ``probabilities`` of classes of others returns is checked at every call, so that a mistake in one is a message
-    and never a success rate.
     """
 
     looks: ClassVar[bool] = True
     exact: ClassVar[bool] = False
-    heeds_remarks: ClassVar[bool] = False
     heeds_panel: bool = True
     _last_recall: Recall[Memory] | None = None
-
-    def __init_subclass__(cls, **given: object) -> None:
-        super().__init_subclass__(**given)
-        method = cls.probabilities
-        ours = str(getattr(method, "__module__", "")).partition(".")[0] == __name__.partition(".")[0]
-        if not ours and not hasattr(method, "checked"):
-            checked: Any = _checked(method)
-            cls.probabilities, checked.checked = checked, True  # type: ignore[method-assign]
 
     @property
     def facts(self) -> Mapping[str, Fact]:
         """Its parameters, for the record."""
-        return {}
+        return asdict(self) if is_dataclass(self) and not isinstance(self, type) else {}
 
     def begin(self, view: View) -> Memory:
         """The memory before the first step."""
@@ -202,13 +182,34 @@ class Policy(Generic[Memory]):
         """The probability of each joint, shape (joints,)."""
         raise NotImplementedError
 
+    def claim(self, memory: Memory, told: Told) -> Outcome | None:
+        """What it thinks that its last action did: what it was told, if it heeds reports."""
+        return told.outcome if self.looks else None
+
+    @final
+    def chances(self, view: View, memory: Memory) -> tuple[float, ...]:
+        """Its probabilities, checked, so that a mistake in a class is a message and never a success rate.
+
+        Raises:
+            UserMistake: If they are none.
+        """
+        found = self.probabilities(view, memory)
+        try:
+            numbers = tuple(float(part) for part in found)
+        except (TypeError, ValueError):
+            numbers = ()
+        if len(numbers) == view.joints and min(numbers) >= 0 and abs(math.fsum(numbers) - 1) <= _TOLERANCE:
+            return numbers
+        wanted = f"{view.joints} numbers >= 0 that sum to 1 are expected"
+        raise UserMistake(f"{type(self).__name__}.probabilities returned {reprlib.repr(found)}: {wanted}")
+
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose the next joint from all reports so far."""
         known = self.recall(situation)
-        chances = self.probabilities(known.view, known.memory)
+        chances = self.chances(known.view, known.memory)
         return Decision(
             joint=situation.task.joints[draw(chances, rng.random())],
-            claimed=known.told.outcome if self.looks and known.told else None,
+            claimed=None if known.told is None else self.claim(known.memory, known.told),
             probabilities=chances if self.exact else None,
         )
 
@@ -221,52 +222,19 @@ class Policy(Generic[Memory]):
         task, past, percept, remark = situation.task, situation.past, situation.percept, situation.briefing.remark
         if percept.pictures and self.looks:
             refuse_pictures(percept, type(self).__name__)
-        known = self._last_recall
+        known, told = self._last_recall, None
         if known is not None and past and known.asked == (task, past[:-1], past[-1].percept, past[-1].remark):
-            view, memory = known.view, known.memory
+            view, memory, heard = known.view, known.memory, len(past)
         else:
-            view = view_of(task)
-            memory = self.begin(view)
-            for done, turn in enumerate(past):
-                before = past[:done]
-                memory = self._heard(view, memory, task, before, tell(task, turn.percept, before, turn.remark))
-        told = tell(task, percept, past, remark)
-        memory = self._heard(view, memory, task, past, told)
+            view = View(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
+            memory, heard = self.begin(view), 0
+        reports = [*((turn.percept, turn.remark) for turn in past[heard:]), (percept, remark)]
+        for step, (report, said) in enumerate(reports, start=heard):
+            told = tell(task, report, past[:step], said)
+            if told is not None:
+                memory = self.remember(view, memory, told)
+            elif step:
+                memory = self.remember_silence(view, memory, task.joints.index(past[step - 1].decision.joint))
         last = Recall((task, past, percept, remark), view, memory, told)
         object.__setattr__(self, "_last_recall", last)  # many policies are frozen dataclasses
         return last
-
-    def _heard(self, view: View, memory: Memory, task: Task, past: Sequence[Turn], told: Told | None) -> Memory:
-        """The memory after a report, or after none; ``past`` holds the exchanges before it."""
-        if told is not None:
-            return self.remember(view, memory, told)
-        if not past:
-            return memory
-        return self.remember_silence(view, memory, task.joints.index(past[-1].decision.joint))
-
-
-def _checked(method: Callable[..., Any]) -> Callable[..., tuple[float, ...]]:
-    """The method with a check that it returns probabilities."""
-
-    @wraps(method)
-    def probabilities(self: Any, view: View, memory: Any) -> tuple[float, ...]:
-        found = method(self, view, memory)
-        try:
-            numbers = tuple(float(part) for part in found)
-        except (TypeError, ValueError):
-            numbers = ()
-        if len(numbers) == view.joints and min(numbers) >= 0 and abs(math.fsum(numbers) - 1) <= _TOLERANCE:
-            return numbers
-        wanted = f"{view.joints} numbers >= 0 that sum to 1 are expected"
-        raise UserMistake(f"{type(self).__name__}.probabilities returned {reprlib.repr(found)}: {wanted}")
-
-    return probabilities
-
-
-class Recall(NamedTuple, Generic[Memory]):
-    """A situation (task, past, percept and remark), the view of it, the memory that it leaves, and its report."""
-
-    asked: tuple[Task, tuple[Turn, ...], Percept, str]
-    view: View
-    memory: Memory
-    told: Told | None

@@ -10,7 +10,7 @@ It knows where in a picture each handle can be, so it does not test *finding* jo
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -33,11 +33,17 @@ _REMEMBERED = 256
 """Readings that are kept, so that a picture is not read again at every step."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Eyesight:
-    """How well a viewer sees: the options of ``viewer``. All other options belong to its strategy.
+SIGHT = ("acuity", "doubt")
+"""The options of ``viewer``. All others belong to its strategy."""
+
+
+@dataclass(frozen=True)
+class Viewer:
+    """Reads the joints' positions from pictures and plays a strategy by them.
 
     Attributes:
+        strategy: The strategy that decides from the reports.
+        name: Spec of the strategy.
         acuity: Pixels that it resolves across a picture, at least 4. None: 10, or more where the first picture of a
             trial needs more.
         doubt: Least evidence for a new reading; below it a joint keeps its last reading.
@@ -46,6 +52,8 @@ class Eyesight:
         BadValue: If one is out of range.
     """
 
+    strategy: Agent
+    name: str
     acuity: int | None = None
     doubt: float = 0.05
 
@@ -55,25 +63,10 @@ class Eyesight:
         if not 0 <= self.doubt < 1:
             raise BadValue("doubt", self.doubt, "a number from 0, below 1")
 
-
-@dataclass(frozen=True, kw_only=True)
-class Viewer:
-    """Reads the joints' positions from pictures and plays a strategy by them.
-
-    Attributes:
-        strategy: The strategy that decides from the reports.
-        name: Spec of the strategy.
-        sight: How well it sees.
-    """
-
-    strategy: Agent
-    name: str
-    sight: Eyesight = Eyesight()
-
     @property
     def facts(self) -> Mapping[str, Fact]:
         """Its eyesight and its strategy."""
-        return asdict(self.sight) | {"strategy": self.name} | dict(self.strategy.facts)
+        return {"acuity": self.acuity, "doubt": self.doubt, "strategy": self.name} | dict(self.strategy.facts)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Read the picture, then choose as the strategy does with this reading as its report."""
@@ -90,34 +83,29 @@ class Viewer:
             BadValue: If pictures do not say where handles are.
         """
         reports: list[Percept] = []
-        acuity = self.sight.acuity or 0
+        acuity = self.acuity or 0
         before: tuple[bool, ...] | None = None  # where joints were read, or told, last
         for percept in percepts:
+            report = percept
             if percept.pictures:
                 shown = tuple(picture for picture in percept.pictures if picture.shown)
                 if not percept.handles or not shown:
                     raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
                 acuity = acuity or _needed_acuity(shown, percept.handles)
-                reports.append(self._report(task, percept, before, _evidence(shown, percept.handles, acuity)))
-            else:
-                reports.append(percept)
-            before = before if reports[-1].positions is None else reports[-1].positions
+                found = _evidence(shown, percept.handles, acuity)  # above 0 for a joint that is away from its start
+                before = before or tuple(number > 0 for number in found)
+                positions = tuple(
+                    number > 0 if abs(number) > self.doubt else earlier
+                    for number, earlier in zip(found, before, strict=True)
+                )
+                outcome: Outcome | None = None
+                if percept.joint is not None:
+                    joint = task.joints.index(percept.joint)
+                    outcome = "moved" if positions[joint] != before[joint] else "blocked"
+                report = replace(percept, positions=positions, outcome=outcome, pictures=())
+            reports.append(report)
+            before = report.positions or before
         return reports
-
-    def _report(
-        self, task: Task, percept: Percept, before: tuple[bool, ...] | None, found: tuple[float, ...]
-    ) -> Percept:
-        """A percept with what its pictures speak for; ``found`` is above 0 for a joint that is away from its start."""
-        before = before or tuple(number > 0 for number in found)
-        positions = tuple(
-            number > 0 if abs(number) > self.sight.doubt else earlier
-            for number, earlier in zip(found, before, strict=True)
-        )
-        outcome: Outcome | None = None
-        if percept.joint is not None:
-            j = task.joints.index(percept.joint)
-            outcome = "moved" if positions[j] != before[j] else "blocked"
-        return replace(percept, positions=positions, outcome=outcome, pictures=())
 
 
 @lru_cache(_REMEMBERED)

@@ -13,10 +13,11 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.agents.outside import client_spec
+from lockprobe.agents.outside import check_outside
 from lockprobe.cli import options
 from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadValue, Missing
+from lockprobe.foundation.spec import MCP
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interfaces.mcp.session import ToolSession
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
@@ -47,7 +48,7 @@ def mcp(
     """
     if find_spec("mcp") is None:
         raise Missing("lockprobe mcp needs the package mcp", "pip install 'lockprobe[mcp]'")
-    agent = client_spec(agent_name)
+    agent = check_outside(f"{MCP}:{agent_name}")
     request = read_options_file(Path(what)) if what.endswith(".toml") else StudyOptions(study=what)
     planned = study(request, **{**asked, "agent": [agent]})
     if planned.attended:

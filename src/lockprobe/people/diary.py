@@ -15,7 +15,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from lockprobe.agents.outside import check_participant, participant_spec
+from lockprobe.agents.outside import check_outside, participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import PEOPLE
@@ -374,7 +374,7 @@ def _diary(store: Path, identity: str, entries: Sequence[str]) -> Diary:
     """The diary that entries are, of which there is at least one; raises Damaged if they are none."""
     lines = list[Entry]()
     try:
-        check_participant(participant_spec(identity))
+        check_outside(participant_spec(identity))
         for entry in entries:
             lines.append(_adapter.validate_json(entry, strict=True, extra="forbid"))
     except BadValue as mistake:

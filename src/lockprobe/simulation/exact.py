@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
 from lockprobe.agents.cognitive import LoopBreaker, RandomMap, SoftmaxMemory
-from lockprobe.agents.human_inspired import HumanInspired
+from lockprobe.agents.strategies import HumanInspired
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Policy, Told
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
@@ -182,7 +182,7 @@ class _MarkovChain:
                 "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
             )
         state, flip, opens, goals = self._states[number], self._world.flip, 0.0, dict[int, float]()
-        for place, chance in enumerate(self._policy.probabilities(self._view, state.memory)):
+        for place, chance in enumerate(self._policy.chances(self._view, state.memory)):
             joint = self._order[place]
             moved = self._may_move[state.configuration ^ self._space.start][joint]
             if not chance or (moved and joint == self._space.target):

@@ -172,7 +172,7 @@ class _Minds:
     def _number(self, view: View, memory: Hashable) -> int:
         number = self._numbers.setdefault((view, memory), len(self._minds))
         if number == len(self._minds):
-            self._minds.append(_Mind(view, memory, running_sums(self._policy.probabilities(view, memory))))
+            self._minds.append(_Mind(view, memory, running_sums(self._policy.chances(view, memory))))
         return number
 
     def choose(self, minds: Whole, luck: NDArray[np.float64]) -> Whole:

@@ -301,5 +301,5 @@ class _ChoiceProbe:
             self._left -= 1
             return await self._policy.decide(situation, rng)
         known = self._policy.recall(situation)
-        self.chances = tuple(self._policy.probabilities(known.view, known.memory))
+        self.chances = self._policy.chances(known.view, known.memory)
         raise ModelFault("its chances are known: the trial ends here")

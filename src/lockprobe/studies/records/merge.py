@@ -13,10 +13,11 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lockprobe.agents.outside import check_participant
+from lockprobe.agents.outside import check_outside
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.file_names import SETTINGS
@@ -99,7 +100,7 @@ def source_of_directory(directory: Path, album: Path | None = None) -> MergeSour
     for key, one in finished.items():
         try:
             if one.player:
-                check_participant(one.player)
+                check_outside(one.player, PEOPLE)
         except UserMistake as mistake:
             raise BadFile(directory, f"{key}: {mistake}") from None
     asked = {call.key for call in read_calls(directory)} - finished.keys()
