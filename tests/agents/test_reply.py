@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from lockprobe.agents.reply import TIDIED, mark_in, object_in, parse_reply, plain_form, spoken, without_marks
+from lockprobe.agents.reply import TIDIED, object_in, parse_reply, plain_form, spoken, without_marks
 from lockprobe.foundation.errors import ReplyFault
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Percept, Situation, Task
@@ -37,8 +37,8 @@ ONE_READING = {
     f"◁think▷Hm◁/think▷{OBJECT}": ("reasoning",),
     f"<think>{OBJECT}": ("reasoning",),
     f"<think>\n{OBJECT}\n</think>": ("reasoning",),
-    HARMONY: ("reasoning",),
-    HARMONY.replace("final<", "final <|constrain|>json<"): ("reasoning",),
+    HARMONY: ("reasoning", "template"),
+    HARMONY.replace("final<", "final <|constrain|>json<"): ("reasoning", "template"),
     f"<|channel|>final<|message|>{OBJECT}": ("template",),
     f"{OBJECT}<|im_end|>": ("template",),
     f"<|channel>thought\nPerhaps {OTHER}<channel|>{OBJECT}<turn|>": ("reasoning", "template"),
@@ -64,11 +64,11 @@ ONE_READING = {
     f'{OBJECT[:-1]}, "joint": "B"}}': ("repeated",),
     f"{OBJECT[:-1]},}}": ("syntax",),
     json.dumps(OBJECT): ("syntax",),
-    f'{{"reply": {OBJECT}}}': ("syntax",),
-    f'{{"name": "reply", "arguments": {OBJECT}}}': ("syntax",),
-    f'<tool_call>\n{{"name": "reply", "arguments": {OBJECT}}}\n</tool_call>': ("syntax", "prose"),
-    f"{{{OBJECT}}}": ("syntax",),
-    f"\\boxed{{{OBJECT}}}": ("syntax", "prose"),
+    f'{{"reply": {OBJECT}}}': ("prose",),
+    f'{{"name": "reply", "arguments": {OBJECT}}}': ("prose",),
+    f'<tool_call>\n{{"name": "reply", "arguments": {OBJECT}}}\n</tool_call>': ("prose",),
+    f"{{{OBJECT}}}": ("prose",),
+    f"\\boxed{{{OBJECT}}}": ("prose",),
     f"<analysis>Perhaps {OTHER}</analysis>{OBJECT}": ("reasoning",),
     f"<reason>Perhaps {OTHER}</reason>{OBJECT}": ("reasoning",),
     "{'last_action': 'moved', 'hypothesis': 'B\\'s lock', 'joint': 'B'}": ("syntax",),
@@ -103,7 +103,8 @@ def test_a_text_with_one_reading_is_a_decision_and_what_was_tidied_is_named(text
         (f"```json\n{OTHER}\n```\nor rather\n```json\n{OBJECT}\n```", "JSON objects that differ"),
         (f'{{"joint" "C"}} {OBJECT}', "not one JSON object"),
         (f'Like {{"joint": "A" or "B"}}: {OBJECT}', "not one JSON object"),
-        (f"{{{OBJECT}, {OTHER}}}", "not one JSON object"),
+        (f"{{{OBJECT}, {OTHER}}}", "JSON objects that differ"),
+        (f'I choose {OTHER[:-1]}, "rather": {OBJECT}}}', "not one JSON object"),
         (f'{{"plan": {OBJECT}', "a JSON object that does not end"),
         (f"{OBJECT} {{", "a JSON object that does not end"),
         (f'{OBJECT[:-1]}, "joint": "C"}}', "joint: two values"),
@@ -202,11 +203,6 @@ def test_text_without_marks_stands_in_the_conversation_as_it_is():
     for text in ("a reply\n", f" {OBJECT}", "a < b", "[A]", tagged):
         assert (spoken(text), without_marks(text)) == (text, (text, ()))
     assert spoken("<think>Hm") == "(empty)"
-
-
-def test_the_first_mark_is_quoted():
-    assert mark_in(f"Hm</think>{OBJECT}<|im_end|>") == "</think>"
-    assert mark_in(f"{OBJECT}<|im_end|>") == "<|im_end|>"
 
 
 def test_names_are_compared_without_what_does_not_matter():

@@ -10,8 +10,7 @@ from mjcf_models import OWN, own_box
 
 from lockprobe.agents import viewer
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.strategies import HumanInspired
-from lockprobe.agents.strategies import RandomAgent
+from lockprobe.agents.strategies import HumanInspired, RandomAgent
 from lockprobe.agents.viewer import Viewer
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue

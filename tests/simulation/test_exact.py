@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
-from lockprobe.agents.strategies import PRESETS, HumanInspired
-from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
+from lockprobe.agents.strategies import PRESETS, HumanInspired, RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import BadValue

@@ -12,11 +12,10 @@ import hashlib
 import json
 from dataclasses import dataclass, replace
 from string import Formatter
-from typing import Literal, NamedTuple
+from typing import Literal
 
-from lockprobe.agents.reply import claims, keys, spoken
+from lockprobe.agents.reply import asked_for, spoken
 from lockprobe.foundation.errors import BadValue, ReplyFault, UnknownName
-from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
@@ -48,6 +47,13 @@ _OBSERVATION = {
 
 _POSITIONS = {False: "which joints are now at position 1", True: "the position of every joint"}
 """By whether the position of every joint is told, or only which are at 1."""
+
+_ASKED = {
+    "last_action": '"moved" or "did not move" ("none" in the first step)',
+    "joint": "the joint to attempt next",
+    "hypothesis": 'a short sentence on how the box works or ""',
+}
+"""How the fields of a reply are asked for."""
 
 _SEEN = """\
 Before every step you are shown {pictures}, always taken from the same place; {labels}. \
@@ -104,7 +110,7 @@ def instructions(situation: Situation, reply: str = "") -> str:
         told = first.positions is not None, not first.states_only or first.positions is None
         observation = _OBSERVATION[told].format(told=_POSITIONS[first.in_full])
     template, warning = briefing.instruction or INSTRUCTIONS, briefing.warning
-    items = ", ".join(f'"{item.key}": {item.asked}' for item in _items(task, briefing))
+    items = ", ".join(f'"{name}": {_ASKED[name]}' for name in asked_for(situation))
     text = template.format(
         count=len(task.joints),
         joints=", ".join(task.joints),
@@ -141,26 +147,6 @@ def check_template(text: str) -> None:
         raise BadValue("fields of a template", ", ".join(names), f"at least {', '.join(_NEEDED)}")
 
 
-class _Item(NamedTuple):
-    """One entry of a reply: its key, its request, its repair request, and its form."""
-
-    key: str
-    asked: str
-    again: str
-    form: dict[str, object]
-
-
-def _items(task: Task, briefing: Briefing, said: list[str] | None = None) -> list[_Item]:
-    """The entries of a reply, in order; ``said`` may be said of the last action now, None for all steps together."""
-    claim, joints = '"moved" or "did not move" ("none" in the first step)', list(task.joints)
-    known = (
-        _Item("last_action", claim, " or ".join(map(json.dumps, said or ())), {"type": "string", "enum": said}),
-        _Item("joint", "the joint to attempt next", f"one of {json.dumps(joints)}", {"type": "string", "enum": joints}),
-        _Item("hypothesis", 'a short sentence on how the box works or ""', '""', {"type": "string"}),
-    )
-    return [item for key in keys(task, briefing) for item in known if item.key == key]
-
-
 def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
     """The whole conversation up to now: instruction and first observation, then reply and observation in turn.
 
@@ -189,27 +175,29 @@ def _shown(percept: Percept) -> tuple[Picture, ...]:
 
 def reply_schema(situation: Situation) -> dict[str, object]:
     """The JSON schema of a reply in this step."""
-    properties = {item.key: item.form for item in _items(situation.task, situation.briefing, claims(situation))}
+    properties = {
+        name: {"type": "string", "enum": list(allowed)} if allowed else {"type": "string"}
+        for name, allowed in asked_for(situation).items()
+    }
     return {"type": "object", "properties": properties, "required": list(properties), "additionalProperties": False}
 
 
 def repair(fault: ReplyFault, situation: Situation) -> str:
     """The message to a model after a malformed reply."""
-    items = _items(situation.task, situation.briefing, claims(situation))
-    again = ", ".join(f'"{item.key}": {item.again}' for item in items)
-    return f"That reply could not be used ({fault}). Reply with one JSON object and nothing else: {{{again}}}"
+    asked = asked_for(situation)
+    again = {
+        "last_action": " or ".join(map(json.dumps, asked.get("last_action", ()))),
+        "joint": f"one of {json.dumps(asked['joint'])}",
+        "hypothesis": '""',
+    }
+    items = ", ".join(f'"{name}": {again[name]}' for name in asked)
+    return f"That reply could not be used ({fault}). Reply with one JSON object and nothing else: {{{items}}}"
 
 
-def chat_fingerprint() -> str:
-    """A fingerprint of the words of a conversation with reports, except the observations."""
+def prompt_fingerprint() -> str:
+    """A fingerprint of the words of all conversations, except the observations."""
     texts: list[str] = []
-    for shown in (example(), example(assessment=False)):
-        texts += [message.text for message in conversation(shown)]
+    for shown in (example(), example(assessment=False), example(1), example(2)):
+        texts += [message.text for message in conversation(shown, images=1)]
         texts += [repair(ReplyFault("why"), shown), json.dumps(reply_schema(shown))]
-    return fingerprint(*texts)
-
-
-def picture_fingerprint() -> str:
-    """A fingerprint of conversations with pictures; separate, so that studies from before pictures can be resumed."""
-    conversations = (conversation(example(pictures), images=1) for pictures in (1, 2))
-    return fingerprint(*(message.text for messages in conversations for message in messages))
+    return f"chat {fingerprint(*texts)}"

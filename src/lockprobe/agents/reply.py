@@ -13,13 +13,12 @@ import json
 import re
 import unicodedata
 import warnings
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Literal
 
 from lockprobe.foundation.errors import RefusalFault, ReplyFault
-from lockprobe.trial.briefing import Briefing
-from lockprobe.trial.record import Decision, Outcome, Situation, Task
+from lockprobe.trial.record import Decision, Outcome, Situation
 from lockprobe.trial.told_outcome import in_words
 
 REFUSED = "content_filter"
@@ -46,17 +45,15 @@ TIDIED: Mapping[Tidied, str] = {
 """The same in words, in the order of a record."""
 
 _REASONING = r"(?:seed:)?(?:think|thinking|thoughts?|reason|reasoning|reasoning_content|analysis|reflection|scratchpad)"
+_MESSAGE = r"[^<]*(?:<\|constrain\|>[^<]*)?<\|message\|>"
 _TAG = re.compile(
     rf"(?P<open><{_REASONING}(?:\s[^<>]*)?>|\[THINK\]|◁think▷|<\|begin_of_thought\|>|<\|START_THINKING\|>"
-    rf"|<\|channel>thought|<unused94>)"
-    rf"|</{_REASONING}>|\[/THINK\]|◁/think▷|<\|end_of_thought\|>|<\|END_THINKING\|>|<channel\|>|<unused95>",
+    rf"|<\|channel>thought|<unused94>|<\|channel\|>\s*(?!final\b)\w+{_MESSAGE})"
+    rf"|</{_REASONING}>|\[/THINK\]|◁/think▷|<\|end_of_thought\|>|<\|END_THINKING\|>|<channel\|>|<unused95>"
+    rf"|<\|channel\|>\s*final\b{_MESSAGE}",
     re.IGNORECASE,
 )
-"""Where reasoning begins and ends."""
-
-_CHANNEL = re.compile(r"<\|channel\|>\s*(\w+)[^<]*(?:<\|constrain\|>[^<]*)?<\|message\|>")
-_CHANNEL_END = re.compile(r"<\|(?:end|return|call|start|channel)\|>")
-"""The channels of the Harmony format; only the one called ``final`` is the reply."""
+"""Where reasoning begins and ends; in the Harmony format it ends where the channel called ``final`` begins."""
 
 _TURN = re.compile(
     r"<\|(?:im_end|im_start|eot_id|eom_id|eot|end|return|call|start|start_header_id|end_of_text|endoftext|user|assistant"
@@ -65,66 +62,58 @@ _TURN = re.compile(
 )
 """Tokens between two turns; what follows one is no longer part of the reply."""
 
-_OR_BEFORE = re.compile(r"\bor\s*$", re.IGNORECASE)
-_OR_AFTER = re.compile(r"\s*(?:or|alternatively)\b", re.IGNORECASE)
-"""Words beside an object that say that it is one of two answers."""
-
 _TOKEN = re.compile(
     r"<\|[^|<>\s]{1,40}\|?>|<[^|<>\s]{1,40}\|>|<\uff5c[^\uff5c<>\s]{1,40}\uff5c>|</?s>|<(?:start|end)_of_turn>|<(?:bos|eos|pad)>|\[/?INST\]"
 )
 """Any token of a template."""
 
-_MARKED = re.compile(r"[<\[◁]")
-"""What every text with marks holds."""
+MARK = re.compile(f"{_TAG.pattern}|{_TOKEN.pattern}", re.IGNORECASE)
+"""What a server should have removed from a reply."""
+
+_GROUP = re.compile(r"""\{(?:[^{}"'\\]++|"(?:\\.|[^"\\])*+"|'(?:\\.|[^'\\])*+')*+\}""", re.DOTALL)
+"""A group in braces with no other inside."""
+
+_ALTERNATIVE = re.compile(r"\bor\s*\0|\0\s*(?:or|alternatively)\b", re.IGNORECASE)
+"""Words beside an object, which stands as a zero here, that say that it is one of two answers."""
 
 _FENCE = re.compile(r"(?:`{3,}|~{3,})[ \t]*[\w+-]*")
 _NO_WIDTH = re.compile("[\ufeff\u200b\u200c\u200d\u2060]")
-_QUOTED = re.compile(r"[\"'\u201c\u2018]\s*([\w -]{1,40}?)\s*[\"'\u201d\u2019]")
-
-_OF_A_CALL = ("name", "type", "id")
-"""What stands beside the object in the call of a tool, which some models write although none is offered."""
+_KEY = re.compile(r"""[{,]\s*["'\u201c\u2018]?([\w -]{1,40}?)["'\u201d\u2019]?\s*[:"'\u201c]""")
+"""The name of a field."""
 
 _JOINT = ("", "the", "joint", "thejoint")
-_SPELLED: Mapping[str, Collection[str]] = {
+_SPELLED = {
     "moved": ("moved", "hasmoved", "didmove"),
     "did not move": ("didnotmove", "didntmove", "notmoved", "hasnotmoved", "hasntmoved"),
 }
 _NOTHING = ("", "none", "null", "nothing", "na", "n/a")
 
-
-class _Object(dict[str, object]):
-    """A JSON object, and its pairs as they stand in the text, with repeated names."""
-
-    def __init__(self, pairs: list[tuple[str, object]]) -> None:
-        super().__init__(pairs)
-        self.pairs = pairs
-
+_Pairs = tuple[tuple[str, object], ...]
+"""A JSON object as it stands in the text, with repeated names."""
 
 Found = tuple[dict[str, object], set[Tidied]]
-"""The fields of the object in a text, under the names asked for, and what was tidied to read it."""
+"""The fields of an object, under the names asked for, and what was tidied to read it."""
 
 
-def keys(task: Task, briefing: Briefing) -> list[str]:
-    """The fields of a reply, in the order in which they are asked for."""
-    orders = {"before": ["hypothesis", "joint"], "after": ["joint", "hypothesis"], "off": ["joint"]}
-    return ["last_action"] * task.assessment + orders[briefing.hypothesis]
+def asked_for(situation: Situation) -> dict[str, tuple[str, ...]]:
+    """The fields of a reply, in the order in which they are asked for, with the values that each may have.
+
+    A hypothesis may be any text. Of the last action ``none`` can be said in the first step, and nothing else.
+    """
+    task, order = situation.task, situation.briefing.hypothesis
+    fields = {"joint": task.joints}
+    if order != "off":
+        fields = {"hypothesis": (), **fields} if order == "before" else {**fields, "hypothesis": ()}
+    if not task.assessment:
+        return fields
+    claims = tuple(words for words, outcome in CLAIMS.items() if (outcome is None) == (situation.percept.joint is None))
+    return {"last_action": claims, **fields}
 
 
-def claims(situation: Situation) -> list[str]:
-    """The allowed claims about the last action: ``none`` in the first step only, and no claims if nobody asks."""
-    if not situation.task.assessment:
-        return []
-    return ["none"] if situation.percept.joint is None else [words for words, outcome in CLAIMS.items() if outcome]
-
-
-def parse_reply(text: str, situation: Situation, stop: str = "stop", asked: Sequence[str] = ()) -> Decision:
+def parse_reply(text: str, situation: Situation, stop: str = "stop") -> Decision:
     """The decision in a raw reply, if that has exactly one reading.
 
-    Args:
-        text: The raw reply.
-        situation: The situation that it is about.
-        stop: Why it stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
-        asked: The fields that are read, if they are not those that the situation asks for.
+    ``stop`` says why it stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
 
     Raises:
         RefusalFault: If it stopped because the model or its provider refused, with the words of the refusal.
@@ -132,23 +121,20 @@ def parse_reply(text: str, situation: Situation, stop: str = "stop", asked: Sequ
     """
     if stop == REFUSED:
         raise RefusalFault(f"refused: {text}")
-    asked, claimable = asked or keys(situation.task, situation.briefing), claims(situation)
-    fields, tidied = object_in(text, asked)
+    asked = asked_for(situation)
+    fields, tidied = object_in(text, [*asked])
     read: dict[str, str] = {}
-    for name in asked:
+    for name, allowed in asked.items():
         given = fields.get(name)
-        if given is None and name != "hypothesis" and not (name == "last_action" and claimable == ["none"]):
-            raise ReplyFault(f"{name}: Field required")
-        if name == "joint":
-            joints = {joint: [f"{what}{plain_form(joint)}" for what in _JOINT] for joint in situation.task.joints}
-            read[name] = _one_of(name, given, joints)
-        elif name == "last_action":
-            read[name] = _one_of(name, given, _spellings(claimable, situation.percept.joint or ""))
-        else:
+        if name == "hypothesis":
             said = given if isinstance(given, str) else "" if given is None else json.dumps(given, ensure_ascii=False)
             read[name] = said.encode("utf-8", "replace").decode("utf-8")  # half of a character outside the basic plane
             if len(read[name]) > LONGEST_HYPOTHESIS:
                 raise ReplyFault(f"hypothesis: {len(read[name])} characters, at most {LONGEST_HYPOTHESIS}")
+        elif given is None and allowed != ("none",):
+            raise ReplyFault(f"{name}: Field required")
+        else:
+            read[name] = _meant(name, given, allowed, situation.percept.joint or "")
         if given != read[name] and (name in fields or name != "hypothesis"):
             tidied.add("spelling")
     return Decision(
@@ -160,29 +146,26 @@ def parse_reply(text: str, situation: Situation, stop: str = "stop", asked: Sequ
     )
 
 
-def _spellings(claimable: Sequence[str], last: str) -> dict[str, Collection[str]]:
-    """How each claim can be spelled: with the last joint, ``it`` or nothing before it."""
-    subjects = ("", "it", "joint", "thejoint", *(f"{what}{plain_form(last)}" for what in _JOINT))
-    forms = {claim: {f"{subject}{form}" for subject in subjects for form in of} for claim, of in _SPELLED.items()}
-    return {claim: forms.get(claim, _NOTHING) for claim in claimable}
-
-
-def _one_of(name: str, value: object, spelled: Mapping[str, Collection[str]]) -> str:
-    """The one that a value means, alone or in a list of one.
+def _meant(name: str, value: object, allowed: Sequence[str], last: str) -> str:
+    """The one of the allowed values that is meant, alone or in a list of one, with or without a subject.
 
     Raises:
-        ReplyFault: If it means none, or several.
+        ReplyFault: If it is none, or several.
     """
     if isinstance(value, list) and len(value) == 1:
         value = value[0]
-    if isinstance(value, str) and value in spelled:
+    if isinstance(value, str) and value in allowed:
         return value
     if value is None or (isinstance(value, str | int) and not isinstance(value, bool)):
         plain = plain_form("" if value is None else str(value)).rstrip("!")
-        meant = [one for one, forms in spelled.items() if plain in forms]
+        subjects = ("", "it", "joint", "thejoint", *(f"{what}{plain_form(last)}" for what in _JOINT))
+        forms = {claim: {f"{subject}{form}" for subject in subjects for form in of} for claim, of in _SPELLED.items()}
+        if name == "joint":
+            forms = {joint: {f"{what}{plain_form(joint)}" for what in _JOINT} for joint in allowed}
+        meant = [one for one in allowed if plain in forms.get(one, _NOTHING)]
         if len(meant) == 1:
             return meant[0]
-    raise ReplyFault(f"{name}: {repr(value)[:80]} is none of {', '.join(spelled)}")
+    raise ReplyFault(f"{name}: {repr(value)[:80]} is none of {', '.join(allowed)}")
 
 
 def plain_form(text: str) -> str:
@@ -197,61 +180,61 @@ def plain_form(text: str) -> str:
 
 
 def object_in(text: str, names: Sequence[str]) -> Found:
-    """The object in a text, with those of its fields that have one of the names; other fields are left out.
+    """The fields of the object in a text that have one of the names, and what was tidied to read it.
 
-    Names are compared as :func:`plain_form` has them.
+    Names are compared as :func:`plain_form` has them; other fields are left out.
 
     Raises:
         ReplyFault: If there is none, or not one reading; the message says why.
     """
-    try:
-        return _object_in(text, names)
-    except RecursionError:
-        raise ReplyFault("not one JSON object") from None
-
-
-def _object_in(text: str, names: Sequence[str]) -> Found:
-    if isinstance(whole := _loaded(text), _Object):
-        return _fields_of(whole, names)
+    whole = _loaded(text)
+    if isinstance(whole, tuple):
+        fields, tidied = _fields_of(whole, names)
+        if fields or not any(isinstance(value, tuple) for _, value in whole):
+            return fields, tidied
     if isinstance(whole, str) and whole.strip():
-        fields, tidied = _object_in(whole, names)
+        fields, tidied = object_in(whole, names)
         return fields, tidied | {"syntax"}
     said, marks = without_marks(text)
     if not said.strip():
         raise ReplyFault("reasoning without a reply after it" if text.strip() else "an empty reply")
-    found, around, broken = _objects(said, names)
+    found, left, broken = _objects(said, names)
     if not found or (broken and len(found) == 1):
         raise ReplyFault("not one JSON object")
     readings = {json.dumps({name: plain_form(str(of)) for name, of in sorted(one.items())}) for one, _ in found}
     if broken or len(readings) > 1:
         raise ReplyFault("JSON objects that differ")
-    if _OR_BEFORE.search(around[0]) or _OR_AFTER.match(around[-1]):
+    if _ALTERNATIVE.search(left):
         raise ReplyFault("a JSON object and an alternative")
     fields, tidied = found[0]
     tidied = tidied.union(marks, ["repeated"] if len(found) > 1 else ())
-    left = _NO_WIDTH.sub("", "".join(around))
-    if _FENCE.search(left):
+    around = _NO_WIDTH.sub("", left.replace("\0", ""))
+    if _FENCE.search(around):
         tidied.add("fence")
-    if _FENCE.sub("", left).strip() or not tidied:
+    if _FENCE.sub("", around).strip() or not tidied:
         tidied.add("prose")
     return fields, tidied
 
 
-def _objects(text: str, names: Sequence[str]) -> tuple[list[Found], list[str], bool]:
-    """The groups in braces that have one of the names, the texts around them, and whether such a one is broken."""
-    plain = {plain_form(name) for name in names}
-    found, around, end, broken = list[Found](), list[str](), 0, False
-    for start, stop in _groups(text):
-        pairs, bent = _read(text[start:stop])
-        if pairs is None:
-            broken |= any(plain_form(quoted) in plain for quoted in _QUOTED.findall(text[start:stop]))
-            continue
+def _objects(text: str, names: Sequence[str]) -> tuple[list[Found], str, bool]:
+    """The objects that have one of the names, the text with zeros in their places, and whether such a one is broken.
+
+    Raises:
+        ReplyFault: If an object does not end.
+    """
+    found, left, end = list[Found](), "", 0
+    for group in _GROUP.finditer(text):
+        pairs, bent = _read(group[0])
         fields, tidied = _fields_of(pairs, names)
         if fields:
             found.append((fields, tidied | {"syntax"} if bent else tidied))
-            around.append(text[end:start])
-            end = stop
-    return found, [*around, text[end:]], broken
+            left, end = f"{left}{text[end : group.start()]}\0", group.end()
+    left += text[end:]
+    if left.count("{") > left.count("}"):
+        raise ReplyFault("a JSON object that does not end")
+    plain = {plain_form(name) for name in names}
+    broken = any(plain_form(key) in plain for key in _KEY.findall(left))
+    return found, left, broken
 
 
 def spoken(text: str) -> str:
@@ -265,36 +248,18 @@ def without_marks(text: str) -> tuple[str, tuple[Tidied, ...]]:
     A whole JSON object is left as it is. Of reasoning that ends nowhere, or after which nothing comes, nothing is left,
     unless one object is all that there is besides the tags.
     """
-    if not _MARKED.search(text) or isinstance(_loaded(text), _Object):
+    if not MARK.search(text) or isinstance(_loaded(text), tuple):
         return text, ()
-    channel, others = _final_channel(text)
-    said = _after_reasoning(channel)
-    if not said.strip() and isinstance(_loaded(bare := _without_tokens(_TAG.sub("", text))), _Object):
-        return bare.strip(), ("reasoning",)
+    bare = _TAG.sub("", text)
+    said = _after_reasoning(text)
+    if not said.strip() and isinstance(_loaded(alone := _without_tokens(bare)), tuple):
+        return alone.strip(), ("reasoning",)
     spoken = _without_tokens(said)
-    tidied: list[Tidied] = ["reasoning"] if others or said != channel else []
-    if spoken != said or (channel != text and not others):
+    reasoned = said not in (text, bare)
+    tidied: list[Tidied] = ["reasoning"] if reasoned else []
+    if spoken != said or (said != text and not reasoned):
         tidied.append("template")
     return (spoken.strip(), tuple(tidied)) if tidied else (text, ())
-
-
-def mark_in(text: str) -> str:
-    """The first mark in a reply that has some."""
-    found = [one for pattern in (_TAG, _CHANNEL, _TOKEN) if (one := pattern.search(text)) is not None]
-    return min(found, key=lambda one: one.start())[0]
-
-
-def _final_channel(text: str) -> tuple[str, bool]:
-    """The reply in a text of channels, and whether there are other channels."""
-    channels = [*_CHANNEL.finditer(text)]
-    if not channels:
-        return text, False
-    finals = []
-    for channel in channels:
-        if channel[1] == "final":
-            end = _CHANNEL_END.search(text, channel.end())
-            finals.append(text[channel.end() : end.start() if end else len(text)])
-    return "\n".join(finals), len(finals) < len(channels)
 
 
 def _after_reasoning(text: str) -> str:
@@ -325,50 +290,24 @@ def _without_tokens(text: str) -> str:
 
 
 def _loaded(text: str) -> object:
-    """The JSON value that a text is, an object as :class:`_Object`; None if it is none."""
+    """The JSON value that a text is, an object as its pairs; None if it is none."""
     try:
-        return json.loads(text, object_pairs_hook=_Object)
+        return json.loads(text, object_pairs_hook=tuple)
     except (ValueError, RecursionError):
         return None
 
 
-def _groups(text: str) -> Iterator[tuple[int, int]]:
-    """Where the outermost groups in braces begin and end.
-
-    Raises:
-        ReplyFault: If one does not end.
-    """
-    depth, start, quote, before, escaped = 0, 0, "", "", False
-    for place, sign in enumerate(text):
-        if quote:
-            quote = "" if sign == quote and not escaped else quote
-            escaped = sign == "\\" and not escaped
-        elif depth and (sign == '"' or (sign == "'" and before in "{[,:")):
-            quote, escaped = sign, False
-        elif sign == "{":
-            start = start if depth else place
-            depth += 1
-        elif sign == "}" and depth:
-            depth -= 1
-            if not depth:
-                yield start, place + 1
-        before = before if sign.isspace() else sign
-    if depth:
-        raise ReplyFault("a JSON object that does not end")
-
-
-def _read(group: str) -> tuple[_Object | None, bool]:
-    """A group in braces as an object, and whether its JSON was bent; None if it has no reading."""
-    inner = group[1:-1].strip()
-    doubled = [inner] if inner.startswith("{") and inner.endswith("}") else []  # as in a template, or those of \boxed
-    for one in (group, *doubled):
-        if isinstance(exact := _loaded(one), _Object):
-            return exact, one is not group
-        with suppress(ValueError, SyntaxError, MemoryError), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of escapes that Python does not know
-            if isinstance(value := _literal(ast.parse(_NO_WIDTH.sub("", one), mode="eval").body), _Object):
-                return value, True
-    return None, True
+def _read(group: str) -> tuple[_Pairs, bool]:
+    """A group in braces as an object, empty if it has no reading, and whether its JSON was bent."""
+    exact = _loaded(group)
+    if isinstance(exact, tuple):
+        return exact, False
+    with suppress(ValueError, SyntaxError, MemoryError, RecursionError), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of escapes that Python does not know
+        bent = _literal(ast.parse(_NO_WIDTH.sub("", group), mode="eval").body)
+        if isinstance(bent, tuple):
+            return bent, True
+    return (), True
 
 
 def _literal(node: ast.AST | None) -> object:
@@ -379,7 +318,7 @@ def _literal(node: ast.AST | None) -> object:
     """
     match node:
         case ast.Dict(keys=keys, values=values):
-            return _Object([(str(_literal(key)), _literal(of)) for key, of in zip(keys, values, strict=True)])
+            return tuple((str(_literal(key)), _literal(of)) for key, of in zip(keys, values, strict=True))
         case ast.List(elts=parts):
             return [_literal(part) for part in parts]
         case ast.Constant(value=str() | int() | float() | None as value):
@@ -389,26 +328,19 @@ def _literal(node: ast.AST | None) -> object:
     raise ValueError("no value")
 
 
-def _fields_of(found: _Object, names: Sequence[str]) -> Found:
-    """The fields that have one of the names; an object that only wraps such an object stands for it.
+def _fields_of(pairs: _Pairs, names: Sequence[str]) -> Found:
+    """The fields that have one of the names.
 
     Raises:
         ReplyFault: If one has two values.
     """
     known = {plain_form(name): name for name in names}
     fields, tidied = dict[str, object](), set[Tidied]()
-    for key, value in found.pairs:
+    for key, value in pairs:
         if (name := known.get(plain_form(key))) is None:
             continue
         if name in fields and fields[name] != value:
             raise ReplyFault(f"{name}: two values")
-        if name in fields:
-            tidied.add("repeated")
-        if name != key:
-            tidied.add("spelling")
+        tidied |= ({"repeated"} if name in fields else set()) | ({"spelling"} if name != key else set())
         fields[name] = value
-    inner = [value for _, value in found.pairs if isinstance(value, _Object)]
-    if not fields and len(inner) == 1 and len(found.pairs) - 1 == sum(key in _OF_A_CALL for key, _ in found.pairs):
-        fields, tidied = _fields_of(inner[0], names)
-        tidied.add("syntax")
     return fields, tidied

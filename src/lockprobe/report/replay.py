@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lockprobe.agents.catalogue import is_strategy, resolve
-from lockprobe.agents.prompt import chat_fingerprint, picture_fingerprint
+from lockprobe.agents.prompt import prompt_fingerprint
 from lockprobe.agents.reply import parse_reply
 from lockprobe.foundation.errors import ModelFault, ReplyFault, UserMistake
 from lockprobe.foundation.plugins import plugin_names
@@ -25,6 +25,7 @@ from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import KeptReplies
 from lockprobe.studies.running.trial_setup import play_timed
+from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent
@@ -89,8 +90,7 @@ async def played_again(
         found.luck = await _difference(plan, trial, agent)
         if found.luck and not isinstance(agent, _Recorded):  # whether the rest follows from these choices
             found.luck, found.choices = await _difference(plan, trial, _Recorded(trial)), found.luck
-            ours = {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
-            if found.kind == "hosted" and any(trial.facts.get(name) != said for name, said in ours.items()):
+            if found.kind == "hosted" and trial.facts.get("prompt") != prompt_fingerprint():
                 found.choices += "; its prompt is not that of this release, so verify it with its own"
         if found.kind == "hosted" and kept.left and not found.choices:
             found.choices = f"{len(kept.left)} replies in the log of calls are no part of the record"
@@ -178,13 +178,13 @@ def _other_replies(trial: Trial, logged: Sequence[Call]) -> str:
     for one, other in zip_longest(recorded, replies):
         if one != other:
             return f"step {(one or other or (0,))[0]}, replies"
-    task = Task(joints=trial.listing, target=trial.target, budget=trial.budget)
     labels, before = dict(zip(trial.joints, trial.labels, strict=True)), None
     for step in trial.steps:
-        decision, asked = step.decision, ["joint", *["last_action"] * (step.decision.claimed is not None)]
-        now = Situation(task=task, past=(), percept=Percept(joint=before))
+        decision, assessed = step.decision, step.decision.claimed is not None
+        task = Task(joints=trial.listing, target=trial.target, budget=trial.budget, assessment=assessed)
+        now = Situation(task=task, past=(), percept=Percept(joint=before), briefing=Briefing(hypothesis="off"))
         try:
-            said = parse_reply(decision.replies[-1], now, asked=asked) if decision.replies else None
+            said = parse_reply(decision.replies[-1], now) if decision.replies else None
         except ReplyFault:  # only its request says what it means
             said = decision
         if said is None or (said.joint, said.claimed) != (decision.joint, decision.claimed):

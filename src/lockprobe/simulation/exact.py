@@ -18,10 +18,9 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
 from lockprobe.agents.cognitive import LoopBreaker, RandomMap, SoftmaxMemory
-from lockprobe.agents.strategies import HumanInspired
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Policy, Told
-from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
+from lockprobe.agents.strategies import HumanInspired, RandomAgent, RandomNoRepeat
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.foundation.errors import BadValue

@@ -13,7 +13,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm import model as llm
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
-from lockprobe.agents.prompt import Message, picture_fingerprint
+from lockprobe.agents.prompt import Message
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import SettingsChanged
 from lockprobe.interventions.conditions import flips
@@ -134,10 +134,9 @@ def test_the_newest_observations_arrive_with_their_pictures_as_they_are_also_whe
 def test_a_model_that_is_told_reports_is_asked_and_recorded_without_a_word_of_pictures(shown):
     """The fingerprint of the prompt and the other facts are compared when a study is resumed."""
     trial, requests = shown(truthful, TextChannel())
-    assert trial.facts["prompt"] == "chat 91048d939031"
-    assert trial.facts["picture_prompt"] == f"chat {picture_fingerprint()}"
+    assert trial.facts["prompt"] == "chat 2f94366cdd68"
     sent = ["effort", "host", "max_tokens", "repairs", "schema", "temperature", "top_p"]
-    assert sorted(trial.facts) == sorted([*sent, "model", "picture_prompt", "prompt", "runtime"])
+    assert sorted(trial.facts) == sorted([*sent, "model", "prompt", "runtime"])
     assert all(isinstance(message["content"], str) for request in requests for message in request["messages"])
 
 
@@ -181,8 +180,8 @@ def test_another_model_under_the_same_name_is_refused_before_it_is_asked(tmp_pat
     played(truthful)
     sql(tmp_path, "delete from trial where id > 1")  # one is owed again
     sql(tmp_path, "delete from call")
-    monkeypatch.setattr(llm, "chat_fingerprint", lambda: "another prompt")
-    with pytest.raises(SettingsChanged, match="'chat another prompt' asked"):
+    monkeypatch.setattr(llm, "prompt_fingerprint", lambda: "another prompt")
+    with pytest.raises(SettingsChanged, match="'another prompt' asked"):
         played(truthful)
     assert sql(tmp_path, "select * from call") == []
 

@@ -23,7 +23,7 @@ from lockprobe.agents.llm.client import IN_REASONING, Attempts, ModelClient
 from lockprobe.agents.llm.model_facts import Effort, Schema
 from lockprobe.agents.llm.settings import Access, Model
 from lockprobe.agents.llm.token_bounds import PER_MESSAGE, at_most
-from lockprobe.agents.prompt import Message, chat_fingerprint, conversation, picture_fingerprint, repair, reply_schema
+from lockprobe.agents.prompt import Message, conversation, prompt_fingerprint, repair, reply_schema
 from lockprobe.agents.reply import parse_reply, spoken, without_marks
 from lockprobe.foundation.errors import ModelFault, RefusalFault, ReplyFault
 from lockprobe.foundation.formatting import count
@@ -75,8 +75,7 @@ class HostedModel:
         self.facts: Mapping[str, Fact] = {
             "model": model.name,
             "runtime": self.line.server.runtime,
-            "prompt": f"chat {chat_fingerprint()}",
-            "picture_prompt": f"chat {picture_fingerprint()}",
+            "prompt": prompt_fingerprint(),
             **model.sent(),
             **({} if host is None else {"host": host}),
         }
