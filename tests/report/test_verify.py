@@ -24,7 +24,7 @@ from typer.testing import CliRunner
 from lockprobe import run_study, study
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
-from lockprobe.agents.local import LocalModel, LocalSettings
+from lockprobe.agents.local import LocalModel
 from lockprobe.cli import build
 from lockprobe.interfaces.mcp.session import ToolSession
 from lockprobe.report.verify import NOT_SHOWN, verify
@@ -82,7 +82,7 @@ def forked(directory):
 
 def local(directory):
     planned = study("flips", agent=[LOCAL], p=[0, 0.4], trials=3, repetitions=1, max_steps=6)
-    model = LocalModel(Engine(), {"model": "x"}, LocalSettings(temperature=0.7))
+    model = LocalModel(Engine(), {"model": "x"}, temperature=0.7)
     write_study(directory, planned, [asyncio.run(play_timed(plan, model))[0] for plan in planned.plans(LOCAL)])
 
 

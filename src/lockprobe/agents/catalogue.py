@@ -203,7 +203,7 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
     if spec.name == "local" or spec.name.startswith("gguf:"):
         from lockprobe.agents import local
 
-        local.LocalSettings.parse(spec)
+        local.temperature_in(spec)
         return AgentSource(
             spec=text,
             engine="process",

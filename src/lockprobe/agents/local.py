@@ -8,8 +8,7 @@ machine. Figures stand in ``docs/models.md``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -19,8 +18,8 @@ from lockprobe.agents import weights
 from lockprobe.agents.policy import draw, refuse_pictures
 from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.agents.reply import CLAIMS
-from lockprobe.foundation.errors import BadValue, Conflict, ModelFault
-from lockprobe.foundation.spec import Spec, with_options
+from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.trial.record import Decision, Fact, Situation
 
 if TYPE_CHECKING:
@@ -44,58 +43,24 @@ _CONTEXT = 4096
 _CLAIMS = {f" {words}": outcome for words, outcome in CLAIMS.items() if outcome}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LocalSettings:
-    """The options of a local model: ``llm:local?temperature=0.7``.
-
-    Attributes:
-        temperature: Above 0; probabilities are raised to 1/temperature and normalised, so 1 leaves the model's own.
-
-    Raises:
-        BadValue: If the temperature is not above 0.
-    """
-
-    temperature: float = 1.0
-
-    def __post_init__(self) -> None:
-        if not 0 < self.temperature < inf:
-            raise BadValue("temperature", self.temperature, "a number above 0")
-
-    @classmethod
-    def parse(cls, spec: Spec) -> LocalSettings:
-        """The options of a spec."""
-        return with_options(cls, "a local model", spec.options)
-
-
-def check(spec: Spec) -> None:
-    """Check whether a local model can be loaded.
-
-    Raises:
-        UserMistake: If its runtime or its file is missing or damaged.
-    """
-    import lockprobe.agents.engine  # noqa: F401 - raises if the runtime is missing
-
-    weights.locate(spec.full_name)
-
-
 class LocalModel:
     """A model in a GGUF file that plays by scoring its possible replies.
 
     Args:
         engine: The loaded model.
         facts: The facts of the model, for the record.
-        settings: Its options.
+        temperature: Above 0; probabilities are raised to 1/temperature and normalised, so 1 leaves the model's own.
     """
 
-    def __init__(self, engine: Engine, facts: Mapping[str, Fact], settings: LocalSettings | None = None) -> None:
-        self._engine, self._settings = engine, settings or LocalSettings()
-        self.facts: Mapping[str, Fact] = {
-            **facts,
-            "prompt": f"log {fingerprint(*_segments(example()))}",
-            "prompt_unasked": f"log {fingerprint(*_segments(example(assessment=False)))}",
+    def __init__(self, engine: Engine, facts: Mapping[str, Fact], temperature: float = 1.0) -> None:
+        self._engine, self._temperature = engine, temperature
+        words = [*_segments(example()), *_segments(example(assessment=False))]
+        said: dict[str, Fact] = {
+            "prompt": f"log {fingerprint(*words)}",
             "decoding": "scored answers",
-            **asdict(self._settings),
+            "temperature": temperature,
         }
+        self.facts: Mapping[str, Fact] = {**facts, **said}
 
     @classmethod
     def from_spec(cls, spec: Spec) -> LocalModel:
@@ -109,81 +74,88 @@ class LocalModel:
         path = weights.locate(spec.full_name)
         engine = Engine(path, context=_CONTEXT)
         facts = {"model": weights.model_name(path), "sha256": weights.sha256_of(path)} | engine.facts()
-        return cls(engine, facts, LocalSettings.parse(spec))
+        return cls(engine, facts, temperature_in(spec))
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Say what the last action did, then choose; two draws from the stream per step."""
         refuse_pictures(situation.percept, "a local model")
         if situation.briefing.instruction:
             raise Conflict("prompt", "a local model", "local models play from a log without an instruction")
-        task, last = situation.task, situation.percept.joint
+        task = situation.task
         constant, *rest = _segments(situation)
         if not situation.past:
             self._engine.restart(constant)
         prompt = [*self._engine.opening(constant), *self._tokens(*rest)]
         if len(prompt) > _CONTEXT - 64:
             raise BadValue("max_steps", task.budget, f"a trial that fits this model's {_CONTEXT} tokens")
-        said, claim_probability, number = "", None, float(rng.random())
-        if last is not None and task.assessment:
-            chances = self._engine.score(prompt, [self._engine.tokens(claim) for claim in _CLAIMS])
-            claim_probability = chances[0]
-            said = _said(number, claim_probability)
-            prompt += self._tokens(said, ".")
-        prompt += self._tokens(" Next joint:")
-        raw = self._engine.score(prompt, [self._engine.tokens(f" {joint}") for joint in task.joints])
-        scaled = np.array(raw)
-        if self._settings.temperature != 1:
-            scaled = (scaled / scaled.max()) ** (1 / self._settings.temperature)  # one is 1, however low it is
-        return _drawn(situation, said, claim_probability, (scaled / scaled.sum()).tolist(), rng)
+        claim = None
+        if situation.percept.joint is not None and task.assessment:
+            claim = self._engine.score(prompt, [self._engine.tokens(one) for one in _CLAIMS])[0]
+
+        def chances(said: str) -> list[float]:
+            asked = [*prompt, *self._tokens(said, "." if said else "", " Next joint:")]
+            scaled = np.array(self._engine.score(asked, [self._engine.tokens(f" {joint}") for joint in task.joints]))
+            if self._temperature != 1:
+                scaled = (scaled / scaled.max()) ** (1 / self._temperature)  # one is 1, however low it is
+            return (scaled / scaled.sum()).tolist()  # type: ignore[no-any-return]
+
+        return drawn(situation, claim, chances, rng)
 
     def _tokens(self, *segments: str) -> list[int]:
         """Segments are turned into tokens one by one, so that equal segments give equal tokens everywhere."""
         return [token for segment in segments if segment for token in self._engine.tokens(segment)]
 
 
-class ReplayedLocalModel:
-    """A local model in a trial that has ended: it draws again from the probabilities on record, and scores nothing.
+def temperature_in(spec: Spec) -> float:
+    """The only option of a local model.
+
+    Raises:
+        UnknownName: If the spec has another one.
+        BadValue: If the temperature is not above 0.
+    """
+    given = arguments_from(LocalModel, "a local model", spec.options, taken=("engine", "facts"))
+    temperature = float(given.get("temperature", 1.0))  # type: ignore[arg-type]
+    if not 0 < temperature < inf:
+        raise BadValue("temperature", temperature, "a number above 0")
+    return temperature
+
+
+def check(spec: Spec) -> None:
+    """Check whether a local model can be loaded.
+
+    Raises:
+        UserMistake: If its runtime or its file is missing or damaged.
+    """
+    import lockprobe.agents.engine  # noqa: F401 - raises if the runtime is missing
+
+    weights.locate(spec.full_name)
+
+
+def drawn(
+    situation: Situation,
+    claim: float | None,
+    chances: Callable[[str], Sequence[float]],
+    rng: np.random.Generator,
+) -> Decision:
+    """The decision of a local model, by two draws from the stream.
 
     Args:
-        facts: The facts of the model, from the record.
-        decisions: Its decisions on record.
+        situation: What it decides on.
+        claim: The probability that it says that its last action moved the joint; None if it says nothing of it.
+        chances: From what it said to the probability of each joint.
+        rng: The stream.
     """
-
-    def __init__(self, facts: Mapping[str, Fact], decisions: Iterable[Decision]) -> None:
-        self.facts, self._decisions = facts, iter(decisions)
-
-    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Draw a claim and a joint; two draws from the stream per step.
-
-        Raises:
-            ModelFault: If the record ends here, or has no probabilities.
-        """
-        recorded = next(self._decisions, None)
-        if recorded is None or recorded.probabilities is None:
-            raise ModelFault("the record ends here")
-        said, number = "", float(rng.random())
-        if recorded.claim_probability is not None:
-            said = _said(number, recorded.claim_probability)
-        return _drawn(situation, said, recorded.claim_probability, recorded.probabilities, rng)
-
-
-def _said(number: float, probability: float) -> str:
-    """The claim that a random number gives; ``probability`` is that of the first."""
-    return list(_CLAIMS)[int(number >= probability)]
-
-
-def _drawn(
-    situation: Situation, said: str, probability: float | None, chances: Sequence[float], rng: np.random.Generator
-) -> Decision:
-    """The decision of a model that has said this about its last action, with its next joint drawn."""
-    joint, last = situation.task.joints[draw(chances, rng.random())], situation.percept.joint
-    reply = f"Last joint: {last}{said}. Next joint: {joint}" if said else f"Next joint: {joint}"
+    number = float(rng.random())
+    said = "" if claim is None else list(_CLAIMS)[int(number >= claim)]
+    probabilities = tuple(chances(said))
+    joint = situation.task.joints[draw(probabilities, rng.random())]
+    about = f"Last joint: {situation.percept.joint}{said}. " if said else ""
     return Decision(
         joint=joint,
         claimed=_CLAIMS.get(said),
-        probabilities=tuple(chances),
-        claim_probability=probability,
-        replies=(reply,),
+        probabilities=probabilities,
+        claim_probability=claim,
+        replies=(f"{about}Next joint: {joint}",),
     )
 
 

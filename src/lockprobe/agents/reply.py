@@ -341,6 +341,9 @@ def _fields_of(pairs: _Pairs, names: Sequence[str]) -> Found:
             continue
         if name in fields and fields[name] != value:
             raise ReplyFault(f"{name}: two values")
-        tidied |= ({"repeated"} if name in fields else set()) | ({"spelling"} if name != key else set())
+        if name in fields:
+            tidied.add("repeated")
+        if name != key:
+            tidied.add("spelling")
         fields[name] = value
     return fields, tidied

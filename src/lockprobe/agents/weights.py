@@ -78,18 +78,12 @@ def portable(spec: str) -> str:
     if not spec.startswith(_FILE) or _PORTABLE.fullmatch((asked := Spec.parse(spec)).full_name):
         return spec
     path = locate(asked.full_name).resolve()
-    name = _name_and_hash(path, path.stat().st_mtime_ns, path.stat().st_size)
+    name = f"{model_name(path)}@{sha256_of(path)[:12]}"
     note = _note(name)
     if not note.is_file() or note.read_text() != str(path):
         note.parent.mkdir(parents=True, exist_ok=True)
         write_file(note, str(path))
     return spec.replace(asked.full_name, f"{_FILE}{name}", 1)
-
-
-@lru_cache
-def _name_and_hash(path: Path, changed: int, size: int) -> str:
-    """The name of a model and the beginning of its hash; by when it was changed and its size it is taken anew."""
-    return f"{model_name(path)}@{sha256_of(path)[:12]}"
 
 
 def _note(name: str) -> Path:
@@ -104,6 +98,12 @@ def model_name(path: Path) -> str:
 
 
 def sha256_of(path: Path) -> str:
-    """The hash of a model's file, in hexadecimal digits."""
+    """The hash of a model's file, in hexadecimal digits; it is taken anew if the file has changed."""
+    now = path.stat()
+    return _hash(path, now.st_mtime_ns, now.st_size)
+
+
+@lru_cache
+def _hash(path: Path, changed: int, size: int) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

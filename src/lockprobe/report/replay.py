@@ -88,7 +88,7 @@ async def played_again(
         kept = KeptReplies(replies)
         agent = _agent(trial, found.kind, kept, KeptReplies(parent))
         found.luck = await _difference(plan, trial, agent)
-        if found.luck and not isinstance(agent, _Recorded):  # whether the rest follows from these choices
+        if found.luck and type(agent) is not _Recorded:  # whether the rest follows from these choices
             found.luck, found.choices = await _difference(plan, trial, _Recorded(trial)), found.luck
             if found.kind == "hosted" and trial.facts.get("prompt") != prompt_fingerprint():
                 found.choices += "; its prompt is not that of this release, so verify it with its own"
@@ -104,9 +104,7 @@ def _agent(trial: Trial, kind: AgentKind, *kept: KeptReplies) -> Agent:
     if kind == "strategy":
         return _strategy(trial.agent)
     if kind == "local":
-        from lockprobe.agents.local import ReplayedLocalModel
-
-        return ReplayedLocalModel(trial.facts, [step.decision for step in trial.steps])
+        return _Redrawn(trial)
     if kind == "hosted" and not (trial.error is not None and trial.error.again):
         from lockprobe.agents.llm.model import ReplayedModel
 
@@ -134,6 +132,20 @@ class _Recorded:
         for decision in self._decisions:
             return decision
         raise ModelFault("the record ends here")
+
+
+class _Redrawn(_Recorded):
+    """A local model that draws again from the probabilities on record, and scores nothing."""
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """The claim and the joint that the stream gives."""
+        from lockprobe.agents.local import drawn
+
+        recorded = await super().decide(situation, rng)
+        if recorded.probabilities is None:
+            raise ModelFault("the record has no probabilities")
+        chances = recorded.probabilities
+        return drawn(situation, recorded.claim_probability, lambda _: chances, rng)
 
 
 async def _difference(plan: Plan, trial: Trial, agent: Agent) -> str:
