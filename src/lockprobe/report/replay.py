@@ -88,7 +88,7 @@ async def played_again(
         kept = KeptReplies(replies)
         agent = _agent(trial, found.kind, kept, KeptReplies(parent))
         found.luck = await _difference(plan, trial, agent)
-        if found.luck and type(agent) is not _Recorded:  # whether the rest follows from these choices
+        if found.luck and not isinstance(agent, _Recorded):  # whether the rest follows from these choices
             found.luck, found.choices = await _difference(plan, trial, _Recorded(trial)), found.luck
             if found.kind == "hosted" and trial.facts.get("prompt") != prompt_fingerprint():
                 found.choices += "; its prompt is not that of this release, so verify it with its own"
@@ -134,14 +134,17 @@ class _Recorded:
         raise ModelFault("the record ends here")
 
 
-class _Redrawn(_Recorded):
+class _Redrawn:
     """A local model that draws again from the probabilities on record, and scores nothing."""
+
+    def __init__(self, trial: Trial) -> None:
+        self._recorded, self.facts = _Recorded(trial), trial.facts
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """The claim and the joint that the stream gives."""
         from lockprobe.agents.local import drawn
 
-        recorded = await super().decide(situation, rng)
+        recorded = await self._recorded.decide(situation, rng)
         if recorded.probabilities is None:
             raise ModelFault("the record has no probabilities")
         chances = recorded.probabilities
