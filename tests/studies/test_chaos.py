@@ -70,7 +70,7 @@ FAULTY = {
     "malformed": "a reply that cannot be read",
     "a string": "service unavailable",
     "upstream": "the provider answered 502: Upstream error",
-    "no content": "the provider answered with an error: a reply without content (null), stop",
+    "no content": "the provider answered with an error: an empty reply that no model gives, stop",
 }
 """What a trial ends with, at the boundary ``model``, if the provider does nothing else; once is asked again."""
 

@@ -50,12 +50,14 @@ _FAULT = re.compile(
 _NO_REASON = ("", "other", "unknown", "unspecified", "finish_reason_unspecified", "none", "null")
 
 _REFUSING = (400, 403, 422, 451)
+"""The statuses of a refusal."""
+
 _REFUSED_FOR = re.compile(
     r"content.?(?:filter|policy|risk)|safety|moderation|flagged|invalid.?prompt|data.?inspection|prohibited",
     re.IGNORECASE,
 )
 _REFUSED_IN_WORDS = re.compile(r"content exists risk|inappropriate content|requires moderation", re.IGNORECASE)
-"""The statuses of a refusal, and how its code or type names it; few services say it in words alone."""
+"""How the code or type of an error names a refusal; few services say it in words alone."""
 
 _TOO_LONG = re.compile(
     r"context.?length.?exceeded|maximum context length|exceed\w* (?:the )?(?:available )?context|exceed_context_size"
@@ -137,27 +139,33 @@ class NoReply(Exception):
 
     Args:
         words: What is said of it; secrets are left out.
+        status: The status of the answer, or the one that it says; 200 for an error in the place of a reply, None if
+            nothing came that the provider said.
         again: Whether the same request may succeed later; never if the words say that something has to be mended.
         charged: Whether it may be charged for, although nobody counted it.
-        usage: What the server counted for it, if it counted anything.
-        limited: Whether there were too many requests.
         wait: Seconds that the server asks to wait.
+
+    Attributes:
+        limited: Whether there were too many requests.
+        usage: What the server counted for it, if it counted anything.
     """
 
     def __init__(
         self,
         words: str,
         *,
+        status: int | None = None,
         again: bool = True,
         charged: bool = False,
-        usage: Usage | None = None,
-        limited: bool = False,
         wait: float | None = None,
     ) -> None:
+        if status is not None:
+            words = f"the provider answered {'with an error' if status < 300 else status}: {words}"
+            again = again and (status < 300 or status in (408, 409, 425, 429) or status >= 500)
         remedy = next((remedy for said, remedy in _MENDING if re.search(said, words, re.IGNORECASE)), "")
         super().__init__(f"{words}{MENDING}{remedy}" if remedy else words)
-        self.again, self.charged, self.limited, self.wait = again and not remedy, charged, limited, wait
-        self.usage = Usage() if usage is None else replace(usage, calls=0)
+        self.again, self.charged, self.wait = again and not remedy, charged, wait
+        self.limited, self.usage = status == 429, Usage()
 
 
 def read_answer(status: int, headers: Mapping[str, str], content: bytes) -> ModelReply:
@@ -167,107 +175,106 @@ def read_answer(status: int, headers: Mapping[str, str], content: bytes) -> Mode
         NoReply: If it holds none.
     """
     try:
-        came = json.loads(content)
-        said = str(came)
+        came, unread = json.loads(content), ""
     except (ValueError, RecursionError) as error:
-        came, said = None, str(error) if status < 400 else content.decode("utf-8", "replace")
+        came, unread = None, str(error)
     if 300 <= status < 400:
-        there = _line(headers.get("location", "elsewhere"))
-        raise NoReply(
-            f"the provider answered {status}: it sends the conversation to {there}{MENDING}name that server",
-            again=False,
-        )
+        there = f"it sends the conversation to {_line(headers.get('location', 'elsewhere'))}"
+        raise NoReply(f"{there}{MENDING}name that server", status=status)
     if not isinstance(came, dict):
         if status < 400:
-            raise NoReply(f"a reply that cannot be read ({_line(said)})", charged=True)
-        came = {"error": said}
-    if status >= 400:
-        return _of_status(status, headers, came)
+            raise NoReply(f"a reply that cannot be read ({_line(unread or str(came))})", charged=True)
+        came = {"error": content.decode("utf-8", "replace") if unread else str(came)}
     if "stop_reason" in came:
         came = _of_messages(came)
-    usage, choices = _usage(came), came.get("choices")
-    if isinstance(choices, list) and choices:
-        choice = _mapping(choices[0])
-        text, stop, thoughts = _choice(choice, _error_in(choice, "error") or _error_in(came, "error"), usage)
-        return _made(came, text, stop, usage, thoughts)
-    if (why := _error_in(came, "error", "errors", "detail", "message")) is None:
-        raise _fault("no reply in its answer", usage, charged=True)
-    if not why.refused:
-        raise why.no_reply(usage)
-    return _made(came, why.words, REFUSED, usage)
-
-
-def _made(came: Mapping[str, Any], text: str, stop: str, usage: Usage | None, thoughts: str = "") -> ModelReply:
+    usage = None if status >= 400 else _usage(came)
+    try:
+        text, stop, thoughts = _read(came, status, _wait(headers.get("retry-after", "")), usage or Usage())
+    except NoReply as none:
+        none.usage = replace(usage or Usage(), calls=0)
+        raise
     model, provider, version = (
         said if isinstance(said := came.get(name), str) else "" for name in ("model", "provider", "system_fingerprint")
     )
     served = ", ".join(filter(None, (f"{model} by {provider}" if provider else model, version)))
-    served = printable(without_keys(served))[:LONGEST_NAME]
-    text, usage = without_keys(text)[:LONGEST_REPLY], usage or Usage(calls=1)
-    return ModelReply(text=text, stop=stop, served=served, usage=usage, reasoned=bool(thoughts), thoughts=thoughts)
+    return ModelReply(
+        text=without_keys(text)[:LONGEST_REPLY],
+        stop=stop,
+        served=printable(without_keys(served))[:LONGEST_NAME],
+        usage=usage or Usage(calls=1),
+        reasoned=bool(thoughts),
+        thoughts=thoughts,
+    )
 
 
-def _choice(choice: Mapping[str, Any], error: _Error | None, usage: Usage | None) -> tuple[str, str, str]:
+def _read(came: Mapping[str, Any], status: int, wait: float | None, counted: Usage) -> tuple[str, str, str]:
+    """Text, reason for its end, and reasoning."""
+    choices = came.get("choices")
+    if status >= 400:
+        error = _error_in(came, "error", "detail") or _error_in({"error": [came]}, "error") or _Error("", "", False)
+        return error.refusal(status, charged=status in _GAVE_UP_WAITING, wait=wait), REFUSED, ""
+    if isinstance(choices, list) and choices:
+        choice = _mapping(choices[0])
+        return _choice(choice, _error_in(choice, "error") or _error_in(came, "error"), counted)
+    if (error_alone := _error_in(came, "error", "errors", "detail", "message")) is None:
+        raise NoReply("no reply in its answer", status=status, charged=True)
+    return error_alone.refusal(), REFUSED, ""
+
+
+def _choice(choice: Mapping[str, Any], error: _Error | None, counted: Usage) -> tuple[str, str, str]:
     """Text, reason for its end, and reasoning."""
     message = _mapping(choice.get("message"))
     text, refusal, thoughts = _said(message.get("content"))
     refusal = _text_of(message.get("refusal")) or refusal
     empty = not (text or "").strip()
     if error is not None:
-        if not error.refused:
-            raise error.no_reply(usage, charged=not empty)
-        refusal = refusal or error.words
+        refusal = refusal or error.words if error.refuses else error.refusal(charged=not empty)
     reasons = [(name, str(choice[name])) for name in ("finish_reason", "native_finish_reason") if choice.get(name)]
     after = "" if empty else f", after {text!r}"
     if refusal := refusal or next((f"{name} {why}{after}" for name, why in reasons if _REFUSAL.search(why)), ""):
         return refusal, REFUSED, ""
     for name, reason in reasons:
         if _TOO_LONG.search(reason):
-            raise NoReply("the conversation is longer than the model can read", again=False, usage=usage)
+            raise NoReply("the conversation is longer than the model can read", again=False)
         if _FAULT.search(reason) or (empty and reason.lower() in _NO_REASON):
-            raise _fault(f"{name} {reason}", usage, charged=not empty)
+            raise NoReply(f"{name} {reason}", status=200, charged=not empty)
     stop = _STOPS.get(str(choice.get("finish_reason")).lower(), "unknown")
     thoughts = thoughts or next((_text_of(message[name]) or "…" for name in _REASONING if message.get(name)), "")
     if empty and (message.get("tool_calls") or message.get("function_call")):
         return "", "tool_calls", thoughts
     if empty and stop != "max_tokens":
-        _check_empty(text, " ".join(reason for _, reason in reasons), usage, thought=bool(thoughts))
+        _check_empty(text, " ".join(reason for _, reason in reasons), counted, thought=bool(thoughts))
     text = text or ""
     if "</think>" in text and not text.rpartition("</think>")[2].strip():
         thoughts = thoughts or text
-    _check_text(text, usage)
+    _check_text(text)
     return text, stop, thoughts
 
 
-def _check_text(text: str, usage: Usage | None) -> None:
+def _check_empty(text: str | None, reason: str, counted: Usage, *, thought: bool) -> None:
+    """Let an empty reply pass only if a model can have given it.
+
+    Raises:
+        NoReply: If it has no reason for its end, no token, no count of them, or neither reasoning nor content.
+    """
+    nothing = not counted.output_tokens and (counted.input_tokens or not (thought or text is None))
+    if nothing or not reason or (text is None and not (thought or counted.reasoning_tokens)):
+        said = f"an empty reply that no model gives, {reason or 'without a reason for its end'}"
+        raise NoReply(said, status=200, charged=True)
+
+
+def _check_text(text: str) -> None:
     """Refuse an error in the form of a reply: the words of a gateway, or an object that holds an error and no move.
 
     Raises:
         NoReply: If it is one.
     """
     if "{" not in text and len(text) < _LONGEST_SAID and _ERROR_PAGE.match(text):
-        raise _fault(_line(text), usage, charged=True)
+        raise NoReply(_line(text), status=200, charged=True)
     if text.lstrip().startswith("{") and '"error"' in text and '"joint"' not in text:
         with suppress(ValueError):
             if (error := _error_in(_mapping(json.loads(text)), "error")) is not None:
-                raise error.no_reply(usage, charged=True)
-
-
-def _check_empty(text: str | None, reason: str, usage: Usage | None, *, thought: bool) -> None:
-    """Let an empty reply pass only if a model can have given it.
-
-    Raises:
-        NoReply: If it has no reason for its end, no token, no count of them, or neither reasoning nor content.
-    """
-    counted = usage or Usage()
-    if not reason:
-        raise _fault("an empty reply without a reason for its end", usage, charged=True)
-    if counted.input_tokens and not counted.output_tokens:
-        raise _fault(f"an empty reply of 0 tokens, {reason}", usage, charged=True)
-    if not (counted.output_tokens or thought or text is None):
-        raise _fault(f"an empty reply of which nobody counts a token, {reason}", usage, charged=True)
-    if text is None and not (thought or counted.reasoning_tokens):
-        raise _fault(f"a reply without content (null), {reason}", usage, charged=True)
+                raise error.fault(charged=True)
 
 
 class _Error(NamedTuple):
@@ -278,14 +285,26 @@ class _Error(NamedTuple):
     flagged: bool
 
     @property
-    def refused(self) -> bool:
-        """Whether it refuses the conversation."""
-        return self.flagged or bool(_REFUSAL.search(self.named))
+    def refuses(self) -> bool:
+        """Whether it refuses the conversation, and not the account or the request."""
+        return self.flagged or bool(_REFUSED_FOR.search(self.named) or _REFUSED_IN_WORDS.search(self.words))
 
-    def no_reply(self, usage: Usage | None, *, charged: bool = False) -> NoReply:
-        """The fault that it is, by the status that its code is, if it is one."""
-        code = re.match("[45][0-9][0-9] ", self.named)
-        return _fault(self.words, usage, charged=charged, status=int(code[0]) if code else None)
+    def refusal(self, status: int = 200, *, charged: bool = False, wait: float | None = None) -> str:
+        """Its words, if it refuses the conversation; ``status`` is that of the answer.
+
+        Raises:
+            NoReply: If it does not.
+        """
+        if self.refuses and status in (200, *_REFUSING):
+            return self.words
+        if 400 <= status < 500 and status != 429 and _TOO_LONG.search(f"{self.named} {self.words}"):
+            raise NoReply(f"the conversation is longer than the model can read: {self.words}", again=False)
+        raise self.fault(status, charged=charged, wait=wait)
+
+    def fault(self, status: int = 200, *, charged: bool, wait: float | None = None) -> NoReply:
+        """The fault that it is, by the status, which may be its code."""
+        code = re.match("[45][0-9][0-9] ", self.named) if status < 300 else None
+        return NoReply(self.words, status=int(code[0]) if code else status, charged=charged, wait=wait)
 
 
 def _error_in(holder: Mapping[str, Any], *names: str) -> _Error | None:
@@ -300,34 +319,6 @@ def _error_in(holder: Mapping[str, Any], *names: str) -> _Error | None:
     if "insufficient_quota" in named and "quota" not in words:
         words = f"{words} (insufficient_quota)"
     return _Error(words, named, bool(_mapping(parts.get("metadata")).get("reasons")))
-
-
-def _fault(
-    words: str, usage: Usage | None, *, charged: bool, status: int | None = None, wait: float | None = None
-) -> NoReply:
-    """A fault, by its status if it has one. That of a rate limit can also be a spent quota, which nothing mends."""
-    if status is None:
-        return NoReply(f"the provider answered with an error: {words}", charged=charged, usage=usage)
-    again = status in (408, 409, 425, 429) or status >= 500
-    said = f"the provider answered {status}: {words}"
-    return NoReply(said, again=again, charged=charged, usage=usage, limited=status == 429, wait=wait)
-
-
-def _of_status(status: int, headers: Mapping[str, str], came: Mapping[str, Any]) -> ModelReply:
-    """The refusal that came with a status of failure.
-
-    Raises:
-        NoReply: If it refuses anything but the conversation.
-    """
-    words, named, flagged = (
-        _error_in(came, "error", "detail") or _error_in({"error": [came]}, "error") or ("", "", False)
-    )
-    if status in _REFUSING and (flagged or _REFUSED_FOR.search(named) or _REFUSED_IN_WORDS.search(words)):
-        return _made(came, words, REFUSED, None)
-    if status < 500 and status != 429 and _TOO_LONG.search(f"{named} {words}"):
-        raise NoReply(f"the conversation is longer than the model can read: {words}", again=False)
-    wait = _wait(headers.get("retry-after", ""))
-    raise _fault(words, None, charged=status in _GAVE_UP_WAITING, status=status, wait=wait)
 
 
 def _wait(said: str) -> float | None:
