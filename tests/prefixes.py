@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import pairwise, takewhile
 
-from lockprobe.agents.llm.token_bounds import MOST_PER_PICTURE, tokens
+from lockprobe.agents.llm.settings import MOST_PER_PICTURE, tokens
 from lockprobe.agents.prompt import Message
 
 

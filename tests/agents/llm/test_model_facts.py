@@ -15,13 +15,12 @@ from lockprobe.agents.llm.model_facts import (
     price_of,
     read_facts,
 )
-from lockprobe.agents.llm.settings import Model, ModelSettings
+from lockprobe.agents.llm.settings import Model
 from lockprobe.foundation.errors import BadFile
 from lockprobe.trial.model_call import Usage
 
 PRICE = '{ input = 2.0, cached = 0.5, output = 8.0, date = "2026-01-02", source = "a list" }'
 OWN = Price(input=2, cached=0.5, output=8, date="2026-01-02", source="a list")
-O1 = {"fixed": True, "reasons": True, "effort": True}
 
 
 @pytest.fixture
@@ -42,11 +41,10 @@ def own(tmp_path, monkeypatch):
     ("name", "known"),
     [
         ("vllm/somebody/something-7b", {"reasons": None, "images": None, "price": None, "known": False}),
-        *((f"openai/{name}", O1) for name in ("o1", "o1-2024-12-17", "o3-mini", "o4-mini")),
+        ("openai/o1-2024-12-17", {"fixed": True, "reasons": True, "effort": True}),
         ("openai/o3-mini", {"images": False}),
         ("openai/gpt-4o-2024-11-20", {"images": True, "fixed": False, "effort": False, "schema": "strict"}),
         ("openai/gpt-4o-audio-preview", {"known": False}),
-        ("openai/gpt-5", {"fixed": True}),
         ("deepseek/deepseek-chat", {"schema": "loose"}),
     ],
 )
@@ -93,24 +91,14 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(own):
     [
         ("[[model", "not TOML"),
         ("[[modle]]\nmatch = ['a']", r"modle: expected only tables \[\[model\]\]"),
-        ("model = 3", r"model: expected only tables \[\[model\]\]"),
         ("model = [3]", "model 1: expected a table"),
         ("[[model]]\nimages = true", "model 1: match: "),
         ("[[model]]\nmatch = ['a*b*c*d*e*f*g*']", "model 1: match"),
-        ("[[model]]\nmatch = ['[!a]*']", "model 1: match"),
         ("[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true", r"model 2 \(b\): image: .*; keys are match,"),
-        ("[[model]]\nmatch = ['a']\nknown = true", r"model 1 \(a\): known: .*; keys are match,"),
-        ("[[model]]\nmatch = ['a']\neffort = 'huge'", r"model 1 \(a\): effort: expected"),
         ("[[model]]\nmatch = ['a']\nmost_output = -1", r"model 1 \(a\): most_output: expected "),
-        ("[[model]]\nmatch = ['a']\nimages = 'yes'", r"model 1 \(a\): images: "),
         ("[[model]]\nmatch = ['a']\nprice = { input = 1.0 }", r"model 1 \(a\): price.cached: "),
-        *(
-            (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace(*change)}", rf"model 1 \(a\): price.{key}: ")
-            for key, *change in (
-                ("input", "2.0", "-2.0"), ("input", "2.0", "inf"), ("input", "2.0", "true"),
-                ("date", "2026-01-02", "today"), ("date", "01-02", "13-41"),
-            )
-        ),
+        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', 'inf')}", r"model 1 \(a\): price.input: "),
+        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2026-01-02', 'today')}", r"model 1 \(a\): price.date: "),
     ],
 )  # fmt: skip
 def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):
@@ -123,7 +111,7 @@ def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):
 @pytest.mark.parametrize(
     ("fact", "changed"),
     [
-        *((fact, {}) for fact in ("images = false", "most_output = 900", 'schema = "strict"')),
+        ("images = false", {}),
         (f"price = {PRICE}", {}),
         (f"reasons = false\neffort = false\nprice = {PRICE}", {"effort": "not taken", "max_tokens": 1000}),
     ],
@@ -131,12 +119,7 @@ def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):
 def test_a_fact_of_ones_own_says_nothing_of_the_others_and_a_price_changes_no_request(own, fact, changed):
     before = Model.parse("vllm/qwen").sent()
     own(f"[[model]]\nmatch = ['vllm/*']\n{fact}\n")
-    now = Model.parse("vllm/qwen")
-    assert now.sent() == before | changed
-    if not changed:
-        assert (now.facts.fixed, now.facts.effort, now.facts.reasons, now.parameters()) == (None, None, None, {})
-        asked = ModelSettings(temperature=0.5, top_p=0.5, effort="low", max_tokens=900, schema="strict")
-        assert Model(name="vllm/qwen", settings=asked, facts=now.facts).settings == asked
+    assert Model.parse("vllm/qwen").sent() == before | changed
 
 
 def test_a_price_that_no_file_has_is_the_one_of_the_package_and_routers_have_none(own):

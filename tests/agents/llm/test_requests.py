@@ -4,11 +4,12 @@ import json
 
 import pytest
 
+from lockprobe.agents import weights
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.servers import PROVIDERS, Server, request_body
-from lockprobe.agents.llm.settings import Access, Model
-from lockprobe.agents.prompt import Message
+from lockprobe.agents.llm.settings import MOST_OUTPUT, MOST_PER_PICTURE, Access, Model, ModelSettings, tokens
+from lockprobe.agents.prompt import Message, conversation, example, reply_schema
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName, UserMistake
 from lockprobe.plants.catalogue import known_plants
 from lockprobe.studies.options.study_options import StudyOptions
@@ -245,3 +246,45 @@ def test_an_environment_that_cannot_be_used_is_one_line_without_keys(monkeypatch
 def test_what_is_out_of_range_is_one_line(setting, value):
     with pytest.raises(BadValue, match=f"^{setting}: got .*, expected "):
         Access(**{setting: value})
+
+
+def most(text="What now?", sizes=(), max_tokens=None, **facts):
+    """The largest usage of a call with pictures of these sizes, of which as much is there as says how large they are."""
+    head = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR"
+    pngs = [head + width.to_bytes(4, "big") + height.to_bytes(4, "big") for width, height in sizes]
+    said = Message(role="user", text=text, pictures=tuple(Picture(kind="rgb", png=png) for png in pngs))
+    model = Model(name="a/b", settings=ModelSettings(max_tokens=max_tokens), facts=ModelFacts(**facts))
+    return model.at_most([said])
+
+
+def test_no_call_takes_more_than_was_said():
+    """Tokens of a byte-level tokenizer are at most the bytes; the local model's own count stands beside it."""
+    engine = pytest.importorskip("lockprobe.agents.engine")
+    if weights.embedded() is None:
+        pytest.skip("the embedded model is not installed")
+    counts = engine.Engine(weights.locate("llm:local"), context=256)
+    texts = [*(message.text for message in conversation(example())), "}{][,,;;" * 20, "Verklemmt 🔒 锁住了 " * 20]
+    for text in texts:
+        assert len(counts.tokens(text)) + len(counts.tokens(str(reply_schema(example())))) <= most(text).input_tokens
+    ours = "".join(texts[:3])
+    assert len(counts.tokens(ours)) == pytest.approx(tokens(ours), rel=0.3)
+    assert most("\ud800").input_tokens > 0
+
+
+def test_what_a_reply_may_take_is_what_is_asked_for():
+    asked = ({"max_tokens": 55}, {"reasons": False}, {"reasons": True}, {}, {"most_output": 900})
+    assert [most(**one).output_tokens for one in asked] == [55, 1000, 25_000, MOST_OUTPUT, 900]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "known", "tokens"),
+    [
+        ([(1024, 1024)], {}, MOST_PER_PICTURE),
+        ([(0, 0)], {}, MOST_PER_PICTURE),
+        ([(1025, 1024)], {}, 2 * MOST_PER_PICTURE),
+        ([(64, 64)] * 2, {}, 2 * MOST_PER_PICTURE),
+        ([(4096, 4096)], {"picture_tokens": 765}, 16 * 765),
+    ],
+)
+def test_every_block_of_every_picture_counts(sizes, known, tokens):
+    assert most(sizes=sizes, **known).input_tokens - most(**known).input_tokens == tokens

@@ -9,8 +9,7 @@ from builders import SOLUTION, make_trial
 from provider_server import here, joints, names, replying, truthful, words
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, ModelFacts
-from lockprobe.agents.llm.settings import Model, ModelSettings
-from lockprobe.agents.llm.token_bounds import tokens
+from lockprobe.agents.llm.settings import Model, ModelSettings, tokens
 from lockprobe.boxes.solve import random_curve
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import REPLY, estimates, request_sizes

@@ -11,16 +11,16 @@ from __future__ import annotations
 import json
 import re
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from email.utils import mktime_tz, parsedate_tz
 from typing import Any, NamedTuple
 
 from lockprobe.agents.reply import REFUSED
 from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.trial.model_call import Usage
+from lockprobe.trial.model_call import Call, Usage
 
 MENDING = "; to mend it, "
 """Stands in the error of a call between what was said and what has to be done before the same request can succeed."""
@@ -106,32 +106,8 @@ _STOPS = {
 
 _REASONING = ("reasoning", "reasoning_content", "reasoning_details")
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModelReply:
-    """A reply of the model; of a refusal its words.
-
-    Attributes:
-        text: The text.
-        stop: Why the model stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
-        served: Who answered: the model, whose it is behind a router, and the version of the server, as they say it.
-        usage: What it cost, with what the provider counted for failed attempts.
-        seconds: Wall time, retries included.
-        retries: How often the provider had to be asked again.
-        unanswered: Attempts without a usable reply that the provider may have charged for.
-        reasoned: Whether reasoning came with it, apart from the text.
-        thoughts: That reasoning; it is not kept.
-    """
-
-    text: str
-    stop: str
-    served: str
-    usage: Usage
-    seconds: float = 0.0
-    retries: int = 0
-    unanswered: int = 0
-    reasoned: bool = False
-    thoughts: str = ""
+IN_REASONING = "in_reasoning"
+"""Why a reply is empty if the object that was asked for stands in the reasoning."""
 
 
 class NoReply(Exception):
@@ -168,8 +144,12 @@ class NoReply(Exception):
         self.limited, self.usage = status == 429, Usage()
 
 
-def read_answer(status: int, headers: Mapping[str, str], content: bytes) -> ModelReply:
-    """The reply in an answer.
+def read_answer(
+    asked: Call, status: int, headers: Mapping[str, str], content: bytes, names: Collection[str] = ()
+) -> Call:
+    """The call with the reply in an answer, of a refusal with its words, and with what it cost.
+
+    ``names`` are the fields of the object that a schema asks for; where it stands in the reasoning, nothing else comes.
 
     Raises:
         NoReply: If it holds none.
@@ -197,14 +177,23 @@ def read_answer(status: int, headers: Mapping[str, str], content: bytes) -> Mode
         said if isinstance(said := came.get(name), str) else "" for name in ("model", "provider", "system_fingerprint")
     )
     served = ", ".join(filter(None, (f"{model} by {provider}" if provider else model, version)))
-    return ModelReply(
-        text=without_keys(text)[:LONGEST_REPLY],
-        stop=stop,
+    return replace(
+        asked,
+        reply=without_keys(text)[:LONGEST_REPLY],
+        stop=IN_REASONING if names and not text.strip() and _ends_with(thoughts, names) else stop,
         served=printable(without_keys(served))[:LONGEST_NAME],
         usage=usage or Usage(calls=1),
         reasoned=bool(thoughts),
-        thoughts=thoughts,
     )
+
+
+def _ends_with(thoughts: str, names: Collection[str]) -> bool:
+    """Whether an object with these fields stands at the end of the reasoning."""
+    try:
+        last = json.loads(thoughts[thoughts.rfind("{") :])
+    except ValueError:
+        return False
+    return isinstance(last, dict) and last.keys() >= set(names)
 
 
 def _read(came: Mapping[str, Any], status: int, wait: float | None, counted: Usage) -> tuple[str, str, str]:

@@ -8,24 +8,22 @@ charge for attempts to which no reply came, so they are announced before the nex
 from __future__ import annotations
 
 import asyncio
-import json
 import os
 import random
 import time
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import asdict, replace
-from typing import NamedTuple
 from urllib.request import getproxies
 
 import httpx2 as httpx
 
-from lockprobe.agents.llm.answer import ModelReply, NoReply, read_answer
+from lockprobe.agents.llm.answer import NoReply, read_answer
 from lockprobe.agents.llm.servers import Server, request_body
 from lockprobe.agents.llm.settings import Access, Model
 from lockprobe.agents.prompt import Message
 from lockprobe.foundation.errors import BadValue, ModelFault
 from lockprobe.foundation.redaction import without_secrets
-from lockprobe.trial.model_call import Usage
+from lockprobe.trial.model_call import Call, Usage
 
 LARGEST_ANSWER = 1 << 24
 """The most bytes of a decompressed answer: 16 MiB. Typical answers have a few thousand."""
@@ -36,9 +34,6 @@ LONGEST_PAUSE = 60.0
 LONGEST_OBEYED = 600.0
 """The longest wait in seconds at a server's request; a run does not wait for hours."""
 
-IN_REASONING = "in_reasoning"
-"""Why a reply is empty if the object that was asked for stands in the reasoning."""
-
 _NOT_SENT = (httpx.ConnectError, httpx.ConnectTimeout, httpx.PoolTimeout)
 
 _PACKED = ("identity", "gzip", "deflate")
@@ -48,27 +43,8 @@ _NETWORK = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY", "SSL_CERT_FILE
 """The variables that the HTTP library reads."""
 
 
-class Attempts(NamedTuple):
-    """The attempts of one call that failed, under the names of :class:`lockprobe.trial.model_call.Call`.
-
-    Attributes:
-        retries: How many there were; of a call that failed, all but the last.
-        unanswered: Those that the provider may charge for, and whose tokens it did not count.
-        usage: The tokens that it counted for the others.
-    """
-
-    retries: int = 0
-    unanswered: int = 0
-    usage: Usage = Usage()
-
-    def and_one(self, failed: NoReply) -> Attempts:
-        """With one more."""
-        lost = failed.usage != Usage()
-        return Attempts(self.retries + 1, self.unanswered + (failed.charged and not lost), self.usage + failed.usage)
-
-
-Again = Callable[[Attempts], Awaitable[None]]
-"""Called before a request is made again, if more of its attempts may have been charged for than was said before."""
+Again = Callable[[Call], Awaitable[None]]
+"""Called before a request is made again, with the account so far, if more of its attempts may have been charged for."""
 
 
 class ModelClient:
@@ -107,47 +83,43 @@ class ModelClient:
         self._made += self._idle
 
     async def ask(
-        self, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None
-    ) -> ModelReply:
+        self, asked: Call, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None
+    ) -> Call:
         """Send a conversation and wait for a reply of the form ``schema``. The caller holds one of :attr:`slots`.
 
-        ``again`` is called before a request is made again that may have been charged for; what it raises ends it.
+        The call comes back with its reply. ``again`` is called before a request is made again that may have been
+        charged for; what it raises ends it.
 
         Raises:
             ModelFault: If the provider gives no answer, after all retries, or the conversation is too long.
         """
         content = request_body(self.server, self.model, messages, schema)
-        began, failed, told = time.perf_counter(), Attempts(), Attempts()
+        names = schema.get("required") if self.model.form != "none" else None
+        began, failed, told = time.perf_counter(), asked, asked
         while True:
-            if again is not None and failed[1:] != told[1:]:
+            if again is not None and (failed.unanswered, failed.usage) != (told.unanswered, told.usage):
                 await again(failed)
                 told = failed
             try:
-                reply = await self._once(content)
+                reply = read_answer(asked, *await self._once(content), names if isinstance(names, list) else ())
                 break
             except NoReply as error:
-                failed = failed.and_one(error)
+                uncounted = error.usage == Usage()
+                failed = replace(
+                    failed,
+                    retries=failed.retries + 1,
+                    unanswered=failed.unanswered + (error.charged and uncounted),
+                    usage=failed.usage + error.usage,
+                )
                 await asyncio.sleep(self._pause(error, failed))
         counted = reply.usage.input_tokens or reply.usage.output_tokens
         return replace(
             reply,
-            stop=IN_REASONING if self._hides(reply, schema) else reply.stop,
             usage=reply.usage + failed.usage,
             seconds=time.perf_counter() - began,
             retries=failed.retries,
             unanswered=failed.unanswered + (failed.usage != Usage() and not counted),  # the sum would hide it
         )
-
-    def _hides(self, reply: ModelReply, schema: dict[str, object]) -> bool:
-        """Whether a reply is empty and the object that a schema asks for stands at the end of the reasoning."""
-        names = schema.get("required")
-        if reply.text.strip() or self.model.form == "none" or not isinstance(names, list):
-            return False
-        try:
-            last = json.loads(reply.thoughts[reply.thoughts.rfind("{") :])
-        except ValueError:
-            return False
-        return isinstance(last, dict) and last.keys() >= set(names)
 
     async def pause(self, times: int) -> None:
         """Wait before a conversation is sent again to which so many replies came that could not be used."""
@@ -158,7 +130,7 @@ class ModelClient:
         pause = min(LONGEST_PAUSE, self._access.pause * first * 2.0 ** min(times - 1, 30))
         return pause * random.uniform(0.75, 1.25)  # noqa: S311 - no secret
 
-    def _pause(self, error: NoReply, failed: Attempts) -> float:
+    def _pause(self, error: NoReply, failed: Call) -> float:
         """Seconds until the next attempt.
 
         Raises:
@@ -176,7 +148,7 @@ class ModelClient:
             return error.wait * random.uniform(1, 1.25)  # noqa: S311 - no secret
         return self._back_off(failed.retries, 2 if error.limited else 1)
 
-    async def _once(self, content: bytes) -> ModelReply:
+    async def _once(self, content: bytes) -> tuple[int, Mapping[str, str], bytes]:
         """One attempt.
 
         A connection is taken by one request at a time, and each has a client of its own: a pool looks at all its
@@ -200,7 +172,7 @@ class ModelClient:
                     if (size := size + len(part)) > LARGEST_ANSWER:
                         what = f"the provider answered with an answer of more than {LARGEST_ANSWER} bytes"
                         raise NoReply(what, again=False, charged=True)
-                status, headers = answer.status_code, answer.headers
+                return answer.status_code, answer.headers, b"".join(parts)
         except TimeoutError:
             raise NoReply(f"no reply within {self._access.timeout:g} s", charged=True) from None
         except (httpx.HTTPError, OSError, OverflowError) as error:
@@ -212,7 +184,6 @@ class ModelClient:
             raise NoReply(f"no connection to the provider: {said}", charged=charged) from error
         finally:
             self._idle.append(http)
-        return read_answer(status, headers, b"".join(parts))
 
     async def aclose(self) -> None:
         """Close the connections."""

@@ -16,13 +16,11 @@ import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+from typing import TYPE_CHECKING, NamedTuple
 
-from lockprobe.agents.llm.answer import MENDING, ModelReply
-from lockprobe.agents.llm.client import IN_REASONING, Attempts, ModelClient
-from lockprobe.agents.llm.model_facts import Effort, Schema
-from lockprobe.agents.llm.settings import Access, Model
-from lockprobe.agents.llm.token_bounds import PER_MESSAGE, at_most
+from lockprobe.agents.llm.answer import IN_REASONING, MENDING
+from lockprobe.agents.llm.client import ModelClient
+from lockprobe.agents.llm.settings import PER_MESSAGE, Access, Model
 from lockprobe.agents.prompt import Message, conversation, prompt_fingerprint, repair, reply_schema
 from lockprobe.agents.reply import parse_reply, spoken, without_marks
 from lockprobe.foundation.errors import ModelFault, RefusalFault, ReplyFault
@@ -33,9 +31,6 @@ from lockprobe.trial.record import Decision, Fact, Situation
 
 if TYPE_CHECKING:
     import numpy as np
-
-_KEPT = ("stop", "served", "usage", "seconds", "retries", "unanswered", "reasoned")
-"""The fields of an answer, besides its text, that a call keeps under the same names."""
 
 _CUT_OFF = "max_tokens"
 """Why a reply stopped that reached its limit."""
@@ -49,8 +44,8 @@ _WHITE_SPACE = 100
 _ALIKE, _ALIKE_TRIALS = 12, 3
 """Unusable replies in a row with the same words, and trials that got them, after which they are its server's."""
 
-Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[ModelReply]]
-"""From the turn, from 1, the conversation and the form of the reply to the reply."""
+Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Call]]
+"""From the turn, from 1, the conversation and the form of the reply to the call with its reply."""
 
 
 class HostedModel:
@@ -94,61 +89,46 @@ class HostedModel:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
         step, model = len(situation.past) + 1, self.line.model
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
             request = fingerprint(model, messages, schema)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
                 self._note(_Read.of(messages, known), turn)
-                return _recalled(known, known.reply)
+                return known
             await self.line.pause(turn - 1)
-            worst = at_most(messages, model)
+            worst = model.at_most(messages)
+            asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
             async with self.line.slots:
-                asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
                 await self._book.reserve(asked)
-                return await made(asked, worst, messages, schema)
-
-        async def made(asked: Call, worst: Usage, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
-            result: dict[str, Any] = {"error": BROKEN_OFF}
-            began = time.perf_counter()
-
-            async def again(failed: Attempts) -> None:
-                await self._book.reserve(replace(asked, **failed._asdict()))
-
-            try:
-                answer = await self.line.ask(messages, schema, again)
-                self._check(answer, situation, messages, asked.turn)
-                result = {name: getattr(answer, name) for name in _KEPT} | _credible(answer.usage, worst)
-                result["reply"] = answer.text
-                answer = replace(answer, usage=result["usage"])
-            except ModelFault as fault:
-                result = {
-                    **_credible(Usage(**fault.usage), worst),
-                    "error": str(fault),
-                    "seconds": time.perf_counter() - began,
-                    "retries": fault.retries,
-                    "unanswered": fault.unanswered,
-                }
-                raise
-            finally:
-                self._book.write(replace(asked, most=None, **result))
-            return answer
+                done, began = replace(asked, error=BROKEN_OFF), time.perf_counter()
+                try:
+                    done = _credible(await self.line.ask(asked, messages, schema, self._book.reserve), worst)
+                    self._check(done, situation, messages)
+                except ModelFault as fault:
+                    account = {"retries": fault.retries, "unanswered": fault.unanswered, "usage": Usage(**fault.usage)}
+                    spent = replace(asked, error=str(fault), seconds=time.perf_counter() - began, **account)  # type: ignore[arg-type]
+                    done = _credible(spent, worst)
+                    raise
+                finally:
+                    self._book.write(replace(done, most=None))
+            return done
 
         return await decided(situation, model, ask)
 
-    def _check(self, answer: ModelReply, situation: Situation, messages: Sequence[Message], turn: int) -> None:
+    def _check(self, answer: Call, situation: Situation, messages: Sequence[Message]) -> None:
         """Refuse a reply to half of a conversation, and words that all trials get now that had replies before.
 
         Raises:
             ModelFault: If it is one; it keeps the account of the call.
         """
-        read, why = _Read.of(messages, answer), ""
+        read, why, text = _Read.of(messages, answer), "", answer.reply or ""
         try:
-            parse_reply(answer.text, situation, answer.stop)
+            parse_reply(text, situation, answer.stop)
             self._alike.usable()
         except RefusalFault:
             pass
         except ReplyFault:
-            if self._alike.unusable(self._key, answer.text) and turn > self.line.model.settings.repairs:
-                why = f"all trials get the same words in the place of replies: {answer.text[:200]!r}"
+            if self._alike.unusable(self._key, text) and answer.turn > self.line.model.settings.repairs:
+                why = f"all trials get the same words in the place of replies: {text[:200]!r}"
         if read.cuts(self._before):
             why = (
                 f"the server read {read.tokens} tokens of a conversation of which it had read {self._before.tokens} "
@@ -158,7 +138,7 @@ class HostedModel:
         if why:
             spent = asdict(replace(answer.usage, calls=0))
             raise ModelFault(why, retries=answer.retries, unanswered=answer.unanswered, usage=spent)
-        self._note(read, turn)
+        self._note(read, answer.turn)
 
     def _note(self, read: _Read, turn: int) -> None:
         """Keep what was read, if that was counted; what was asked for again does not stay in the conversation."""
@@ -207,8 +187,8 @@ class _Read(NamedTuple):
     tokens: int = 0
 
     @classmethod
-    def of(cls, messages: Sequence[Message], answer: ModelReply | Call) -> _Read:
-        tokens = 0 if answer.retries or getattr(answer, "claimed", None) else answer.usage.input_tokens
+    def of(cls, messages: Sequence[Message], answer: Call) -> _Read:
+        tokens = 0 if answer.retries or answer.claimed else answer.usage.input_tokens
         return cls(tuple(one.text for one in messages), sum(len(one.pictures) for one in messages), tokens)
 
     def cuts(self, before: _Read) -> bool:
@@ -223,11 +203,11 @@ class _Read(NamedTuple):
         return goes_on and counted and PER_MESSAGE < new - old + PER_MESSAGE < self.tokens <= before.tokens
 
 
-def _credible(usage: Usage, worst: Usage) -> dict[str, Usage]:
-    """The usage of a call; in the place of an impossible count the largest possible one, beside what was claimed."""
-    if usage.beyond(worst):
-        return {"usage": replace(worst, calls=min(1, usage.calls)), "claimed": usage}
-    return {"usage": usage}
+def _credible(call: Call, worst: Usage) -> Call:
+    """The call; in the place of an impossible count with the largest possible one, beside what was claimed."""
+    if not call.usage.beyond(worst):
+        return call
+    return replace(call, usage=replace(worst, calls=min(1, call.usage.calls)), claimed=call.usage)
 
 
 class ReplayedModel:
@@ -239,20 +219,15 @@ class ReplayedModel:
         facts: The facts of the model, from the record.
         spec: Its spec.
         recall: From step, turn and request to the reply; None without one.
+
+    Raises:
+        UserMistake: If there is no model with these facts.
     """
 
     unseeded = True
 
     def __init__(self, facts: Mapping[str, Fact], spec: str, recall: Callable[[int, int, str], Call | None]) -> None:
-        self.facts, self._recall, given = facts, recall, Model.parse(spec)
-        kinds: dict[str, tuple[object, ...]] = {"effort": get_args(Effort), "schema": get_args(Schema)}
-        there: dict[str, Any] = {name: facts.get(name) for name in ("temperature", "top_p", "max_tokens", *kinds)}
-        for name, value in there.items():
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            there[name] = value if (value in kinds[name] if name in kinds else number) else None
-        repairs = facts.get("repairs")
-        there["repairs"] = repairs if isinstance(repairs, int) else given.settings.repairs
-        self._model = Model(name=given.name, settings=replace(given.settings, **there))
+        self.facts, self._recall, self._model = facts, recall, Model.as_sent(spec, facts)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Decide as on record.
@@ -262,19 +237,13 @@ class ReplayedModel:
         """
         step = len(situation.past) + 1
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
             known = self._recall(step, turn, fingerprint(self._model, messages, schema))
             if known is None or known.reply is None:
                 raise ModelFault("there is no such reply")
-            return _recalled(known, known.reply)
+            return known
 
         return await decided(situation, self._model, ask)
-
-
-def _recalled(call: Call, text: str) -> ModelReply:
-    """The reply of a call on record."""
-    came = {name: getattr(call, name) for name in _KEPT}
-    return ModelReply(text=text, **came)
 
 
 def fingerprint(model: Model, messages: Sequence[Message], schema: dict[str, object]) -> str:
@@ -297,16 +266,17 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
     usage, cut_off = Usage(), 0
     while True:
         answer = await ask(len(replies) + 1, messages, schema)
-        replies.append(answer.text)
+        text = answer.reply or ""
+        replies.append(text)
         usage += answer.usage
         try:
-            decision = parse_reply(answer.text, situation, answer.stop)
+            decision = parse_reply(text, situation, answer.stop)
             return replace(decision, replies=tuple(replies), usage=usage, served=answer.served)
         except RefusalFault as fault:
             raise RefusalFault(str(fault), tuple(replies), asdict(usage)) from None
         except ReplyFault as fault:
-            said = without_marks(answer.text)[0].strip()
-            by_form = "" if model.form == "none" else _by_form(answer)
+            said = without_marks(text)[0].strip()
+            by_form = "" if model.form == "none" else _by_form(text, answer.stop)
             if answer.stop == _CUT_OFF:
                 cut_off += 1 if said else _MOST_CUT_OFF
             if by_form or len(replies) > model.settings.repairs or cut_off >= _MOST_CUT_OFF:
@@ -315,22 +285,22 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
                 raise ReplyFault(why, tuple(replies), asdict(usage)) from None
             messages = [
                 *messages,
-                Message(role="assistant", text=spoken(answer.text)),
+                Message(role="assistant", text=spoken(text)),
                 Message(role="user", text=repair(fault, situation)),
             ]
 
 
-def _by_form(answer: ModelReply) -> str:
+def _by_form(text: str, stop: str) -> str:
     """How the schema that is enforced on a reply keeps it from coming; empty if it does not."""
-    if answer.stop == IN_REASONING:
+    if stop == IN_REASONING:
         return " (the object stands in the reasoning and not in the reply: schema=none asks for it in words)"
-    blanks = len(answer.text) - len(answer.text.rstrip())
-    if answer.stop == _CUT_OFF and (blanks >= _WHITE_SPACE or 0 < blanks == len(answer.text)):
+    blanks = len(text) - len(text.rstrip())
+    if stop == _CUT_OFF and (blanks >= _WHITE_SPACE or 0 < blanks == len(text)):
         return " (white space up to the limit, which the schema allows: schema=none asks for the form in words)"
     return ""
 
 
-def _cause(answer: ModelReply, most: int | None, *, empty: bool) -> str:
+def _cause(answer: Call, most: int | None, *, empty: bool) -> str:
     """The cause of an unusable reply, if it is empty or cut off: tokens, those of reasoning among them, the limit."""
     written, reasoned = answer.usage.output_tokens, answer.usage.reasoning_tokens
     hidden = f", {reasoned or 'some'} of them of reasoning" if reasoned or answer.reasoned else ""

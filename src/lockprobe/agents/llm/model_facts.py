@@ -133,8 +133,8 @@ def facts_of(name: str) -> ModelFacts:
     files = [SHIPPED, Path(own).expanduser()] if own else [SHIPPED]
     said: dict[str, Any] = {}
     for path in files:
-        for entry in _read(path):
-            if any(_matches(name, pattern) for pattern in entry.match):
+        for entry in read_facts(path):
+            if any(fnmatchcase(name, pattern) for pattern in entry.match):
                 said |= entry.said if path != SHIPPED else _LEFT_OUT | entry.said
                 break
     return ModelFacts(**said)
@@ -153,11 +153,12 @@ def price_of(name: str) -> Price | None:
     Raises:
         BadFile: If the user's file of facts cannot be used.
     """
-    return facts_of(name).price or _sold(*name.partition("/")[::2])
+    return facts_of(name).price or _sold(name)
 
 
 @cache
-def _sold(provider: str, model: str) -> Price | None:
+def _sold(name: str) -> Price | None:
+    provider, _, model = name.partition("/")
     if provider not in _SELLERS:
         return None
     from genai_prices import Usage as Counted  # takes half a second, and most studies ask no model
@@ -180,11 +181,6 @@ def _sold(provider: str, model: str) -> Price | None:
         return None
 
 
-def _matches(name: str, pattern: str) -> bool:
-    """Whether a name matches a pattern; most names already differ before the first ``*``, which takes no compiler."""
-    return name.startswith(pattern.partition("*")[0]) and fnmatchcase(name, pattern)
-
-
 def price_lines(name: str) -> tuple[str, ...]:
     """Four lines of TOML with a made-up, high price of a model, to be corrected and put into a file of facts."""
     day = date.today().isoformat()  # noqa: DTZ011 - a day, in the user's own time
@@ -196,6 +192,7 @@ def price_lines(name: str) -> tuple[str, ...]:
     )
 
 
+@cache
 def read_facts(path: Path) -> tuple[Entry, ...]:
     """The entries of a file of facts, in order; the first that matches a name counts.
 
@@ -207,7 +204,7 @@ def read_facts(path: Path) -> tuple[Entry, ...]:
     if tables or not isinstance(found, list):
         raise BadFile(path, f"{printable(next(iter(tables), 'model'))}: expected only tables [[model]]")
     try:
-        return _entries().validate_python(tuple(found), extra="forbid")
+        return TypeAdapter(tuple[Entry, ...]).validate_python(tuple(found), extra="forbid")
     except ValidationError as error:
         first = error.errors()[0]
         number, *key = first["loc"]
@@ -217,14 +214,3 @@ def read_facts(path: Path) -> tuple[Entry, ...]:
         match = found[int(number)].get("match") if key and key[0] != "match" else None
         where = f"model {int(number) + 1}" + (f" ({match[0]})" if match else "")
         raise BadFile(path, printable(": ".join(filter(None, (where, ".".join(map(str, key)), said))))) from None
-
-
-@cache
-def _entries() -> TypeAdapter[tuple[Entry, ...]]:
-    """Built when a file is read: the agents are listed quickly."""
-    return TypeAdapter(tuple[Entry, ...])
-
-
-@cache
-def _read(path: Path) -> tuple[Entry, ...]:
-    return read_facts(path)

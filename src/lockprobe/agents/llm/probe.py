@@ -8,16 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lockprobe.agents.llm.answer import ModelReply
-from lockprobe.agents.llm.client import IN_REASONING, ModelClient
+from lockprobe.agents.llm.answer import IN_REASONING
+from lockprobe.agents.llm.client import ModelClient
 from lockprobe.agents.llm.settings import Access, Model
 from lockprobe.agents.prompt import Message
 from lockprobe.agents.reply import REFUSED, object_in
 from lockprobe.foundation.errors import ModelFault, ReplyFault
+from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.pictures.png import to_png
 
 _ACCESS = Access(connections=1, timeout=60.0, retries=0, connect=4.0)
+_CALL = Call(key="", step=1, turn=1, request="", reply=None)
 _COLOURS = ("green", "red", "blue")
 _FIELDS = ("joint", "colour")
 _FORM: dict[str, object] = {
@@ -55,13 +57,13 @@ async def probe(spec: str) -> list[Shown]:
     try:
         if line.model.facts.images is not False:
             try:
-                answer = await line.ask([replace(asked, pictures=(_RED,))], _FORM)
+                answer = await line.ask(_CALL, [replace(asked, pictures=(_RED,))], _FORM)
                 return _shown(line, answer, pictures="")
             except ModelFault as fault:
                 if not re.match(r"the provider answered 4(?!01|03|29)", str(fault)):
                     raise
                 refused = f"refused: {fault}"
-        answer = await line.ask([asked], _FORM)
+        answer = await line.ask(_CALL, [asked], _FORM)
         return _shown(line, answer, pictures=refused or "not sent: it reads none")
     except ModelFault as fault:
         said, reached = str(fault), not str(fault).startswith("no ")
@@ -73,9 +75,9 @@ async def probe(spec: str) -> list[Shown]:
         await line.aclose()
 
 
-def _shown(line: ModelClient, answer: ModelReply, *, pictures: str) -> list[Shown]:
+def _shown(line: ModelClient, answer: Call, *, pictures: str) -> list[Shown]:
     """What an answer shows. ``pictures`` says what became of the picture, if it was not sent."""
-    usage, form = answer.usage, line.model.form
+    usage, form, text = answer.usage, line.model.form, answer.reply or ""
     counted = f"{usage.input_tokens} in, {usage.output_tokens} out"
     uncounted = "not counted: a budget takes the most for every call"
     found = [
@@ -84,13 +86,13 @@ def _shown(line: ModelClient, answer: ModelReply, *, pictures: str) -> list[Show
         Shown("tokens", bool(usage.input_tokens), counted if usage.input_tokens else uncounted),
     ]
     fields: dict[str, object] = {}
-    why = f"refused: {answer.text[:200]}" if answer.stop == REFUSED else ""
+    why = f"refused: {text[:200]}" if answer.stop == REFUSED else ""
     try:
-        fields = {} if why else object_in(answer.text, _FIELDS)[0]
+        fields = {} if why else object_in(text, _FIELDS)[0]
     except ReplyFault as fault:
         why = str(fault) if answer.stop != IN_REASONING else "the object stands in the reasoning and not in the reply"
     advice = f"{why}{'' if form == 'none' else '; schema=none asks for it in words'}"
-    kept = answer.text.lstrip().startswith("{") and set(fields) == set(_FIELDS)
+    kept = text.lstrip().startswith("{") and set(fields) == set(_FIELDS)
     read = "kept" if kept else "not kept, but it can be read"
     found.append(Shown("form of the reply", not why, advice if why else f"{form}, {read}"))
     colour = fields.get("colour")

@@ -5,13 +5,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from math import ceil
 from typing import Literal
 
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
+from lockprobe.agents.prompt import Message
 from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.spec import Spec, with_options
 from lockprobe.foundation.validation import check_whole
+from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Fact
 
 MOST_PLAIN = 1000
@@ -22,6 +26,32 @@ MOST_REASONED = 25_000
 
 UNBOUNDED = 32_000
 """The limit where a provider needs one and nothing is known of the model's."""
+
+
+_LEFT, _FIXED, _REFUSED = "provider default", "fixed by the model", "not taken"
+"""What the record says of a parameter that is not sent."""
+
+_ON_RECORD = ("temperature", "top_p", "effort", "max_tokens", "schema", "repairs")
+"""The options of which the record says what was sent."""
+
+
+CHARACTERS = 3.1
+"""Characters per token of our conversations: 9833 in 3179 tokens of SmolLM2-135M's tokenizer (instruction, schema, and
+observations and replies of six trials of ``human-inspired`` at p = 0.2). It is 2.0 in observations, 3.2 in replies and
+3.8 in the instruction; vocabularies larger than its 49 152 need fewer tokens."""
+
+PER_MESSAGE = 20
+"""The most tokens around a message: its role, and marks of beginning and end."""
+
+FORM = 500
+"""The most tokens that a provider can add for the form of the reply; ours has 84 tokens."""
+
+MOST_PER_PICTURE = 3000
+"""Tokens that providers take for a picture of up to 1024 by 1024 pixels, at most, where nothing is known of the
+model."""
+
+MOST_OUTPUT = 32_768
+"""The assumed limit of a reply in tokens where no limit is known or sent."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,6 +124,18 @@ class Model:
             raise BadValue("language model", name, "PROVIDER/MODEL, for example openai/gpt-4o")
         return cls(name=name, settings=with_options(ModelSettings, f"llm:{name}", asked.options), facts=facts_of(name))
 
+    @classmethod
+    def as_sent(cls, spec: str, facts: Mapping[str, Fact]) -> Model:
+        """The model of a spec as it was asked by the facts on record, whatever is known of it now.
+
+        Raises:
+            UserMistake: If there is none.
+        """
+        name, said = cls.parse(spec).name, {one: facts.get(one) for one in _ON_RECORD}
+        options = dict(Spec.parse(spec).without(_ON_RECORD).options)
+        options |= {one: str(value) for one, value in said.items() if value not in (None, _LEFT, _FIXED, _REFUSED)}
+        return cls(name=name, settings=with_options(ModelSettings, f"llm:{name}", options))
+
     def __post_init__(self) -> None:
         asked, name = self.settings, f"llm:{self.name}"
         if asked.upstream is not None and not self.name.startswith("openrouter/"):
@@ -136,13 +178,13 @@ class Model:
 
     def sent(self) -> dict[str, Fact]:
         """The parameters of every request, and those left to the provider, for the record."""
-        asked, known, left = self.settings, self.facts, "provider default"
-        sampling = "fixed by the model" if known.fixed else left
+        asked, known = self.settings, self.facts
+        sampling = _FIXED if known.fixed else _LEFT
         found: dict[str, Fact] = {
             "temperature": sampling if asked.temperature is None else asked.temperature,
             "top_p": sampling if asked.top_p is None else asked.top_p,
-            "effort": asked.effort or ("not taken" if known.effort is False else left),
-            "max_tokens": self.most_tokens or left,
+            "effort": asked.effort or (_REFUSED if known.effort is False else _LEFT),
+            "max_tokens": self.most_tokens or _LEFT,
             "schema": self.form,
             "repairs": asked.repairs,
         }
@@ -151,6 +193,28 @@ class Model:
             if option.name in ("upstream", "images", "detail") and value != option.default:
                 found[option.name] = value
         return found if known.largest_image is None else found | {"largest_image": known.largest_image}
+
+    def at_most(self, messages: Sequence[Message]) -> Usage:
+        """The maximum tokens of one call, whatever the model replies.
+
+        A tokenizer makes no more tokens of a text than the text has bytes. Providers count a picture by area or by
+        squares, and some scale large ones down first: never more than so much for every block of 1024 by 1024 pixels.
+        """
+        text = sum(len(message.text.encode(errors="surrogatepass")) + PER_MESSAGE for message in messages)
+        blocks = 0
+        for png in (picture.png for message in messages for picture in message.pictures):
+            sides = [int.from_bytes(png[at : at + 4], "big") for at in (16, 20)] if png[12:16] == b"IHDR" else [1, 1]
+            blocks += max(1, ceil(sides[0] / 1024)) * max(1, ceil(sides[1] / 1024))
+        return Usage(
+            calls=1,
+            input_tokens=text + FORM + (self.facts.picture_tokens or MOST_PER_PICTURE) * blocks,
+            output_tokens=self.most_tokens or self.facts.most_output or MOST_OUTPUT,
+        )
+
+
+def tokens(text: str) -> float:
+    """The approximate number of tokens of a text; see :data:`CHARACTERS`."""
+    return len(text) / CHARACTERS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

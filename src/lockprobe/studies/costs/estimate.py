@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.agents.llm.model_facts import Price, price_of
-from lockprobe.agents.llm.settings import Model
-from lockprobe.agents.llm.token_bounds import tokens
+from lockprobe.agents.llm.settings import Model, tokens
 from lockprobe.agents.prompt import conversation, reply_schema
 from lockprobe.boxes.box import Lockbox, bits
 from lockprobe.boxes.solve import random_curve
