@@ -51,6 +51,9 @@ UNSEEN = (
 CHEAP = ["--no-sandbox", "--disable-gpu", f"--disable-features={','.join(UNSEEN)}"]
 """What Chromium is started with: most of its time would go into what nobody sees."""
 
+ACTS = {"consent": "agree", "comprehension": "answers", "check": "answers", "ask": "answers"}
+"""Scene -> what the button does that answers it, where that is not to go on."""
+
 DOUBLE_TAP = 100
 """Pixels between two taps within which a browser may take them for a double tap."""
 
@@ -202,10 +205,7 @@ class Tab:
             await self.page.locator(f'[data-option="{option}"]').click()
         if look.written:
             await self.page.locator("textarea").fill(self.answers.get(look.heading, "words"))
-        act = {"consent": "agree", "comprehension": "answers", "check": "answer", "ask": "answer"}.get(
-            look.scene, "next"
-        )
-        await self.press(f"[data-act={act}]")
+        await self.press(f"[data-act={ACTS.get(look.scene, 'next')}]")
         return await self.look(after=look.turn)
 
 

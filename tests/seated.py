@@ -14,9 +14,9 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.people.assignment import conditions_of
-from lockprobe.people.diary import Act, Agree, Answer, Answers, Attempt, Next, read_diaries
+from lockprobe.people.diary import Act, Agree, Answers, Attempt, Next, read_diaries
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.journey import Flow, flow_of
+from lockprobe.people.journey import flow_of
 from lockprobe.people.scenes import ActRefused
 from lockprobe.people.server_state import Reply, ServerState
 from lockprobe.people.texts import read_words
@@ -46,7 +46,7 @@ def under(*specs: str, **settings) -> Study:
 
 def short(**settings) -> Experiment:
     """An experiment without practice and without questions on the instructions."""
-    return Experiment(**{"practice": "", "comprehension": {"ask": False}, **settings})
+    return Experiment(**{"practice": "", "comprehension": False, **settings})
 
 
 class Parts(dict):
@@ -70,7 +70,6 @@ class Shown:
     lease: str
     turn: int
     scene: Parts
-    withdraw: bool
     identity: str | None
     progress: Mapping | None
 
@@ -102,21 +101,21 @@ def _shown(reply: Reply) -> Shown:
     return Shown(reply.token, scene=parts(body.pop("scene")), identity=body.pop("participant"), **body)
 
 
-def right_answers(scene: Parts, words=WORDS, own=()) -> Answers:
+def right_answers(scene: Parts) -> Answers:
     """The right answers to questions on the instructions."""
-    known = {one.question: one.right for one in (*words.comprehension.questions, *own)}
+    known = {one.question: one.right for one in WORDS.comprehension.questions}
     return Answers(answers=tuple(known[one.question] for one in scene.questions), rt=640.5)
 
 
-def flow(reception: Reception) -> Flow:
+def flow(reception: Reception) -> Parts:
     """Who has taken part."""
     directory = reception.opened.journal.directory
-    return flow_of(reception.opened.study, read_diaries(directory), withdrawn(directory))
+    return Parts(flow_of(read_diaries(directory), withdrawn(directory)))
 
 
 def free(reception: Reception) -> list[int]:
     """How many trials of each condition are left."""
-    study = reception.opened.study
+    study = reception.opened.scenes.study
     taken = {
         (slot.condition, slot.repetition, slot.trial) for one in reception.sessions for slot in one.diary.slots_kept
     }
@@ -191,7 +190,7 @@ def an_act(scene: Parts) -> Act:
         case "comprehension":
             return right_answers(scene)
         case "check" | "ask":
-            return Answer(answer=(*scene.options, "")[0], rt=812.5)
+            return Answers(answers=((*scene.questions[0].options, "")[0],), rt=812.5)
     return Next()
 
 

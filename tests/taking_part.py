@@ -7,7 +7,7 @@ from itertools import count
 from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.people.diary import Answer, Attempt, Did, Joined, Next, Slot, write_entry
+from lockprobe.people.diary import Answers, Attempt, Did, Joined, Next, Slot, write_entry
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.trial_setup import play_timed
@@ -91,7 +91,7 @@ def take_part(
                 did("over", Next(), box=box)
         if left_after is None:
             if check is not None:
-                did("check", Answer(answer="blue" if check else "red", rt=2000.0), item="1", right=check)
+                did("check", Answers(answers=("blue" if check else "red",), rt=2000.0), item="1", right=check)
             for name, answer in (answers or {}).items():
-                did("ask", Answer(answer=answer, rt=5000.0), item=name)
+                did("ask", Answers(answers=(answer,), rt=5000.0), item=name)
     return finished

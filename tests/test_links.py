@@ -22,7 +22,7 @@ STORE = ("study.json", "study.db")
 LOGS = (*STORE, "study.db-wal", "study.db-shm", "study.db-journal")
 REPORT = ("report.html", "figures/box.svg", "figures", "tables")
 FORKS = ("forks", "forks/study.db", "forks/study.db-wal", "forks/study.json", "forks/next_choices.json")
-PEOPLE = ("people", "people/experiment.json", "people/server.log")
+PEOPLE = ("people", "people/experiment.json")
 
 WRITE = {
     "run": (["run", *SETTINGS, "--agent", "round-robin"], LOGS),

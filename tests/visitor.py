@@ -121,12 +121,10 @@ class Visitor:
                 right = {one.question: one.right for one in read_words("en").comprehension.questions}
                 answers = [right[one["question"]] for one in scene["questions"]]
                 await self.act(kind="answers", answers=answers, rt=rt)
-            case "check":
-                await self.act(kind="answer", answer=self.answers.get("check", scene["options"][0]), rt=rt)
-            case "ask":
-                options = scene["options"]
-                answer = self.answers.get(scene["name"], self.luck.choice(options) if options else "by trying")
-                await self.act(kind="answer", answer=answer, rt=rt)
+            case "check" | "ask":
+                question, options = scene["questions"][0]["question"], scene["questions"][0]["options"]
+                answer = self.answers.get(question, self.luck.choice(options) if options else "by trying")
+                await self.act(kind="answers", answers=[answer], rt=rt)
             case "box":
                 decision = await self.decide()
                 said = {"claimed": decision.claimed or "blocked", "claimed_rt": rt} if scene["ask"] else {}

@@ -24,7 +24,7 @@ function frame() {
   place.removeAttribute("tabindex"); // jsPsych sets it; nothing here needs it
   if (scene.kind !== "box") document.getElementById("spoken").textContent = "";
   document.getElementById("progress").replaceChildren(...(progress ? wayOf(progress, words) : []));
-  if (!session.shown.withdraw) foot.replaceChildren();
+  if (!session.shown.participant) foot.replaceChildren();
   else if (!foot.hasChildNodes()) offerToWithdraw(foot, words, withdraw);
 }
 

@@ -2,25 +2,15 @@ import { ParameterType } from "jspsych";
 
 import { meant, onKeys, sceneClock } from "./choosing.js";
 import { boxOf } from "./scenes/box.js";
-import { answersOf, questionOf } from "./scenes/questions.js";
-import { consentOf, textOf } from "./scenes/read.js";
+import { questionsOf } from "./scenes/questions.js";
+import { textOf } from "./scenes/read.js";
 
 /**
- * What shows each kind of scene: a function of the scene, the texts and `answer`, which a click, a key or a form calls.
- * It gives the `part` of the page and, where it needs them, `begin` (called with the clock when it is painted) and
- * `keyed` (called with each key). Text scenes that end the study never answer.
+ * What shows each kind of scene, if it is no text: a function of the scene, the texts and `answer`, which a click, a key
+ * or a form calls. It gives the `part` of the page and, where it needs them, `begin` (called with the clock when it is
+ * painted) and `keyed` (called with each key). Text scenes that end the study never answer.
  */
-const SHOWN = {
-  consent: consentOf,
-  page: textOf,
-  over: textOf,
-  debrief: textOf,
-  closed: textOf,
-  box: boxOf,
-  check: questionOf,
-  ask: questionOf,
-  comprehension: answersOf,
-};
+const SHOWN = { box: boxOf, check: questionsOf, ask: questionsOf, comprehension: questionsOf };
 
 /** One scene as a trial of jsPsych: it is painted, its clock starts, and the first answer that is meant is told. */
 export class ScenePlugin {
@@ -54,7 +44,7 @@ export class ScenePlugin {
       for (const part of display.querySelectorAll("button, form, .acts")) part.setAttribute("aria-disabled", "true");
       resolve(done);
     };
-    const { part, begin, keyed } = SHOWN[scene.kind](scene, words, answer);
+    const { part, begin, keyed } = (SHOWN[scene.kind] ?? textOf)(scene, words, answer);
     await Promise.all([...part.querySelectorAll("img")].map((image) => image.decode().catch(() => {})));
     display.append(part);
     clock = sceneClock();

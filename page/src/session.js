@@ -24,7 +24,7 @@ function platform() {
 
 /** What the server shows to this tab, and how it is answered. One thing is said at a time. */
 export class Session {
-  /** What the server sent last: `scene`, its number `turn`, `lease`, `progress`, and whether one may `withdraw`. */
+  /** What the server sent last: `scene`, its number `turn`, `lease`, `progress`, and the `participant`. */
   shown = { scene: { kind: "none" }, turn: 0, lease: "" };
   words = { page: FIRST_WORDS };
   #line = Promise.resolve();

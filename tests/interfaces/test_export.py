@@ -21,7 +21,7 @@ from lockprobe.interfaces.export import tidy, trial_rows
 from lockprobe.interfaces.export.study_tables import TABLES, table_of
 from lockprobe.interfaces.export.table import Table, text
 from lockprobe.interfaces.export.trials import STEPS, TRIALS, steps_table, trials_table
-from lockprobe.people.diary import Answers, Did, Released, read_diaries, write_entry
+from lockprobe.people.diary import Answers, Did, read_diaries, write_entry
 from lockprobe.studies.records.store import written as opened
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
@@ -280,8 +280,9 @@ def test_participants_with_what_was_read_and_how_their_checks_went(directory):
 def test_a_box_that_broke_is_neither_finished_nor_left(directory):
     take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)], left_after=0)
     lines = acts(directory, ANN)
-    broken = {"kind": "broken", "at": 1790000900.0, "turn": len(lines) + 1, "box": 2}
-    rewrite_acts(directory, ANN, [*lines, broken, {"kind": "released", "at": 1790000999.0}])
+    broken = {"at": 1790000900.0, "turn": len(lines) + 1, "scene": "box", "act": None, "box": 2, "ended": "error"}
+    late = {"at": 1790000999.0, "turn": len(lines) + 2, "scene": "late", "act": None, "shut": "late"}
+    rewrite_acts(directory, ANN, [*lines, broken, late])
     (row,) = rows(directory, "participants")
     assert (row["boxes_finished"], row["boxes_broken"], row["released"], row["left_in_box"]) == (1, 1, 1, "")
     last = rows(directory, "acts")[-1]
@@ -309,9 +310,11 @@ def test_rounds_of_questions_on_the_instructions_are_counted_and_who_was_screene
     (bob,) = read_diaries(directory)
     joined = bob.joined.model_copy(update={"identity": ANN})
     wrong = {"scene": "comprehension", "act": Answers(answers=("a",), rt=9.5), "right": False}
-    rounds = [Did(at=joined.at + n, turn=n + 1, item=str(n), **wrong) for n in (1, 2)]
+    rounds = [
+        Did(at=joined.at + n, turn=n + 1, item=str(n), shut=shut, **wrong) for n, shut in ((1, ""), (2, "screened"))
+    ]
     with opened(directory) as store:
-        for number, entry in enumerate((joined, *rounds, Released(at=joined.at + 3, why="screened")), 1):
+        for number, entry in enumerate((joined, *rounds), 1):
             write_entry(store, ANN, number, entry)
     row, other = sorted(rows(directory, "participants"), key=lambda row: row["participant"])
     assert (other["comprehension_rounds"], other["screened"], other["finished"]) == ("", 0, 1)

@@ -5,11 +5,11 @@ from math import ceil
 
 import numpy as np
 import pytest
+from seated import people_study, under
 
 from lockprobe.boxes.solve import optimum
-from lockprobe.people.assignment import Given, assigned, boxes_each, trials_for
+from lockprobe.people.assignment import Given, assigned, boxes_each, practice_plan, trials_for
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.practice import practice_plan
 from lockprobe.report.questions.places import steps_from_right
 from lockprobe.studies.options.studyfile import study
 
@@ -101,6 +101,17 @@ def test_nobody_plays_a_box_twice_and_boxes_are_balanced_over_conditions_and_pos
     assert len(conditions) == 8 * len(p)
     assert max(conditions.values()) - min(conditions.values()) <= 1
     assert max(positions.values()) - min(positions.values()) <= 2
+
+
+def test_the_practice_is_another_box_in_which_no_condition_acts_and_no_picture_is_false():
+    planned = people_study(p=(0.4,), max_steps=9)
+    plan = practice_plan(planned, Experiment(practice="chain-2"))
+    assert (plan.p, plan.box.name, plan.budget, plan.modality) == (0.0, "chain-2", 9, planned.modalities[0])
+    assert plan.seed != planned.seed
+    acting = under("flip?p=1", "nudge + tremble?p=1", "warn", "delay?lag=2", "drop?p=1")
+    assert practice_plan(acting, Experiment()).condition.specs == ()
+    pictured = under("rgb?p=1&blur=8", "nudge + rgb?blur=4&occlude=0.3", plant="fast-twin")
+    assert practice_plan(pictured, Experiment()).condition.modality == "rgb"
 
 
 def test_everybody_practises_on_a_panel_of_their_own():

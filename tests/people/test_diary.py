@@ -9,18 +9,7 @@ from stored import acts, rewrite_acts, sql
 from taking_part import START, take_part
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.people.diary import (
-    Attempt,
-    Broken,
-    Did,
-    Joined,
-    Next,
-    Released,
-    Slot,
-    read_diaries,
-    take_diaries,
-    write_entry,
-)
+from lockprobe.people.diary import Attempt, Did, Joined, Next, Slot, read_diaries, take_diaries, write_entry
 from lockprobe.people.journey import acts_of_steps
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import written
@@ -36,7 +25,8 @@ JOINED = Joined(
 STEP = Did(at=12.0, turn=3, scene="box", act=Attempt(joint="B", rt=412.5), box=1, step=1, told="B moved. At 1: B.")
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB = "aaaa01", "bbbb02"
-RELEASED = {"kind": "released", "at": 1790000900.0}
+LATE = {"at": 1790000900.0, "scene": "late", "act": None, "shut": "late"}
+BROKEN = {"at": 1790000900.0, "scene": "box", "act": None, "box": 2, "ended": "error"}
 
 
 @pytest.fixture
@@ -48,7 +38,7 @@ def there(tmp_path):
 
 def test_a_diary_reads_back_as_written_and_ends_when_it_is_deleted(tmp_path):
     lines = [JOINED, Did(at=11.0, turn=2, scene="page", act=Next(), item="1"), STEP]
-    lines += [Broken(at=13.0, turn=4, box=2), Released(at=14.0)]
+    lines += [Did(turn=turn, **line) for turn, line in ((4, BROKEN), (5, LATE))]
     with written(tmp_path) as store:
         for number, line in enumerate(lines, 1):
             write_entry(store, "3f9a01bc", number, line)
@@ -60,13 +50,13 @@ def test_a_diary_reads_back_as_written_and_ends_when_it_is_deleted(tmp_path):
     assert read_diaries(tmp_path) == []
 
 
-@pytest.mark.parametrize("last", [{"kind": "broken", "at": 1790000900.0, "box": 2}, RELEASED])
-def test_over_is_every_box_of_which_nothing_comes_any_more(there, last):
+@pytest.mark.parametrize(("last", "done", "kept"), [(BROKEN, True, 1), (LATE, False, 1), (None, False, 2)])
+def test_others_can_play_what_broke_or_was_given_away(there, last, done, kept):
+    before = acts(there, ANN)
+    rewrite_acts(there, ANN, before if last is None else [*before, last | {"turn": len(before) + 1}])
     ann, bob = read_diaries(there)
-    assert (ann.closed_boxes, bob.closed_boxes) == ({1}, {1})
-    turn = {} if last == RELEASED else {"turn": len(ann.lines) + 2}
-    rewrite_acts(there, ANN, [*acts(there, ANN), last | turn])
-    assert read_diaries(there)[0].closed_boxes == {1, 2}
+    assert (ann.boxes_done, len(ann.slots_kept), ann.shut) == (done, kept, "late" if last == LATE else "")
+    assert (bob.boxes_done, bob.slots_kept) == (True, [*bob.joined.slots])
 
 
 def _called(identity):
@@ -77,14 +67,19 @@ def _called(identity):
     ("change", "said"),
     [
         *((_called(name), "participant") for name in ("../evil", "a/b", "ID", "abc", "a" * 33, "x y z")),
-        (lambda lines: ("eeee05", lines), "eeee05: the first entry has to say, alone, that this participant joined"),
-        (lambda lines: (BOB, lines[1:]), "the first entry has to say"),
-        (lambda lines: (BOB, [*lines, lines[0]]), "the first entry has to say, alone"),
-        (lambda lines: (BOB, [*lines[:1], *lines[2:]]), "an act is missing"),
-        (lambda lines: (BOB, [*lines[:4], *lines[3:]]), "missing or duplicated"),
-        (lambda lines: (BOB, [*lines, {"kind": "nothing"}]), "bbbb02: entry 16: "),
-        (lambda lines: (BOB, [lines[0] | {"at": "late"}, *lines[1:]]), "bbbb02: entry 1: "),
-        (lambda lines: (BOB, [lines[0] | {"name": "Bob"}, *lines[1:]]), "bbbb02: entry 1: "),
+        (lambda lines: ("eeee05", lines), "eeee05: an entry is missing, doubled or somebody else's"),
+        (lambda lines: (BOB, [*lines[:1], *lines[2:]]), "an entry is missing"),
+        (lambda lines: (BOB, [*lines[:4], *lines[3:]]), "missing, doubled"),
+        *(
+            (lambda lines, change=change: (BOB, change(lines)), "bbbb02: an entry is none: ")
+            for change in (
+                lambda lines: lines[1:],
+                lambda lines: [*lines, lines[0]],
+                lambda lines: [*lines, {"kind": "nothing"}],
+                lambda lines: [lines[0] | {"at": "late"}, *lines[1:]],
+                lambda lines: [lines[0] | {"name": "Bob"}, *lines[1:]],
+            )
+        ),
     ],
 )
 def test_what_is_no_diary_is_refused_in_one_line_that_names_the_participant(there, change, said):
@@ -98,13 +93,11 @@ def test_what_is_no_diary_is_refused_in_one_line_that_names_the_participant(ther
 
 
 def test_without_traces_no_token_no_platform_and_no_time_of_day_is_left(there):
-    rewrite_acts(there, BOB, [*acts(there, BOB), RELEASED])
     bob = read_diaries(there)[1]
     given = bob.without_identity()
     assert (given.joined.token, given.joined.platform, given.joined.at) == ("", {}, 0.0)
-    assert [act.at for act in given.acts] == [1.5 * act.turn for act in given.acts]
-    assert [act.act for act in given.acts] == [act.act for act in bob.acts]
-    assert given.lines[-1] == Released(at=840.0 - 0.25)
+    assert [did.at for did in given.lines] == [1.5 * did.turn for did in given.lines]
+    assert [did.act for did in given.lines] == [did.act for did in bob.lines]
     assert bob.without_identity(platform=True).joined.platform == {"PID": "x1"}
     assert given.without_identity() == given
 
@@ -123,7 +116,7 @@ def test_every_step_of_the_record_has_its_act_and_no_other_has(there):
             assert (act.act.joint, act.act.claimed, act.told) == (step.decision.joint, step.decision.claimed, step.told)
     ann = read_diaries(there)[0]
     assert ann.key(STUDY, 1) == "flips/participant/flip?p=0.4/rep=1/trial=1"
-    assert [ann.key(STUDY, box) for box in (0, None, 3)] == ["", "", ""]  # practice is no trial of the study
+    assert ann.key(STUDY, 0) == ""  # practice is no trial of the study
     rewrite_acts(there, "cccc03", [acts(there, BOB)[0] | {"identity": "cccc03"}])  # whose box bob played
     assert behind(there) == found
 

@@ -20,6 +20,7 @@ from seated import (
     go_on,
     opened,
     people_study,
+    refused,
     short,
     take_part,
     to_first,
@@ -30,7 +31,7 @@ from stored import acts, rewrite_acts, sql
 
 from lockprobe.foundation.errors import BadFile, SettingsChanged, UserMistake
 from lockprobe.interventions.conditions import flips
-from lockprobe.people.diary import Released, read_diaries
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import read_words
 from lockprobe.studies.records.directory import read_study
@@ -50,7 +51,7 @@ def begun(directory, study=STUDY, experiment=None, **settings):
 
 
 def is_released(directory, shown):
-    return isinstance(diary_of(directory, shown.identity)[-1], Released)
+    return diary_of(directory, shown.identity)[-1].shut == "late"
 
 
 @pytest.mark.parametrize("there", [False, True])
@@ -296,9 +297,9 @@ def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_w
                 clock.now += 25 * HOURS
                 new = await to_first("box", reception, await reception.enter(None, {}))
                 assert len(diary_of(tmp_path, new.identity)[0].slots) == 1
-                tab = await reception.act(tab.token, tab.lease, tab.turn, an_act(tab.scene), {})
+                assert await refused(reception, tab, an_act(tab.scene)) == "stale"
             again = await reception.enter(left.token, {})
-            assert tab.scene.why == again.scene.why == "late"
+            assert again.scene.why == "late"
             assert again.identity
             return free(reception)
 

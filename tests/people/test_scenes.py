@@ -1,13 +1,20 @@
-"""What is read is filled in, and says what the experimenter wants said and no more; an answer is one to its question."""
+"""What is read is filled in and says what the experimenter wants said and no more; a box is shown as it was told."""
+
+import asyncio
+from dataclasses import replace
 
 import pytest
-from seated import WORDS, parts, people_study, under
+from seated import WORDS, parts, people_study, percept_of, under
+from seen import PhotographedPlant
 
+from lockprobe.interventions.conditions import flips
 from lockprobe.people.diary import Answers, Attempt, Diary, Did, Joined, Next, Slot
 from lockprobe.people.experiment import Experiment, Question
-from lockprobe.people.journey import Station, stations
-from lockprobe.people.scenes import Scenes, fits
+from lockprobe.people.scenes import Scenes
 from lockprobe.people.texts import read_words
+from lockprobe.plants import catalogue
+from lockprobe.studies.running.paused_trial import PausedTrial
+from lockprobe.trial.plan import Names
 
 SLOTS = tuple(Slot(condition="truth", repetition=1, trial=n) for n in (1, 2))
 JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.0, platform={}, slots=SLOTS, words="en 0")
@@ -19,34 +26,39 @@ QUESTIONS = {
 }
 
 
+def scenes_of(study=None, words=WORDS, **settings):
+    return Scenes(words, study or people_study(), Experiment(**settings))
+
+
 def done(scene, act=None, **more):
     return Did(at=12.0, turn=2, scene=scene, act=act or Next(), **more)
 
 
-def scene(kind, item="", box=0, lines=(), study=None, words=WORDS, **settings):
+def scene(kind, item="", box=0, lines=(), **given):
     """The scene of a station, after these lines."""
-    scenes = Scenes(words, study or people_study(), Experiment(**settings))
-    return parts(scenes.at(Station(kind, item, box), Diary(JOINED, list(lines))))
+    scenes = scenes_of(**given)
+    station = next(one for one in scenes.way(2) if (one.kind, one.item, one.box) == (kind, item, box))
+    return parts(scenes.at(station, Diary(JOINED, list(lines))))
 
 
-def closed(why, study=None, words=WORDS, **settings):
-    return parts(Scenes(words, study or people_study(), Experiment(**settings)).closed(why))
+def closed(why, **given):
+    return parts(scenes_of(**given).closed(why))
 
 
 def test_everybody_comes_through_all_scenes_in_their_order():
-    way = stations(Experiment(**QUESTIONS), WORDS, 2)
-    assert [(one.kind, one.item, one.box) for one in way] == [
+    assert [(one.kind, one.item, one.box) for one in scenes_of(**QUESTIONS).way(2)] == [
         ("page", "1", 0), ("page", "2", 0), ("comprehension", "", 0), ("box", "", 0), ("over", "", 0), ("box", "", 1),
         ("over", "", 1), ("box", "", 2), ("over", "", 2), ("check", "1", 0), ("ask", "how", 0), ("debrief", "", 0),
     ]  # fmt: skip
 
 
-def test_facts_are_filled_in():
-    consent, page = parts(Scenes(WORDS, people_study(), Experiment()).consent(6)), scene("page", "2")
-    assert (page.number, page.of, page.title) == (2, 2, WORDS.instructions[1].title)
+def test_facts_are_filled_in_and_a_page_says_whether_a_box_comes_next():
+    consent, page = parts(scenes_of().consent(6)), scene("page", "2")
+    assert (page.number, page.of, page.title, page.begins) == (2, 2, WORDS.instructions[1].title, False)
     assert "6" in " ".join(consent.paragraphs)
     assert "12" in " ".join(page.paragraphs)
     assert not [text for one in (consent, page) for text in one.paragraphs if "{" in text]
+    assert [scene("page", number, comprehension=False).begins for number in "12"] == [False, True]
     words = WORDS.model_copy(update={"debrief": WORDS.debrief.model_copy(update={"title": "{boxes} {joints} {other}"})})
     assert scene("debrief", words=words).title == "2 4 {other}"
 
@@ -70,18 +82,10 @@ def test_practice_says_how_it_ended_and_a_box_where_the_study_does(how, opened, 
 def test_no_scene_says_what_is_right_and_a_question_is_as_it_stands():
     asked, known = scene("comprehension"), WORDS.comprehension.questions
     assert [one.question for one in asked.questions] == [one.question for one in known if one.only != "false_reports"]
-    assert set(asked.questions[0]) == {"question", "options"}
-    own = {"question": "Blue?", "options": ["blue", "red"], "right": "blue"}
-    (mine,) = scene("comprehension", comprehension={"questions": [own]}).questions
-    check, ask = scene("check", "1", **QUESTIONS), scene("ask", "how", **QUESTIONS)
-    assert mine == {"question": "Blue?", "options": ("blue", "red")}
-    assert check == {"kind": "check", **mine}
-    assert (ask.name, ask.question, ask.required, ask.options) == ("how", "<b>How?</b>", True, ())
-
-
-@pytest.mark.parametrize(("ask", "begins"), [(True, [False, False]), (False, [False, True])])
-def test_a_page_says_whether_a_box_comes_next(ask, begins):
-    assert [scene("page", number, comprehension={"ask": ask}).begins for number in "12"] == begins
+    (check,), (ask,) = (scene(*of, **QUESTIONS).questions for of in (("check", "1"), ("ask", "how")))
+    assert {*asked.questions[0]} == {*check} == {*ask} == {"question", "options", "required", "type", "low", "high"}
+    assert (check.question, check.options, check.required) == ("Blue?", ("blue", "red"), True)
+    assert (ask.question, ask.options, ask.required) == ("<b>How?</b>", (), True)
 
 
 @pytest.mark.parametrize("say", [False, True])
@@ -97,7 +101,7 @@ def test_what_only_some_studies_say_is_said_there_and_no_where_else(say):
 
 def test_who_answered_wrong_reads_which_question_it_was():
     first, second, third, _ = WORDS.comprehension.questions
-    act = Answers(answers=(first.right, second.options[0], third.options[1]), rt=1.0)
+    act = Answers(answers=(first.right, second.options[0], third.right), rt=1.0)
     wrong = done("comprehension", act, item="1", right=False)
     back = scene("page", "1", lines=[wrong])
     assert second.question in back.notice[0]
@@ -108,11 +112,15 @@ def test_who_answered_wrong_reads_which_question_it_was():
 
 def test_every_way_of_being_closed_has_its_text_and_way_back():
     ends = {"left_url": "https://example.org/no", "left_code": "LEFT", "completion_code": "C1"}
-    codes = {"declined": "LEFT", "full": "LEFT", "late": "LEFT", "screened": "LEFT", "withdrawn": "LEFT", "taken": "", "finished": "C1"}  # fmt: skip
-    assert {why: closed(why, **ends).completion_code for why in codes} == codes
+    codes = {
+        **dict.fromkeys(("declined", "full", "late", "screened", "withdrawn"), "LEFT"),
+        "taken": "",
+        "finished": "C1",
+    }
+    assert {why: closed(why, **ends).code for why in WORDS.closed} == codes
     assert len({closed(why).title for why in codes}) == len(codes)
     end = scene("debrief", **QUESTIONS)
-    assert (end.completion_url, end.completion_code) == ("https://example.org/x", "C1")
+    assert (end.url, end.code) == ("https://example.org/x", "C1")
 
 
 @pytest.mark.parametrize("language", ["en", "de"])
@@ -124,35 +132,153 @@ def test_every_way_of_being_closed_has_its_text_and_way_back():
     ],
 )  # fmt: skip
 def test_the_end_names_what_the_conditions_did_and_nothing_else_and_nothing_is_said_before(spec, kinds, language):
-    words, study = read_words(language), under("truth", spec)
+    given = {"words": (words := read_words(language)), "study": under("truth", spec)}
     changes = " ".join(words.changes[kind] for kind in kinds)
     for text, end in [
-        (words.debrief.false_reports[0], scene("debrief", study=study, words=words)),
-        *((words.closed.false_reports[0], closed(why, study, words)) for why in ("late", "withdrawn")),
+        (words.debrief, scene("debrief", **given)),
+        *((words.closed[why], closed(why, **given)) for why in ("late", "withdrawn")),
     ]:
-        assert (text.replace("{changes}", changes) in end.paragraphs) is bool(kinds)
+        assert (text.if_false[0].replace("{changes}", changes) in end.paragraphs) is bool(kinds)
         said = " ".join(end.paragraphs)
         assert {kind for kind, sentence in words.changes.items() if sentence in said} == set(kinds)
-    assert len(closed("full", study, words).paragraphs) == len(words.closed.full.paragraphs)
+    assert len(closed("full", **given).paragraphs) == len(words.closed["full"].paragraphs)
     first, true = (
-        [Scenes(words, one, Experiment()).consent(2), *(scene("page", n, study=one, words=words) for n in "12")]
-        for one in (study, under("truth"))
+        [scenes_of(**one).consent(2), *(scene("page", n, **one) for n in "12")]
+        for one in (given, given | {"study": under("truth")})
     )
     assert first == true
 
 
-AGE, NUMBER = {"type": "integer", "low": 18, "high": 120}, {"type": "number"}
+AGE, NUMBER = {"type": "integer", "low": 18, "high": 120, "required": False}, {"type": "number"}
 
 
 @pytest.mark.parametrize(
     ("question", "taken", "refused"),
     [
         (AGE, ["18", " 34 ", "120", "+40", ""], ["banana", "1e9", "nan", "inf", "17", "121", "18.5", "-20", "0x20", "१८", "1_8", "9" * 40]),
-        (NUMBER, ["1.5", "1,5", "-3"], ["1.5.2", "one"]),
-        ({"required": True}, ["banana"], ["", " "]),
-        ({"options": ("a", "b")}, ["a", ""], ["c", " a"]),
+        (NUMBER, ["1.5", "1,5", "-3"], ["1.5.2", "one", ""]),
+        ({}, ["banana"], ["", " "]),
+        ({"options": ("a", "b"), "required": False}, ["a", ""], ["c", " a"]),
     ],
 )  # fmt: skip
 def test_an_answer_is_one_to_its_question(question, taken, refused):
-    asked = Question(name="age", question="?", **question)
-    assert [answer for answer in (*taken, *refused) if fits(asked, answer)] == taken
+    asked = Question(question="?", **question)
+    assert [answer for answer in (*taken, *refused) if asked.takes(answer)] == taken
+
+
+STUDY = people_study(layout="shuffled", flip="integrated", modalities=("symbolic",))
+PLAN = STUDY.plan("participant", STUDY.labelled("flip?p=0.4&others=kept + symbolic"), 1, 3)
+
+
+def after(joints, plan=PLAN):
+    """The situation after these attempts, joints by their place in the listing."""
+
+    async def played():
+        held = await PausedTrial.begin(plan)
+        for joint in joints:
+            await held.attempt(held.situation.task.joints[joint], "moved")
+        situation = held.situation
+        await held.close()
+        return situation
+
+    return asyncio.run(played())
+
+
+def shown(situation, plan=PLAN, number=2, **given):
+    return parts(scenes_of(**given).box(plan, situation, number, 5))
+
+
+def under_one(spec, joints, **settings):
+    """The scene, and its situation, after these attempts under a condition."""
+    study = under(spec, **settings)
+    plan = study.plan("participant", study.conditions[0], 1, 3)
+    situation = after(joints, plan)
+    return shown(situation, plan), situation
+
+
+def test_a_panel_is_drawn_from_what_was_told_and_says_where_one_is():
+    situation = after([2, 1, 2])
+    drawn = shown(situation)
+    assert replace(percept_of(drawn.panel), text="") == replace(situation.percept, text="")
+    by_label = {label: PLAN.box.joints[i] for i, label in enumerate(Names(PLAN).labels)}
+    for joint in drawn.panel.joints:
+        assert (joint.kind, joint.place) == (by_label[joint.label].kind, by_label[joint.label].place)
+        assert joint.target == (joint.label == situation.task.target)
+    assert (drawn.practice, drawn.number, drawn.of, drawn.step, drawn.budget, drawn.ask) == (False, 2, 5, 4, 12, True)
+    assert (len(drawn.history), shown(situation, history=False).history) == (3, ())
+    assert shown(situation, number=0).practice
+    first = shown(after([]))
+    assert (first.panel.last, first.panel.outcome, first.step, first.ask, first.history) == (None, None, 1, False, ())
+    plan = replace(PLAN, assessment=False)
+    assert not shown(after([1, 1], plan), plan).ask
+
+
+REPORTS = {
+    "truth": "You attempted {b}. {b} is now at {at}. At 1: {ones}.",
+    "symbolic": "{b} {did} {b} is now at {at}. At 1: {ones}.",
+    "symbolic?tell=outcome": "{b} {did}",
+    "truth + symbolic?form=json": "{b} {did} {b} is now at {at}. At 1: {ones}.",
+    "drop?p=1": "You attempted {b}. Nothing was reported.",
+    "correction?p=1": "{told}",
+    "correction?p=1 + symbolic": "{told}",
+    "delay?lag=1 + symbolic": "{a} {did} {a} is now at {at}. At 1: {ones}.",
+    "nudge + remark?after=0": "You attempted {b}. {b} is now at {at}. At 1: {ones}.",
+}
+"""Condition -> what is read after a step."""
+
+
+@pytest.mark.parametrize("spec", REPORTS)
+def test_a_report_is_said_in_the_sentences_of_the_page_or_as_it_is_where_its_words_are_the_condition(spec):
+    seen, situation = under_one(spec, [0, 1])
+    percept, (first, second) = situation.percept, situation.task.joints[:2]
+    about = percept.joint
+    ones = [one for one, at in zip(situation.task.joints, percept.positions or (), strict=False) if at]
+    facts = {
+        "a": first, "b": second, "at": int(about in ones), "ones": ", ".join(ones) or "none", "told": percept.text,
+        "did": "moved." if percept.outcome == "moved" else "did not move.", "remark": seen.remark,
+    }  # fmt: skip
+    report = REPORTS[spec].format(**facts)
+    line = " ".join(filter(None, (report, seen.remark)))
+    assert (" ".join(seen.panel.report), seen.history[-1]) == (report, line)
+    assert seen.spoken == f"{line} Step 3 of 12."
+
+
+def test_reports_are_in_the_language_of_the_page():
+    situation = after([1, 1])
+    english, german = shown(situation), shown(situation, words=read_words("de"))
+    moved = {True: "hat sich bewegt.", False: "hat sich nicht bewegt."}["did not" not in english.panel.report[0]]
+    assert german.panel.report[0] == f"{situation.percept.joint} {moved}"
+    assert german.history[-1].startswith(german.panel.report[0])
+    assert "is now at" not in german.spoken
+
+
+def test_remarks_stay_in_view_warnings_stand_above_every_step_and_the_report_is_of_the_joint_attempted():
+    seen, _ = under_one("remark?after=0", [0, 1])
+    assert all(line.endswith(seen.remark) for line in seen.history)
+    nudged, _ = under_one("nudge", [1, 2, 0, 1, 2, 0])
+    assert [nudged.remark in line for line in nudged.history] == [False] * 5 + [True]
+    for joints in ([], [0, 1]):
+        warned, _ = under_one("warn?rate=0.4", joints)
+        assert warned.warning == "What you are told of your last action is with probability 0.4 false."
+        assert (warned.warning in warned.spoken) == (not joints)
+    forced, situation = under_one("force?at=1 + symbolic", [0])
+    assert forced.panel.last == situation.percept.joint != situation.task.joints[0]
+    assert forced.history[0].startswith(forced.panel.last)
+
+
+@pytest.mark.parametrize(("modality", "pictures"), [("rgb", 1), ("rgbd", 2)])
+def test_pictures_are_shown_as_they_are_and_say_themselves_what_happened(monkeypatch, modality, pictures):
+    source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: PhotographedPlant(box))
+    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
+    plan = replace(PLAN, condition=flips((0.0,), modalities=(modality,))[0])
+    situation = after([1, 1], plan)
+    scene = shown(situation, plan)
+    label = situation.task.joints[1]
+    assert (scene.panel.view, scene.panel.outcome, len(scene.panel.pictures)) == ("pictures", None, pictures)
+    assert {scene.panel.report, *((line,) for line in scene.history)} == {(f"You attempted {label}.",)}
+    seen = percept_of(scene.panel)
+    assert [picture.png for picture in seen.pictures] == [p.png for p in situation.percept.pictures if p.shown]
+    assert {(joint.position, joint.kind, joint.place) for joint in scene.panel.joints} == {(None, None, None)}
+    dropped, _ = under_one(f"drop?p=1 + {modality}", [0, 1], plant="fast-twin")
+    assert dropped.panel.pictures == ()
+    assert dropped.panel.report == (f"You attempted {label}.", "Nothing was reported.")

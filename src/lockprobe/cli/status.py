@@ -45,7 +45,7 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
             {key for (key,) in store.rows("select key from trial where current and not owed")} if logged else set()
         )
     trials = load(directory, study) if study.until else []
-    report, flow = read_result(directory), flow_of(study, read_diaries(directory), withdrawn(directory))
+    report, flow = read_result(directory), flow_of(read_diaries(directory), withdrawn(directory))
     facts: dict[str, Any] = {
         "study": study.name,
         "time": time_said(),
@@ -56,9 +56,8 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
         "forks": sum(not fork.owed_again for fork in read_forks(directory)),
         "reported": None if report is None else report.progress.finished,
-        "participants": {}
-        if flow is None
-        else {"joined": flow.consented, "finished": flow.finished, "withdrawn": flow.withdrawn},
+        "participants": flow
+        and {"joined": flow["consented"], "finished": flow["finished"], "withdrawn": flow["withdrawn"]},
         "settings_hash": study.settings_hash,
     }
     said = list[str]()

@@ -1,4 +1,4 @@
-"""Assignment: which boxes a new participant plays, in balanced order.
+"""Assignment: which boxes a new participant plays, in balanced order, and on which box they practise.
 
 While nobody drops out and trials remain, the numbers of participants per condition differ by at most one. Orders are
 rows of a Williams square: in each block of participants every condition takes each position once and follows every
@@ -13,17 +13,22 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from itertools import product
 from math import ceil
 from typing import NamedTuple
 
 import numpy as np
 
-from lockprobe.foundation.seeds import generator
+from lockprobe.boxes.families import box
+from lockprobe.foundation.seeds import generator, integer_seed
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.diary import Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.study import Study
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.doses import modality_doses
+from lockprobe.trial.plan import Plan
 
 _CLOSED, _AGAIN, _PAIRED = 1e12, 1e9, 1e4
 """The costs of a trial that is taken, of a box that somebody plays again, and of one more trial of a box and a
@@ -157,3 +162,25 @@ def williams(size: int) -> tuple[tuple[int, ...], ...]:
     square = [tuple((place + shift) % size for place in first) for shift in range(size)]
     backwards = [row[::-1] for row in square] if size % 2 and size > 1 else []
     return (*square, *backwards)
+
+
+def practice_plan(study: Study, experiment: Experiment, identity: str = "0") -> Plan:
+    """The practice box of a participant, which is no trial of the study: true reports only, in a modality of the study.
+
+    Everybody has the same box, on a panel and with labels of their own unless the panel of the study is fixed, so that
+    no order in space can be learnt. No picture in it is false or degraded.
+    """
+    modality, _ = modality_doses(study.modalities_of(PEOPLE)[0])
+    own = study.layout != "fixed"
+    alone = replace(
+        study,
+        name="practice",
+        agents=(PEOPLE,),
+        boxes=(box(experiment.practice),),
+        conditions=(Condition(modality=modality),),
+        repetitions=1,
+        trials=1,
+        seed=integer_seed(study.seed, "people", "practice"),
+        layout="shuffled" if own else "fixed",
+    )
+    return alone.plan(PEOPLE, alone.conditions[0], 1, 1 + int(identity, 16) if own else 1)

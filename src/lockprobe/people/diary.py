@@ -10,10 +10,9 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from sqlite3 import Connection
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.agents.outside import check_outside, participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
@@ -78,23 +77,15 @@ class Attempt(StrictModel):
     viewport: tuple[Pixels, Pixels] | None = None
 
 
-class Answer(StrictModel):
-    """To a question: an option in its words, or a written answer; empty to skip an optional question."""
-
-    kind: Literal["answer"] = "answer"
-    answer: Annotated[str, Field(max_length=LONGEST_ANSWER)]
-    rt: Milliseconds
-
-
 class Answers(StrictModel):
-    """To the questions on the instructions: an option for each, in their order."""
+    """To the questions of a scene, in their order: an option in its words, or a written answer; empty for none."""
 
     kind: Literal["answers"] = "answers"
-    answers: Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(max_length=20)]
+    answers: Annotated[tuple[Annotated[str, Field(max_length=LONGEST_ANSWER)], ...], Field(max_length=20)]
     rt: Milliseconds
 
 
-Act = Annotated[Agree | Next | Attempt | Answer | Answers, Field(discriminator="kind")]
+Act = Annotated[Agree | Next | Attempt | Answers, Field(discriminator="kind")]
 
 
 class Slot(StrictModel):
@@ -121,7 +112,6 @@ class Joined(StrictModel):
         words: Language and fingerprint of the texts.
     """
 
-    kind: Literal["joined"] = "joined"
     identity: str
     token: str
     at: Seconds
@@ -131,27 +121,29 @@ class Joined(StrictModel):
 
 
 class Did(StrictModel):
-    """One act.
+    """One act, or what ended a box or the session without one.
 
     Attributes:
-        at: When the server received it.
+        at: When it arrived.
         turn: The number of the scene, from 2; joining was 1.
         scene: The kind of scene.
+        act: What the participant did; None where the box broke before a choice, or the place was given away.
         box: The box of a step or of the scene after a box, from 1; 0 is the practice box.
         step: The step, from 1.
         told: The report that the step produced; empty with pictures.
         shown: What the participant read of the step, in their language; empty where it ended the box.
         item: The number of a page, a check or a round of comprehension questions, from 1; the name of a question.
-        right: Whether the answer to an attention check was right, or all answers of a round.
-        ended: How the trial ended with this step; None where it goes on.
+        right: Whether all answers were right; None where nothing is right or wrong.
+        ended: How the trial ended with this; None where it goes on.
+        shut: Why the participant can do nothing after this, and others may play unfinished trials: ``late`` (away
+            until somebody else needed the place) or ``screened`` (too many rounds of wrong answers on instructions).
         page: Version of the page, with the first step of a box; empty for the practice box.
     """
 
-    kind: Literal["did"] = "did"
     at: Seconds
     turn: int
     scene: str
-    act: Act
+    act: Act | None
     box: int | None = None
     step: int | None = None
     told: str = ""
@@ -159,33 +151,8 @@ class Did(StrictModel):
     item: str = ""
     right: bool | None = None
     ended: Ending | None = None
+    shut: Literal["", "late", "screened"] = ""
     page: str = ""
-
-
-class Broken(StrictModel):
-    """A box broke before a choice."""
-
-    kind: Literal["broken"] = "broken"
-    at: Seconds
-    turn: int
-    box: int
-
-
-class Released(StrictModel):
-    """The last line of a participant who cannot go on: others may play the unfinished trials.
-
-    ``why``: ``late`` (was away too long, and somebody else needed the place) or ``screened`` (too many rounds of wrong
-    answers about the instructions).
-    """
-
-    kind: Literal["released"] = "released"
-    at: Seconds
-    why: Literal["late", "screened"] = "late"
-
-
-Entry = Joined | Did | Broken | Released
-
-_adapter: TypeAdapter[Entry] = TypeAdapter(Annotated[Entry, Field(discriminator="kind")])
 
 
 @dataclass(slots=True)
@@ -198,7 +165,7 @@ class Diary:
     """
 
     joined: Joined
-    lines: list[Did | Broken | Released]
+    lines: list[Did]
 
     @property
     def identity(self) -> str:
@@ -211,54 +178,38 @@ class Diary:
         return participant_spec(self.identity)
 
     @property
-    def acts(self) -> list[Did]:
-        """What the participant did, oldest first."""
-        return [line for line in self.lines if isinstance(line, Did)]
-
-    @property
-    def _turns(self) -> list[Joined | Did | Broken]:
-        return [self.joined, *(line for line in self.lines if not isinstance(line, Released))]
-
-    @property
     def turn(self) -> int:
         """The number of the scene shown, from 2."""
-        return 1 + len(self._turns)
+        return 2 + len(self.lines)
 
     @property
     def at(self) -> float:
-        """When the last act was written, seconds since 1970."""
-        return self._turns[-1].at
+        """When the last entry was written, seconds since 1970."""
+        return self.lines[-1].at if self.lines else self.joined.at
 
     @property
     def last(self) -> Act | None:
-        """The last act, which may be sent again if its reply was lost; None where a box broke after it."""
-        last = self._turns[-1]
-        return Agree(agreed=True) if isinstance(last, Joined) else last.act if isinstance(last, Did) else None
+        """The last act, which may be sent again if its reply was lost; None where something else came after it."""
+        return self.lines[-1].act if self.lines else Agree(agreed=True)
 
     @property
     def shut(self) -> Literal["", "late", "screened"]:
-        """Why the participant cannot go on and others may play the unfinished trials; empty otherwise."""
-        return next((line.why for line in self.lines if isinstance(line, Released)), "")
+        """Why the participant cannot go on; empty otherwise."""
+        return self.lines[-1].shut if self.lines else ""
 
     @property
     def steps(self) -> dict[int, list[Did]]:
         """The steps of each box, by its number; 0 is practice."""
         found: dict[int, list[Did]] = {}
-        for did in self.acts:
-            if did.scene == "box":
+        for did in self.lines:
+            if isinstance(did.act, Attempt):
                 found.setdefault(did.box or 0, []).append(did)
         return found
 
     @property
     def endings(self) -> dict[int, Ending]:
         """How each finished box ended; 0 is practice."""
-        found: dict[int, Ending] = {}
-        for line in self.lines:
-            if isinstance(line, Broken):
-                found[line.box] = "error"
-            elif isinstance(line, Did) and line.ended is not None:
-                found[line.box or 0] = line.ended
-        return found
+        return {did.box or 0: did.ended for did in self.lines if did.ended is not None}
 
     @property
     def boxes_done(self) -> bool:
@@ -266,45 +217,29 @@ class Diary:
         return len(self.endings.keys() - {0}) == len(self.joined.slots)
 
     @property
-    def closed_boxes(self) -> set[int]:
-        """The boxes in which nothing more can happen, from 1: finished ones, and all after a release."""
-        return set(range(1, len(self.joined.slots) + 1)) if self.shut else self.endings.keys() - {0}
-
-    @property
     def slots_kept(self) -> list[Slot]:
         """The trials that nobody else can play: finished or still planned here, without broken ones."""
-        endings, shut = self.endings, self.shut
-        return [
-            slot
-            for box, slot in enumerate(self.joined.slots, 1)
-            if (endings[box] != "error" if box in endings else not shut)
-        ]
+        open_ones = "error" if self.shut else ""
+        return [slot for box, slot in enumerate(self.joined.slots, 1) if self.endings.get(box, open_ones) != "error"]
 
     @property
     def rounds(self) -> list[Did]:
         """The answers to the questions on the instructions, round by round."""
-        return [did for did in self.acts if isinstance(did.act, Answers)]
-
-    @property
-    def misread(self) -> Answers | None:
-        """The answers of the last round if one was wrong; None otherwise."""
-        last = self.rounds[-1:]
-        return last[0].act if last and not last[0].right and isinstance(last[0].act, Answers) else None
+        return [did for did in self.lines if did.scene == "comprehension"]
 
     @property
     def checks(self) -> list[bool]:
         """For each answered attention check, whether the answer was right."""
-        return [bool(did.right) for did in self.acts if did.scene == "check"]
+        return [bool(did.right) for did in self.lines if did.scene == "check"]
 
     @property
     def place(self) -> int:
-        """How many scenes lie behind the participant; wrong answers lead back to the first."""
+        """How many scenes lie behind the participant; wrong answers on the instructions lead back to the first."""
         place = 0
-        for line in self.lines:
-            if isinstance(line, Did) and isinstance(line.act, Answers) and not line.right:
+        for did in self.lines:
+            place += did.scene != "box" or did.ended is not None
+            if did.scene == "comprehension" and not did.right:
                 place = 0
-            elif not isinstance(line, Released):
-                place += isinstance(line, Broken) or line.scene != "box" or line.ended is not None
         return place
 
     def attempts(self, box: int) -> list[RecordedAttempt]:
@@ -314,14 +249,14 @@ class Diary:
 
     def seconds(self, box: int) -> float:
         """How long a box took, from when it was shown to its last step; 0 without one."""
-        steps, turns = self.steps.get(box), self._turns
-        return steps[-1].at - turns[turns.index(steps[0]) - 1].at if steps else 0.0
+        if not (steps := self.steps.get(box)):
+            return 0.0
+        before = self.lines[: steps[0].turn - 2]
+        return steps[-1].at - (before[-1].at if before else self.joined.at)
 
     def key(self, study: Study, box: int | None) -> str:
         """The key of trial number ``box``, from 1; empty for the practice box."""
-        if not box or box > len(self.joined.slots):
-            return ""
-        return self.joined.slots[box - 1].plan(study, self.identity).key
+        return self.joined.slots[box - 1].plan(study, self.identity).key if box else ""
 
     def check_slots(self, study: Study, directory: Path) -> None:
         """Raise BadFile if the participant plays a trial that the study does not have."""
@@ -372,32 +307,25 @@ def sound_entries(store: Path, identity: str, entries: Sequence[str]) -> int:
 
 def _diary(store: Path, identity: str, entries: Sequence[str]) -> Diary:
     """The diary that entries are, of which there is at least one; raises Damaged if they are none."""
-    lines = list[Entry]()
     try:
         check_outside(participant_spec(identity))
-        for entry in entries:
-            lines.append(_adapter.validate_json(entry, strict=True, extra="forbid"))
+        joined, *lines = entries
+        diary = Diary(Joined.model_validate_json(joined), [Did.model_validate_json(line) for line in lines])
     except BadValue as mistake:
         raise Damaged(store, f"participant {identity}: {mistake}") from None
     except ValidationError as error:
-        why = f"entry {len(lines) + 1}: {error.errors()[0]['msg']}"
-        raise Damaged(store, f"participant {identity}: {why}") from None
-    joined, *rest = lines
-    then = [line for line in rest if not isinstance(line, Joined)]
-    turns = [line.turn for line in then if not isinstance(line, Released)]
-    if not isinstance(joined, Joined) or joined.identity != identity or len(then) < len(rest):
-        raise Damaged(store, f"participant {identity}: the first entry has to say, alone, that this participant joined")
-    if turns != list(range(2, 2 + len(turns))):
-        raise Damaged(store, f"participant {identity}: an act is missing or duplicated")
-    return Diary(joined, then)
+        raise Damaged(store, f"participant {identity}: an entry is none: {error.errors()[0]['msg']}") from None
+    if diary.joined.identity != identity or [did.turn for did in diary.lines] != [*range(2, diary.turn)]:
+        raise Damaged(store, f"participant {identity}: an entry is missing, doubled or somebody else's")
+    return diary
 
 
-def write_entry(store: Database, identity: str, number: int, entry: Entry) -> None:
+def write_entry(store: Database, identity: str, number: int, entry: Joined | Did) -> None:
     """Append an entry, number ``number`` from 1, to a diary and flush it to disk; a deleted one stays deleted."""
     with store.transaction(sync=True) as writing:
         if store.one("select count(*) from act where participant = ?", identity) != (number - 1,):
             raise bad_diary(store.path, identity, "the diary was deleted")
-        _write_entries(writing, identity, number, [entry])
+        write_acts(writing, identity, number, [entry.model_dump_json()])
 
 
 def take_diaries(store: Database, sources: Iterable[Path]) -> list[str]:
@@ -419,12 +347,9 @@ def take_diaries(store: Database, sources: Iterable[Path]) -> list[str]:
     with store.transaction(sync=True) as writing:
         for identity, diary in coming.items():
             writing.execute("delete from act where participant = ?", (identity,))
-            _write_entries(writing, identity, 1, (diary.joined, *diary.lines))
+            entries = (entry.model_dump_json() for entry in (diary.joined, *diary.lines))
+            write_acts(writing, identity, 1, entries)
     return list(coming)
-
-
-def _write_entries(writing: Connection, identity: str, first: int, entries: Iterable[Entry]) -> None:
-    write_acts(writing, identity, first, (_adapter.dump_json(one).decode() for one in entries))
 
 
 def make_private(directory: Path) -> None:

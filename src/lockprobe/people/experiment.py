@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -20,7 +21,7 @@ ENDS = ("completion_url", "completion_code", "left_url", "left_code", "join_code
 
 
 class SettingsPart(BaseModel):
-    """Base of what an experimenter writes into a file: immutable, and without unknown keys."""
+    """Base of what an experimenter writes into a file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -39,11 +40,54 @@ Url = Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")]
 Code = Annotated[str, Field(max_length=100)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 
+_WRITTEN = {"number": re.compile(r"[+-]?[0-9]{1,15}([.,][0-9]{1,15})?"), "integer": re.compile(r"[+-]?[0-9]{1,15}")}
 
-class OneRight(SettingsPart):
-    """A question with options, one of which is right."""
+
+class Question(SettingsPart):
+    """A question: one of the options is chosen; without options the answer is written.
+
+    Attributes:
+        required: Whether it has to be answered.
+        type: The form of a written answer.
+        low: The least number allowed; None for any.
+        high: The largest number allowed; None for any.
+    """
 
     question: Text
+    options: Options = ()
+    required: bool = True
+    type: Literal["text", "number", "integer"] = "text"
+    low: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    high: Annotated[float, Field(allow_inf_nan=False)] | None = None
+
+    @model_validator(mode="after")
+    def _can_be_answered(self) -> Self:
+        ends, number = [end for end in (self.low, self.high) if end is not None], self.type != "text"
+        if (self.options and number) or (ends and not number) or ends != sorted(ends):
+            raise ValueError("low and high, in this order, are of a number or an integer, which has no options")
+        return self
+
+    def takes(self, given: str) -> bool:
+        """Whether an answer is acceptable.
+
+        >>> age = Question(question="How old are you?", required=False, type="integer", low=18, high=120)
+        >>> [age.takes(answer) for answer in ("34", "banana", "7", "")]
+        [True, False, False, True]
+        """
+        answer = given.strip()
+        if not answer:
+            return not self.required
+        if self.options or self.type == "text":
+            return given in self.options or not self.options
+        if not _WRITTEN[self.type].fullmatch(answer):
+            return False
+        number = float(answer.replace(",", "."))
+        return (self.low is None or self.low <= number) and (self.high is None or number <= self.high)
+
+
+class OneRight(Question):
+    """A question with options, one of which is right."""
+
     options: Annotated[Options, Field(min_length=2)]
     right: str
 
@@ -54,65 +98,24 @@ class OneRight(SettingsPart):
         return self
 
 
-class ComprehensionQuestion(OneRight):
-    """A question on the instructions; with ``only`` it is asked where they say that reports can be wrong."""
-
-    only: Literal["false_reports"] | None = None
-
-
-class Comprehension(SettingsPart):
-    """The questions between the instructions and the first box. Wrong answers lead back to the instructions.
-
-    Attributes:
-        ask: Whether there are any.
-        rounds: After how many rounds with a wrong answer the session ends; None for never.
-        questions: Questions in place of those of the texts.
-    """
-
-    ask: bool = True
-    rounds: Annotated[int, Field(ge=1, le=100)] | None = None
-    questions: Annotated[tuple[ComprehensionQuestion, ...], Field(max_length=20)] = ()
-
-
 class AttentionCheck(OneRight):
     """Shows whether a participant reads. It is asked after box ``after``; 0 for after the instructions."""
 
     after: Annotated[int, Field(ge=0, le=1000)]
 
 
-class Question(SettingsPart):
-    """A question at the end; ``name`` is its column in the tables.
-
-    Attributes:
-        options: The choices; empty for a written answer.
-        type: The form of a written answer.
-        low: The least number allowed; None for any.
-        high: The largest number allowed; None for any.
-    """
+class LastQuestion(Question):
+    """A question at the end; ``name`` is its column in the tables."""
 
     name: Name
-    question: Text
-    options: Options = ()
     required: bool = False
-    type: Literal["text", "number", "integer"] = "text"
-    low: Annotated[float, Field(allow_inf_nan=False)] | None = None
-    high: Annotated[float, Field(allow_inf_nan=False)] | None = None
-
-    @model_validator(mode="after")
-    def _can_be_answered(self) -> Self:
-        if self.type == "text" and (self.low, self.high) != (None, None):
-            raise ValueError('low and high need type = "number" or "integer"')
-        if self.type != "text" and self.options:
-            raise ValueError("a number, or options")
-        if self.low is not None and self.high is not None and self.low > self.high:
-            raise ValueError("low is above high")
-        return self
 
 
 class Experiment(SettingsPart):
     """How people take part. The example that ``lockprobe serve --write-people FILE`` writes explains each setting.
 
-    None for ``trials_each`` is each condition once, for ``participants`` as many as the study has trials for.
+    None for ``trials_each`` is each condition once, for ``participants`` as many as the study has trials for, for
+    ``rounds`` of questions on the instructions as many as it takes.
     """
 
     history: bool = True
@@ -123,7 +126,8 @@ class Experiment(SettingsPart):
     participants: Annotated[int, Field(ge=1, le=100_000)] | None = None
     language: Annotated[str, Field(min_length=1, max_length=1000)] = "en"
     recruitment: Annotated[tuple[Name, ...], Field(max_length=8)] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
-    comprehension: Comprehension = Comprehension()
+    comprehension: bool = True
+    rounds: Annotated[int, Field(ge=1, le=100)] | None = None
     say_false: bool = False
     completion_url: Url = ""
     completion_code: Code = ""
@@ -133,7 +137,7 @@ class Experiment(SettingsPart):
     join_code: Annotated[str, Field(pattern=r"^([A-Za-z0-9_.-]{4,64})?$")] = ""
     away_minutes: Annotated[float, Field(gt=0, le=60 * 24 * 365)] = 1440.0
     checks: Annotated[tuple[AttentionCheck, ...], Field(max_length=20)] = ()
-    questions: Annotated[tuple[Question, ...], Field(max_length=40)] = ()
+    questions: Annotated[tuple[LastQuestion, ...], Field(max_length=40)] = ()
 
     @model_validator(mode="after")
     def _names_are_different(self) -> Self:
@@ -167,11 +171,7 @@ def read_experiment(path: Path) -> Experiment:
 
 
 def kept_experiment(directory: Path) -> Experiment | None:
-    """The settings under which people took part in a study; None where none are stored.
-
-    Raises:
-        BadFile: If the file is damaged.
-    """
+    """The settings under which people took part in a study; None where none are stored. Raises BadFile if damaged."""
     path = directory / PEOPLE_DIRECTORY / EXPERIMENT
     return experiment_from(parse_json(read_input(path), path), path) if is_there(path) else None
 

@@ -1,62 +1,16 @@
-"""The way of a participant through a study, and what diaries say of all of them, for records, reports and exports.
-
-A participant sees the consent scene, instructions, questions on them, practice, checks, each box and the scene after
-it, questions, and the debriefing.
-"""
+"""What diaries say of all participants, for records, reports and exports."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Literal, NamedTuple
 
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.diary import Attempt, Diary, Did, bad_diary
-from lockprobe.people.experiment import Experiment
-from lockprobe.people.texts import Words
 from lockprobe.studies.records.store import STORE
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
-
-
-class Station(NamedTuple):
-    """One scene in a participant's order of scenes.
-
-    ``item`` is the number of a page or check, from 1, or the name of a question. ``box`` counts from 1; 0 is practice.
-    """
-
-    kind: Literal["page", "comprehension", "box", "over", "check", "ask", "debrief"]
-    item: str = ""
-    box: int = 0
-
-
-def stations(experiment: Experiment, words: Words, boxes: int) -> tuple[Station, ...]:
-    """All scenes of a participant who has agreed to take part and plays this many boxes, in order."""
-
-    def through(box: int) -> Iterator[Station]:
-        """A box, the scene after it, and the checks then."""
-        if box or experiment.practice:
-            yield Station("box", box=box)
-            yield Station("over", box=box)
-        for number, check in enumerate(experiment.checks, 1):
-            if check.after == box:
-                yield Station("check", str(number))
-
-    return (
-        *(Station("page", str(number)) for number in range(1, len(words.instructions) + 1)),
-        *([Station("comprehension")] if asks_comprehension(experiment, words) else []),
-        *(station for box in range(boxes + 1) for station in through(box)),
-        *(Station("ask", question.name) for question in experiment.questions),
-        Station("debrief"),
-    )
-
-
-def asks_comprehension(experiment: Experiment, words: Words) -> bool:
-    """Whether questions follow the instructions."""
-    asked = experiment.comprehension
-    return asked.ask and bool(asked.questions or words.comprehension.questions)
 
 
 def acts_of_steps(
@@ -94,57 +48,38 @@ def seconds_of_trials(study: Study, diaries: Iterable[Diary]) -> dict[str, float
     }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Flow:
-    """Everybody who agreed to take part in a study, for its report: dropout can bias every other number.
+def flow_of(diaries: Sequence[Diary], gone: int) -> dict[str, int]:
+    """How far participants came, for a report: dropout can bias every other number. Empty where nobody took part.
 
-    Attributes:
-        consented: Everybody who agreed: the sum of the next four.
-        withdrawn: Participants who withdrew; nothing else is known of them.
-        screened: Those whose session the limit of rounds of questions on the instructions ended, before any box.
-        left_open: Those with open boxes: they left, or still take part.
-        finished: Those with no open box.
-        questioned: Those who answered questions on the instructions, screened-out ones among them.
-        second_round: Those of them who needed a second round.
-        checks: Attention checks answered.
-        right: Those of them answered right.
-        boxes: Condition -> boxes assigned when people joined, and those of them that are not over, in the order of the
-            study; without those of people who were screened out before the first box.
+    Everybody who ``consented`` has ``withdrawn`` (``gone``; nothing else is known of them), was ``screened`` out by the
+    limit of rounds of questions on the instructions, has ``left_open`` boxes (and may still take part), or
+    ``finished`` all. ``questioned`` are those who answered these questions, ``second_round`` those who had to again.
+    ``checks`` are answers to attention checks, ``right`` those of them that are right.
     """
+    if not diaries and not gone:
+        return {}
+    screened, finished = (sum(one.shut == "screened" for one in diaries), sum(one.boxes_done for one in diaries))
+    checks = [right for one in diaries for right in one.checks]
+    return {
+        "consented": len(diaries) + gone,
+        "withdrawn": gone,
+        "screened": screened,
+        "left_open": len(diaries) - screened - finished,
+        "finished": finished,
+        "questioned": sum(len(one.rounds) > 0 for one in diaries),
+        "second_round": sum(len(one.rounds) > 1 for one in diaries),
+        "checks": len(checks),
+        "right": sum(checks),
+    }
 
-    consented: int
-    withdrawn: int
-    screened: int
-    left_open: int
-    finished: int
-    questioned: int
-    second_round: int
-    checks: int
-    right: int
-    boxes: Mapping[str, tuple[int, int]]
 
+def boxes_of(study: Study, diaries: Sequence[Diary]) -> dict[str, tuple[int, int]]:
+    """Condition -> boxes that people were given, and those of them that are not over, in the order of the study.
 
-def flow_of(study: Study, diaries: Iterable[Diary], gone: int) -> Flow | None:
-    """How many participants reached the end; None where nobody has taken part. ``gone``: number of withdrawals."""
-    people = list(diaries)
-    if not people and not gone:
-        return None
-    playing = [one for one in people if one.shut != "screened"]
+    Without those of people who were screened out before the first box.
+    """
+    playing = [one for one in diaries if one.shut != "screened"]
     boxes = [(slot.condition, box in one.endings) for one in playing for box, slot in enumerate(one.joined.slots, 1)]
     given, left = Counter(condition for condition, _ in boxes), Counter(one for one, over in boxes if not over)
-    finished = sum(one.boxes_done for one in people)
-    checks = [right for one in people for right in one.checks]
-    return Flow(
-        consented=len(people) + gone,
-        withdrawn=gone,
-        screened=len(people) - len(playing),
-        left_open=len(playing) - finished,
-        finished=finished,
-        questioned=sum(len(one.rounds) > 0 for one in people),
-        second_round=sum(len(one.rounds) > 1 for one in people),
-        checks=len(checks),
-        right=sum(checks),
-        boxes={
-            one.label: (given[one.label], left[one.label]) for one in study.conditions_of(PEOPLE) if given[one.label]
-        },
-    )
+    labels = [one.label for one in study.conditions_of(PEOPLE)]
+    return {label: (given[label], left[label]) for label in labels if given[label]}

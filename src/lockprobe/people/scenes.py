@@ -1,25 +1,37 @@
-"""Scenes made of texts, and how they are answered: consent, instructions, questions, the end of a box, debriefing."""
+"""What participants see, in which order, and what answers it: texts, questions, and boxes as they were told.
+
+A box is made of the situation that every agent gets and of the layout of the panel. Nothing here knows the truth:
+positions and outcomes are the reported ones, joints have their labels. The interlock, how often reports are false, the
+condition, the number of the trial, and which answer is right are nowhere in a scene.
+"""
 
 from __future__ import annotations
 
-import re
-from typing import Literal
+import base64
+from collections.abc import Iterator
+from typing import Any, Literal, NamedTuple
 
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.people.box_view import Scene
+from lockprobe.interventions.words import TextChannel
 from lockprobe.people.deceptions import deceptions
-from lockprobe.people.diary import LONGEST_ANSWER, Act, Answer, Answers, Diary, Next
-from lockprobe.people.experiment import ComprehensionQuestion, Experiment, Question
-from lockprobe.people.journey import Station, asks_comprehension
+from lockprobe.people.diary import LONGEST_ANSWER, Act, Answers, Diary, Next
+from lockprobe.people.experiment import Experiment, OneRight, Question
 from lockprobe.people.texts import Longer, Words, filled
+from lockprobe.studies.modality import is_pictured, shown
 from lockprobe.studies.study import Study
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Percept, Situation, Task
+
+Scene = dict[str, Any]
+"""What the page shows, as it is sent; ``kind`` says which scene it is."""
 
 Why = Literal["declined", "withdrawn", "full", "taken", "finished", "late", "screened"]
 """Why somebody cannot go on: ``full`` is no place left, ``taken`` and ``finished`` are the same platform ID in another
 browser, ``late`` was away until somebody else needed the place, ``screened`` had too many rounds of wrong answers."""
 
-_WRITTEN = {"number": re.compile(r"[+-]?[0-9]{1,15}([.,][0-9]{1,15})?"), "integer": re.compile(r"[+-]?[0-9]{1,15}")}
+_SHOWN = {"question", "options", "required", "type", "low", "high"}
+"""What the page gets of a question."""
 
 
 class ActRefused(LockprobeError):
@@ -33,135 +45,203 @@ class ActRefused(LockprobeError):
         self.code = code
 
 
+class Station(NamedTuple):
+    """One scene in a participant's order of scenes.
+
+    ``item`` is the number of a page or check, from 1, or the name of a question. ``box`` counts from 1; 0 is practice.
+    """
+
+    kind: Literal["page", "comprehension", "box", "over", "check", "ask", "debrief"]
+    item: str = ""
+    box: int = 0
+    asked: tuple[Question, ...] = ()
+
+
+def view_of(modality: str) -> Literal["panel", "pictures"]:
+    """The view of a modality: pictures where it has them, else the drawn panel."""
+    return "pictures" if is_pictured(modality) else "panel"
+
+
+def is_asked(situation: Situation) -> bool:
+    """Whether the participant has to say what the last action did; models cannot either where no action is named."""
+    return situation.task.assessment and situation.percept.joint is not None
+
+
 class Scenes:
-    """Makes scenes of the texts, with the facts of the study filled in."""
+    """The scenes of a study, in these texts and under these settings."""
 
     def __init__(self, words: Words, study: Study, experiment: Experiment) -> None:
-        self._words, self._experiment, self._asks = words, experiment, study.assessment
+        self.words, self.study, self.experiment = words, study, experiment
         changes = " ".join(words.changes[kind] for kind in deceptions(study.conditions_of(PEOPLE)))
         self._facts = {"joints": len(study.box.joints), "budget": study.max_steps, "changes": changes}
+        asked = words.comprehension.questions if experiment.comprehension else ()
+        self._asked = tuple(one for one in asked if one.only is None or experiment.say_false)
+
+    def way(self, boxes: int) -> tuple[Station, ...]:
+        """All scenes of a participant who has agreed to take part and plays this many boxes, in order."""
+        done = self.experiment
+
+        def through(box: int) -> Iterator[Station]:
+            """A box, the scene after it, and the checks then."""
+            if box or done.practice:
+                yield Station("box", box=box)
+                yield Station("over", box=box)
+            for number, check in enumerate(done.checks, 1):
+                if check.after == box:
+                    yield Station("check", str(number), asked=(check,))
+
+        return (
+            *(Station("page", str(number)) for number in range(1, len(self.words.instructions) + 1)),
+            *([Station("comprehension", asked=self._asked)] if self._asked else []),
+            *(station for box in range(boxes + 1) for station in through(box)),
+            *(Station("ask", question.name, asked=(question,)) for question in done.questions),
+            Station("debrief"),
+        )
 
     def consent(self, boxes: int) -> Scene:
         """The first scene; ``boxes`` is how many a participant would play. Nothing is stored before they agree."""
-        return self._filled("consent", self._words.consent, boxes=boxes)
+        return self._text("consent", self.words.consent, boxes=boxes)
 
     def closed(self, why: Why) -> Scene:
         """The last scene of a participant who cannot go on. It admits false reports to those who leave early."""
-        then = self._words.closed.false_reports if why in ("late", "withdrawn") and self._facts["changes"] else ()
-        done = self._experiment
+        done = self.experiment
         way = {"taken": ("", ""), "finished": (done.completion_url, done.completion_code)}
         url, code = way.get(why, (done.left_url, done.left_code))
-        scene = self._filled("closed", getattr(self._words.closed, why), *then)
-        return scene | {"why": why, "completion_url": url, "completion_code": code}
+        scene = self._text("closed", self.words.closed[why], false=bool(self._facts["changes"]))
+        return scene | {"why": why, "url": url, "code": code}
 
     def at(self, station: Station, diary: Diary) -> Scene:
-        """The scene of a participant outside a box. It never says which answer is right."""
-        words, done, boxes = self._words, self._experiment, len(diary.joined.slots)
+        """The scene of a participant outside a box. ``notice`` says why somebody is back at the instructions."""
+        words, done, of = self.words, self.experiment, len(diary.joined.slots)
+        pages = words.instructions
         match station.kind:
             case "page":
-                return self._page(int(station.item), diary)
-            case "comprehension":
-                asked = tuple({"question": one.question, "options": one.options} for one in self._asked)
-                notice = () if words.instructions else self._notice(diary)
-                more = {"questions": asked, "notice": notice}
-                return self._filled("comprehension", words.comprehension, boxes=boxes) | more
+                number = int(station.item)
+                scene = self._text("page", pages[number - 1], false=done.say_false, boxes=of)
+                notice, begins = self._notice(diary) if number == 1 else (), number == len(pages) and not self._asked
+                return scene | {"number": number, "of": len(pages), "notice": notice, "begins": begins}
             case "over":
                 return self._over(station.box, diary)
-            case "check":
-                check = done.checks[int(station.item) - 1]
-                return {"kind": "check", "question": check.question, "options": check.options}
-            case "ask":
-                return {"kind": "ask", "longest": LONGEST_ANSWER, **self._question(station.item).model_dump()}
-        admitted = words.debrief.false_reports if self._facts["changes"] else ()
-        scene = self._filled("debrief", words.debrief, *admitted, boxes=boxes)
-        return scene | {"completion_url": done.completion_url, "completion_code": done.completion_code}
+            case "debrief":
+                scene = self._text("debrief", words.debrief, false=bool(self._facts["changes"]), boxes=of)
+                return scene | {"url": done.completion_url, "code": done.completion_code}
+            case "comprehension":
+                scene = self._text("comprehension", words.comprehension, boxes=of)
+                scene["notice"] = () if pages else self._notice(diary)
+            case kind:
+                scene = {"kind": kind, "title": "", "paragraphs": ()}  # one question, which stands for itself
+        asked = tuple(one.model_dump(include=_SHOWN) for one in station.asked)
+        return scene | {"questions": asked, "longest": LONGEST_ANSWER}
 
-    def answered(self, station: Station, act: Act) -> bool | None:
+    def right(self, station: Station, act: Act) -> bool | None:
         """Whether an act answers a scene outside a box right; None where nothing is right or wrong.
 
         Raises:
             ActRefused: As ``impossible``, if it does not answer it.
         """
-        kind, item = station.kind, station.item
-        if kind in ("page", "over") and isinstance(act, Next):
+        asked = station.asked
+        if asked and isinstance(act, Answers) and len(act.answers) == len(asked):
+            if all(one.takes(answer) for one, answer in zip(asked, act.answers, strict=True)):
+                right = tuple(one.right for one in asked if isinstance(one, OneRight))
+                return act.answers == right if right else None
+        elif station.kind in ("page", "over") and isinstance(act, Next):
             return None
-        if kind == "comprehension" and isinstance(act, Answers):
-            asked = self._asked
-            if len(asked) == len(act.answers) and all(
-                answer in one.options for one, answer in zip(asked, act.answers, strict=True)
-            ):
-                return not self._missed(act)
-        if kind == "check" and isinstance(act, Answer):
-            check = self._experiment.checks[int(item) - 1]
-            if act.answer in check.options:
-                return act.answer == check.right
-        if kind == "ask" and isinstance(act, Answer) and fits(self._question(item), act.answer):
-            return None
-        raise ActRefused("impossible", f"nothing that can be done in a scene of kind {kind}")
-
-    def _page(self, number: int, diary: Diary) -> Scene:
-        """A page of the instructions. ``notice`` says why somebody is back; ``begins`` is whether a box comes next."""
-        pages, text = self._words.instructions, self._words.instructions[number - 1]
-        more = (*(text.if_false if self._experiment.say_false else ()), *(text.if_asked if self._asks else ()))
-        return self._filled("page", text, *more, boxes=len(diary.joined.slots)) | {
-            "number": number,
-            "of": len(pages),
-            "notice": self._notice(diary) if number == 1 else (),
-            "begins": number == len(pages) and not asks_comprehension(self._experiment, self._words),
-        }
+        raise ActRefused("impossible", f"nothing that can be done in a scene of kind {station.kind}")
 
     def _over(self, number: int, diary: Diary) -> Scene:
         """The scene after a box. It says whether the box was opened after practice, and where the study does."""
-        of, over, ending = len(diary.joined.slots), self._words.over, diary.endings.get(number)
-        solved = ending == "solved" if (self._experiment.feedback or not number) and ending != "error" else None
-        own = over if number else self._words.practice_over
-        said = () if solved is None else (over.solved if solved else over.unsolved,)
-        then = () if number else own.paragraphs
-        text = Longer(title=own.title, paragraphs=(*said, *then, *over.paragraphs))
-        scene = self._filled("over", text, number=number, of=of, boxes=of)
+        of, page, ending = len(diary.joined.slots), self.words.page, diary.endings.get(number)
+        solved = ending == "solved" if (self.experiment.feedback or not number) and ending != "error" else None
+        own = self.words.over if number else self.words.practice_over
+        said = () if solved is None else (page["solved" if solved else "unsolved"],)
+        more = () if number else self.words.over.paragraphs
+        text = Longer(title=own.title, paragraphs=(*said, *own.paragraphs, *more))
+        scene = self._text("over", text, number=number, of=of, boxes=of)
         return scene | {"practice": not number, "number": number, "of": of, "solved": solved}
 
-    def _question(self, name: str) -> Question:
-        return next(one for one in self._experiment.questions if one.name == name)
-
-    @property
-    def _asked(self) -> tuple[ComprehensionQuestion, ...]:
-        """The questions on the instructions."""
-        questions = self._experiment.comprehension.questions or self._words.comprehension.questions
-        return tuple(one for one in questions if one.only is None or self._experiment.say_false)
-
-    def _missed(self, act: Answers) -> list[str]:
-        """The questions that were answered wrong."""
-        return [one.question for one, answer in zip(self._asked, act.answers, strict=True) if answer != one.right]
-
     def _notice(self, diary: Diary) -> tuple[str, ...]:
-        """Why somebody is back at the instructions; nothing where they are not."""
-        if diary.misread is None:
-            return ()
-        return (filled(self._words.comprehension.again, questions=" / ".join(self._missed(diary.misread))),)
+        """Which questions were answered wrong in the last round; nothing where none was."""
+        act = diary.rounds[-1].act if diary.rounds else None
+        given = act.answers if isinstance(act, Answers) else ()
+        wrong = [one.question for one, answer in zip(self._asked, given, strict=False) if answer != one.right]
+        return (filled(self.words.page["again"], questions=" / ".join(wrong)),) if wrong else ()
 
-    def _filled(self, kind: str, text: Longer, *more: str, **facts: object) -> Scene:
-        """A scene of a filled-in title and paragraphs."""
+    def _text(self, kind: str, text: Longer, *, false: bool = False, **facts: object) -> Scene:
+        """A scene of a filled-in title and paragraphs; ``false`` is whether it says that reports are false."""
         known = {**self._facts, **facts}
+        more = (*(text.if_false if false else ()), *(text.if_asked if self.study.assessment else ()))
         paragraphs = tuple(filled(part, **known) for part in (*text.paragraphs, *more))
         return {"kind": kind, "title": filled(text.title, **known), "paragraphs": paragraphs}
 
+    def box(self, plan: Plan, situation: Situation, number: int, of: int) -> Scene:
+        """The scene of a step: box ``number`` of ``of``, from 1 and without the practice, which is 0.
 
-def fits(question: Question, given: str) -> bool:
-    """Whether an answer is acceptable.
+        ``ask`` is whether the page asks what the last action did, ``spoken`` what a screen reader says, ``history``
+        what was read after each step so far, oldest first. Places and kinds of joints are only in a drawn panel.
+        """
+        task, percept, asked, view = situation.task, situation.percept, situation.briefing, view_of(plan.modality)
+        step, drawn = len(situation.past) + 1, view == "panel"
+        report = self._report(plan, task, percept, situation.past[-1].decision.joint if situation.past else "")
+        joints = tuple(
+            {
+                "label": label,
+                "target": label == task.target,
+                "kind": plan.box.joints[place].kind if drawn else None,
+                "place": task.places[i] if drawn else None,
+                "position": None if percept.positions is None else int(percept.positions[i]),
+            }
+            for i, (label, place) in enumerate(zip(task.joints, Names(plan).order, strict=True))
+        )
+        pictures = (base64.b64encode(picture.png).decode("ascii") for picture in percept.pictures if picture.shown)
+        counted = filled(self.words.page["step"], step=step, budget=task.budget) + "."
+        spoken = (*report, asked.remark, asked.warning if step == 1 else "", counted)
+        return {
+            "kind": "box",
+            "practice": number == 0,
+            "number": number,
+            "of": of,
+            "step": step,
+            "budget": task.budget,
+            "ask": is_asked(situation),
+            "panel": {
+                "view": view,
+                "joints": joints,
+                "report": report,
+                "last": percept.joint,
+                "outcome": percept.outcome,
+                "pictures": tuple(f"data:image/png;base64,{picture}" for picture in pictures),
+            },
+            "remark": asked.remark,
+            "warning": asked.warning,
+            "spoken": " ".join(filter(None, spoken)),
+            "history": self.read(plan, situation) if self.experiment.history else (),
+            "device": self.experiment.device,
+        }
 
-    >>> age = Question(name="age", question="How old are you?", type="integer", low=18, high=120)
-    >>> [fits(age, answer) for answer in ("34", "banana", "7", "")]
-    [True, False, False, True]
-    """
-    answer = given.strip()
-    if not answer:
-        return not question.required
-    if question.options:
-        return given in question.options
-    if question.type == "text":
-        return True
-    if not _WRITTEN[question.type].fullmatch(answer):
-        return False
-    number, low, high = float(answer.replace(",", ".")), question.low, question.high
-    return (low is None or low <= number) and (high is None or number <= high)
+    def read(self, plan: Plan, situation: Situation) -> tuple[str, ...]:
+        """What was read after each step so far, oldest first: the report and a remark."""
+        past = situation.past
+        told = [(turn.percept, turn.remark) for turn in past[1:]] + [(situation.percept, situation.briefing.remark)]
+        return tuple(
+            " ".join(filter(None, (*self._report(plan, situation.task, percept, turn.decision.joint), remark)))
+            for turn, (percept, remark) in zip(past, told, strict=False)
+        )
+
+    def _report(self, plan: Plan, task: Task, percept: Percept, chosen: str) -> tuple[str, ...]:
+        """What is told of an attempt, in the sentences of the page: the same to read, to hear and in the history.
+
+        It is as it stands where an intervention acts on its words or corrects them. ``chosen`` is the joint that was
+        chosen; empty before the first step.
+        """
+        words, channel, joint = self.words.page, shown(plan.modality), percept.joint or chosen
+        if isinstance(channel, TextChannel) and percept.text != channel.written(percept, task, first=not chosen):
+            return (percept.text,)
+        found = [filled(words[percept.outcome or ("attempted" if joint else "first")], label=joint)]
+        if percept.positions is not None:
+            ones = [label for label, position in zip(task.joints, percept.positions, strict=True) if position]
+            if percept.joint is not None:
+                found.append(filled(words["now"], label=joint, position=int(joint in ones)))
+            found.append(filled(words["positions"], labels=", ".join(ones) or words["none"]))
+        elif joint and percept.outcome is None and not percept.pictures:
+            found.append(words["no_report"])
+        return tuple(found)

@@ -27,10 +27,9 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE, group_of, spec_name
 from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.people.assignment import Given, assigned, boxes_each
-from lockprobe.people.box_view import Scene
-from lockprobe.people.diary import Act, Agree, Diary, Joined, Slot, make_private, read_diaries
+from lockprobe.people.diary import Act, Agree, Diary, Joined, Slot, make_private, read_diaries, write_entry
 from lockprobe.people.experiment import ENDS, EXPERIMENT, Experiment, kept_experiment
-from lockprobe.people.scenes import ActRefused, Scenes
+from lockprobe.people.scenes import ActRefused, Scene, Scenes
 from lockprobe.people.session import OpenStudy, Session
 from lockprobe.people.texts import TEXTS, Words, words_file
 from lockprobe.people.withdrawal import delete_unnamed_pictures, has_withdrawn, keyed_digest, withdraw, withdrawn
@@ -64,8 +63,7 @@ class Reply(NamedTuple):
     Attributes:
         token: Identifies the participant; the browser keeps it where scripts cannot read it.
         body: The scene; its ``turn``, from 1; the ``lease``, which the page sends with every act; the ``participant``,
-            None for who does not take part, or not yet; whether there are data to ``withdraw``; and of participants
-            the ``progress``: the share of the study that is behind them, [0, 1], and boxes done of theirs.
+            None for who does not take part, or not yet; and their ``progress`` (:attr:`Session.progress`).
     """
 
     token: str
@@ -76,11 +74,12 @@ class ServerState:
     """All participants of a study. Use :meth:`open`."""
 
     def __init__(self, opened: OpenStudy) -> None:
-        self._opened = opened
+        self._opened, self._scenes = opened, opened.scenes
+        self._study, self._experiment = opened.scenes.study, opened.scenes.experiment
         self._joining = asyncio.Lock()
         self._sessions: dict[str, Session] = {}
         """Everybody who takes part, and previews, by the mark of their token."""
-        cameras = any(resolve_plant(one).has_camera for one in opened.study.plants)
+        cameras = any(resolve_plant(one).has_camera for one in self._study.plants)
         self._most = _MOST_WITH_CAMERA if cameras else sys.maxsize
         self.preview = keyed_digest(opened.journal.directory, PREVIEW)[:16]
         """The key of a preview."""
@@ -118,20 +117,11 @@ class ServerState:
             make_private(directory)
             diaries = read_diaries(directory)
             _settle(directory, experiment, words, diaries)
-            opened = OpenStudy(
-                study=study,
-                experiment=experiment,
-                words=words,
-                scenes=Scenes(words, study, experiment),
-                journal=journal,
-                place=place,
-                clock=clock,
-                page=page,
-            )
-            state = cls(opened)
+            scenes = Scenes(words, study, experiment)
+            state = cls(OpenStudy(scenes=scenes, journal=journal, place=place, clock=clock, page=page))
             for diary in diaries:
                 diary.check_slots(study, directory)
-                state._sessions[diary.joined.token] = session = Session(opened, diary)
+                state._sessions[diary.joined.token] = session = Session(state._opened, diary)
                 await session.record_owed()
             try:
                 yield state
@@ -155,17 +145,17 @@ class ServerState:
         """
         preview, lease = self._is_preview(platform), secrets.token_hex(16)
         person = self._person({} if preview else platform)
-        if token is not None and (session := self._sessions.get(_mark(token))) is not None:
+        session = self._sessions.get(_mark(token or ""))
+        if session is not None:
             known = self._person(session.diary.joined.platform)
             another = session.preview != preview or bool(person and known and known != person)  # at the same browser
             async with session.lock:
                 if not (another or session.gone):
                     session.lease = lease
-                    return await self._reply(token, lease, session)
-        token = secrets.token_hex(32)
+                    return await self._reply(token or "", lease, session)
         closed = None if preview else self._closed_to(self._admitted(platform))
-        boxes = boxes_each(self._opened.study, self._opened.experiment)
-        return _reply(token, lease, 1, closed or self._opened.scenes.consent(boxes))
+        scene = closed or self._scenes.consent(boxes_each(self._study, self._experiment))
+        return _stranger(secrets.token_hex(32), lease, scene)
 
     async def act(self, token: str | None, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> Reply:
         """Do an act that answers scene number ``turn``. It is on disk before this returns the next scene.
@@ -185,7 +175,7 @@ class ServerState:
                 raise ActRefused("impossible", "nothing that can be done before somebody agrees to take part")
             joined = await self._joined(mark, act, platform)
             if not isinstance(joined, Session):
-                return _reply(token, lease, 1, joined)
+                return _stranger(token, lease, joined)
             session = joined
             session.lease = session.lease or lease
         async with session.lock:
@@ -193,7 +183,7 @@ class ServerState:
             again = turn == session.diary.turn - 1 and act == session.diary.last  # its reply was lost
             if session.gone or not (again or turn == session.diary.turn):
                 raise ActRefused("stale", "not the scene that is shown")
-            if not (again or session.diary.shut == "late"):  # a late one learns that the place was given away
+            if not again:
                 await session.do(act)
             session.lease = lease
             return await self._reply(token, lease, session)
@@ -213,33 +203,31 @@ class ServerState:
                 session.gone = True
                 self._sessions.pop(mark, None)
         self._opened.journal.erase()  # also what failed before
-        return _reply(token, lease, 1, self._opened.scenes.closed("withdrawn"))
+        return _stranger(token, lease, self._scenes.closed("withdrawn"))
 
     async def _joined(self, mark: str, act: Agree, platform: Mapping[str, str]) -> Session | Scene:
         """Record consent and assign trials; or the scene of a person who does not take part, or cannot."""
-        opened = self._opened
         if not act.agreed:
-            return opened.scenes.closed("declined")
+            return self._scenes.closed("declined")
         preview = self._is_preview(platform)
         kept = {} if preview else self._admitted(platform)
         async with self._joining:
             if (known := self._sessions.get(mark)) is not None:  # the same act was sent twice
                 return known
-            if not preview and (closed := self._closed_to(kept)):
-                return closed
             if not preview:
+                if closed := self._closed_to(kept):
+                    return closed
                 await self._make_room()
             if not (slots := self._free(preview=preview)):
-                return opened.scenes.closed("full")
+                return self._scenes.closed("full")
             identity = secrets.token_hex(4)
             while any(one.diary.identity == identity for one in self._people):
                 identity = secrets.token_hex(4)
-            now, words = opened.clock(), opened.words.fingerprint
+            now, words = self._opened.clock(), self._scenes.words.fingerprint
             joined = Joined(identity=identity, token=mark, at=now, platform=kept, slots=slots, words=words)
-            session = Session(opened, Diary(joined, []), preview=preview)
             if not preview:
-                session.join()
-            self._sessions[mark] = session
+                write_entry(self._opened.journal.store, identity, 1, joined)
+            self._sessions[mark] = session = Session(self._opened, Diary(joined, []), preview=preview)
             return session
 
     @property
@@ -249,24 +237,23 @@ class ServerState:
 
     def _free(self, *, preview: bool = False) -> tuple[Slot, ...]:
         """The trials of a participant who joins now; none where no place is left. Every trial is given out once."""
-        opened = self._opened
-        limit = opened.experiment.participants
+        limit = self._experiment.participants
         if limit is not None and not preview and sum(not one.diary.shut for one in self._people) >= limit:
             return ()
         given = [Given(one.diary.joined.slots, one.diary.slots_kept) for one in self._people]
         on_record = [
             (trial.condition, trial.repetition, trial.trial)
-            for trial in opened.journal.trials.values()
+            for trial in self._opened.journal.trials.values()
             if group_of(trial.agent) == PEOPLE and not trial.owed_again
         ]
-        return assigned(opened.study, opened.experiment, given, on_record)
+        return assigned(self._study, self._experiment, given, on_record)
 
     def _late(self) -> list[Session]:
         """Who was away so long that others can get their unfinished trials, longest away first.
 
         Nothing else releases them: as long as nobody needs the place, a late participant who comes back goes on.
         """
-        latest = self._opened.clock() - self._opened.experiment.away_minutes * 60
+        latest = self._opened.clock() - self._experiment.away_minutes * 60
         late = [one for one in self._people if one.used < latest]
         late = [one for one in late if not (one.gone or one.diary.shut or one.diary.boxes_done)]
         return sorted(late, key=lambda session: session.used)
@@ -274,7 +261,7 @@ class ServerState:
     async def _make_room(self) -> None:
         """Release the trials of late participants, longest away first, as far as a new one needs them."""
         for session in self._late():
-            if len(self._free()) >= boxes_each(self._opened.study, self._opened.experiment):
+            if len(self._free()) >= boxes_each(self._study, self._experiment):
                 return
             async with session.lock:
                 if session in self._late():  # still, and not deleted while another was released
@@ -282,22 +269,21 @@ class ServerState:
 
     def _closed_to(self, platform: Mapping[str, str]) -> Scene | None:
         """The scene of a person who cannot join; None if they can, perhaps with trials of a late participant."""
-        scenes = self._opened.scenes
         if person := self._person(platform):
             theirs = [one for one in self._people if self._person(one.diary.joined.platform) == person]
             if theirs:
                 ends = [one.diary.shut or "finished" for one in theirs if one.diary.shut or one.finished]
-                return scenes.closed(ends[0] if ends else "taken")
+                return self._scenes.closed(ends[0] if ends else "taken")
             if has_withdrawn(self._opened.journal, person):
-                return scenes.closed("withdrawn")
-        return None if self._late() or self._free() else scenes.closed("full")
+                return self._scenes.closed("withdrawn")
+        return None if self._late() or self._free() else self._scenes.closed("full")
 
     def _is_preview(self, platform: Mapping[str, str]) -> bool:
         return secrets.compare_digest(platform.get(PREVIEW, "").encode(), self.preview.encode())
 
     def _admitted(self, platform: Mapping[str, str]) -> dict[str, str]:
         """The parameters of a URL that are kept, of who may join."""
-        experiment = self._opened.experiment
+        experiment = self._experiment
         kept = {name: platform[name] for name in experiment.recruitment if name in platform}
         for name, value in kept.items():
             if not _PLATFORM_VALUE.fullmatch(value):
@@ -311,7 +297,7 @@ class ServerState:
 
     def _person(self, platform: Mapping[str, str]) -> str:
         """A person's ID on the recruitment platform; empty without one."""
-        return platform.get(next(iter(self._opened.experiment.recruitment), ""), "")
+        return platform.get(next(iter(self._experiment.recruitment), ""), "")
 
     async def _reply(self, token: str, lease: str, session: Session) -> Reply:
         scene, diary = await session.show(), session.diary
@@ -319,9 +305,8 @@ class ServerState:
         for other in sorted(held, key=lambda one: one.used)[: max(0, len(held) - self._most + 1)]:
             async with other.lock:
                 await other.let_go()
-        done, of = len(diary.closed_boxes), len(diary.joined.slots)
-        progress = None if diary.shut else {"share": round(session.share, 3), "done": done, "of": of}
-        return _reply(token, lease, diary.turn, scene, diary.identity, progress)
+        who = {"participant": diary.identity, "progress": session.progress}
+        return Reply(token, {"lease": lease, "turn": diary.turn, "scene": scene, **who})
 
 
 def _mark(token: str) -> str:
@@ -342,16 +327,9 @@ def _check_lease(session: Session, lease: str) -> None:
         raise ActRefused("elsewhere", "open in another page")
 
 
-def _reply(
-    token: str,
-    lease: str,
-    turn: int,
-    scene: Scene,
-    participant: str | None = None,
-    progress: Mapping[str, float] | None = None,
-) -> Reply:
-    said = {"lease": lease, "turn": turn, "scene": scene, "withdraw": participant is not None}
-    return Reply(token, {**said, "participant": participant, "progress": progress})
+def _stranger(token: str, lease: str, scene: Scene) -> Reply:
+    """The answer to somebody who does not take part, or not yet."""
+    return Reply(token, {"lease": lease, "turn": 1, "scene": scene, "participant": None, "progress": None})
 
 
 def _check(study: Study, experiment: Experiment, words: Words) -> None:

@@ -6,20 +6,16 @@ import asyncio
 from collections.abc import Callable, Mapping
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
+from typing import Any
 
 from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.people.box_view import Scene, box_to_show, is_asked, panel_to_show, view_of_modality
-from lockprobe.people.diary import Act, Answers, Attempt, Broken, Diary, Did, Released, bad_diary, write_entry
-from lockprobe.people.experiment import Experiment
-from lockprobe.people.journey import Station, stations
-from lockprobe.people.practice import practice_plan
-from lockprobe.people.scenes import ActRefused, Scenes
-from lockprobe.people.texts import Words
+from lockprobe.people.assignment import practice_plan
+from lockprobe.people.diary import Act, Attempt, Diary, Did, bad_diary, write_entry
+from lockprobe.people.scenes import ActRefused, Scene, Scenes, Station, is_asked, view_of
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.paused_trial import PausedTrial
-from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Fact
@@ -27,22 +23,11 @@ from lockprobe.trial.record import Fact
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpenStudy:
-    """What all participants of a study share.
+    """What all participants of a study share: its scenes, the records, where plants run, and the version of the page.
 
-    Attributes:
-        study: The study, with people among its agents.
-        experiment: How people take part.
-        words: The texts that participants read.
-        scenes: The scenes made of these texts.
-        journal: Records finished trials.
-        place: Where plants run.
-        clock: Seconds since 1970.
-        page: Version of the page.
+    ``clock`` gives seconds since 1970.
     """
 
-    study: Study
-    experiment: Experiment
-    words: Words
     scenes: Scenes
     journal: Journal
     place: Executor
@@ -68,9 +53,9 @@ class Session:
         self.lock = asyncio.Lock()
         self.lease: str | None = None
         self.gone = False
-        self.used = self.diary.at
+        self.used = diary.at
         self._opened = opened
-        self._way = stations(opened.experiment, opened.words, len(diary.joined.slots))
+        self._way = opened.scenes.way(len(diary.joined.slots))
         self._trial: PausedTrial | None = None
         self._owes = True
 
@@ -85,19 +70,19 @@ class Session:
         return self.station.kind == "debrief"
 
     @property
-    def share(self) -> float:
-        """How many of the scenes lie behind the participant, [0, 1]."""
-        return self.diary.place / max(1, len(self._way) - 1)
+    def progress(self) -> dict[str, float] | None:
+        """The share of the scenes that lie behind the participant, [0, 1], and boxes done of theirs; None once shut."""
+        if self.diary.shut:
+            return None
+        share = round(self.diary.place / max(1, len(self._way) - 1), 3)
+        return {"share": share, "done": len(self.diary.endings.keys() - {0}), "of": len(self.diary.joined.slots)}
 
     async def show(self) -> Scene:
         """The scene that the participant is in."""
-        trial, opened, diary = await self._ready(), self._opened, self.diary
+        trial, scenes, diary = await self._ready(), self._opened.scenes, self.diary
         if trial is None or trial.situation is None:
-            return opened.scenes.closed(diary.shut) if diary.shut else opened.scenes.at(self.station, diary)
-        number, of = self.station.box, len(diary.joined.slots)
-        return box_to_show(
-            trial.plan, trial.situation, opened.words.page, experiment=opened.experiment, number=number, of=of
-        )
+            return scenes.closed(diary.shut) if diary.shut else scenes.at(self.station, diary)
+        return scenes.box(trial.plan, trial.situation, self.station.box, len(diary.joined.slots))
 
     async def do(self, act: Act) -> None:
         """Do one act in the scene that is shown. It is on disk when this returns.
@@ -106,28 +91,26 @@ class Session:
             ActRefused: If the scene does not allow the act; then nothing is written.
             BadFile: If it cannot be written; the act then has no effect.
         """
-        turn = self.diary.turn
-        trial, station = await self._ready(), self.station
-        if self.diary.turn != turn:  # the box broke in the meantime
+        diary, experiment = self.diary, self._opened.scenes.experiment
+        turn, trial = diary.turn, await self._ready()
+        if diary.turn != turn:  # the box broke in the meantime
             raise ActRefused("stale", "not the scene that is shown")
         if trial is not None:
             await self._attempt(trial, act)
             return
-        if self.diary.shut:
+        if diary.shut:
             raise ActRefused("impossible", "nothing can be done any more")
-        right = self._opened.scenes.answered(station, act)
-        item = str(len(self.diary.rounds) + 1) if isinstance(act, Answers) else station.item
-        box = station.box if station.kind == "over" else None
-        now = self._opened.clock()
-        self._write(Did(at=now, turn=turn, scene=station.kind, act=act, box=box, item=item, right=right))
-
-    def join(self) -> None:
-        """Write the first entry, the record of consent."""
-        write_entry(self._opened.journal.store, self.diary.identity, 1, self.diary.joined)
+        station = self.station
+        right, item = self._opened.scenes.right(station, act), station.item
+        more: dict[str, Any] = {"box": station.box} if station.kind == "over" else {}
+        if station.kind == "comprehension":
+            item = str(len(diary.rounds) + 1)
+            more["shut"] = "screened" if not right and item == str(experiment.rounds) else ""
+        self._write(scene=station.kind, act=act, item=item, right=right, **more)
 
     async def release(self) -> None:
         """Give the trials that are not finished to others."""
-        self._write(Released(at=self._opened.clock()))
+        self._write(scene="late", act=None, shut="late")
         await self.let_go()
 
     @property
@@ -154,20 +137,16 @@ class Session:
 
     async def _ready(self) -> PausedTrial | None:
         """The trial that waits for a joint; None where the scene is no box. Boxes that nobody can play are skipped."""
-        diary, opened = self.diary, self._opened
-        self.used = opened.clock()
+        self.used = self._opened.clock()
         await self.record_owed()
-        most = opened.experiment.comprehension.rounds
-        if most is not None and diary.misread is not None and len(diary.rounds) >= most and not diary.shut:
-            self._write(Released(at=opened.clock(), why="screened"))
-        while (station := self.station).kind == "box" and not diary.shut:
+        while (station := self.station).kind == "box" and not self.diary.shut:
             self._trial = trial = self._trial or await self._replayed(station.box)
             if trial.situation is not None:
                 return trial
             await self.let_go()
             if trial.sound:
                 raise self._bad(f"the replay of box {station.box} ends earlier than the play")
-            self._write(Broken(at=opened.clock(), turn=diary.turn, box=station.box))
+            self._write(scene="box", act=None, box=station.box, ended="error")
             self._append(station.box, trial)
         return None
 
@@ -179,29 +158,22 @@ class Session:
         asked = is_asked(situation)
         if (act.claimed is not None) != asked or (act.claimed_rt is not None and not asked):
             raise ActRefused("impossible", "what the last action did is said where it is asked, and only there")
-        if not opened.experiment.device:
+        if not opened.scenes.experiment.device:
             act = act.model_copy(update={"pointer": None, "viewport": None})
         box, step, now = self.station.box, len(situation.past) + 1, opened.clock()
         async with AsyncExitStack() as undo:
             undo.push_async_callback(self.let_go)  # an act that is not written has not been done
             told = await trial.attempt(act.joint, act.claimed)
-            shown: tuple[str, ...] = ()
-            if (now_told := trial.situation) is not None:
-                report = panel_to_show(trial.plan, now_told, opened.words.page)["report"]
-                shown = (*report, now_told.briefing.remark)
             self._write(
-                Did(
-                    at=now,
-                    turn=self.diary.turn,
-                    scene="box",
-                    act=act,
-                    box=box,
-                    step=step,
-                    told=told,
-                    shown=" ".join(filter(None, shown)),
-                    page=opened.page if box and step == 1 else "",
-                    ended=None if trial.trial is None else trial.trial.ending,
-                )
+                at=now,
+                scene="box",
+                act=act,
+                box=box,
+                step=step,
+                told=told,
+                shown="" if trial.situation is None else opened.scenes.read(trial.plan, trial.situation)[-1],
+                page=opened.page if box and step == 1 else "",
+                ended=None if trial.trial is None else trial.trial.ending,
             )
             undo.pop_all()
         if trial.trial is not None:
@@ -210,15 +182,14 @@ class Session:
 
     async def _replayed(self, box: int) -> PausedTrial:
         """The trial of a box after the steps that are on disk."""
-        experiment, begun = self._opened.experiment, self.diary.steps.get(box)
-        plan = self._plan(box)
+        opened, begun, plan = self._opened, self.diary.steps.get(box), self._plan(box)
         facts: Mapping[str, Fact] = {
-            "view": view_of_modality(plan.modality),
+            "view": view_of(plan.modality),
             "words": self.diary.joined.words,
-            "page": (begun[0].page if begun else "") or self._opened.page,
+            "page": (begun[0].page if begun else "") or opened.page,
             "position": box,
-            "history": experiment.history,
-            "feedback": experiment.feedback,
+            "history": opened.scenes.experiment.history,
+            "feedback": opened.scenes.experiment.feedback,
         }
         try:
             return await PausedTrial.begin(
@@ -226,17 +197,17 @@ class Session:
                 self.diary.attempts(box),
                 facts=facts,
                 words_alone=True,
-                pictures=self._opened.journal.directory / ALBUM if box and not self.preview else None,
-                place=self._opened.place,
+                pictures=opened.journal.directory / ALBUM if box and not self.preview else None,
+                place=opened.place,
             )
         except BadValue as error:
             raise self._bad(str(error)) from None
 
     def _plan(self, box: int) -> Plan:
-        opened, joined = self._opened, self.diary.joined
+        scenes, joined = self._opened.scenes, self.diary.joined
         if box:
-            return joined.slots[box - 1].plan(opened.study, joined.identity)
-        return practice_plan(opened.study, opened.experiment, joined.identity)
+            return joined.slots[box - 1].plan(scenes.study, joined.identity)
+        return practice_plan(scenes.study, scenes.experiment, joined.identity)
 
     def _append(self, box: int, played: PausedTrial) -> None:
         """Record a finished trial, unless it is the practice, or the record holds it, whoever played it."""
@@ -247,10 +218,12 @@ class Session:
             journal.append(trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps)))
             self._owes = False
 
-    def _write(self, line: Did | Broken | Released) -> None:
+    def _write(self, *, at: float | None = None, **what: Any) -> None:
+        """Write an entry of what happened now, or earlier."""
+        did = Did(at=self._opened.clock() if at is None else at, turn=self.diary.turn, **what)
         if not self.preview:
-            write_entry(self._opened.journal.store, self.diary.identity, len(self.diary.lines) + 2, line)
-        self.diary.lines.append(line)
+            write_entry(self._opened.journal.store, self.diary.identity, did.turn, did)
+        self.diary.lines.append(did)
 
     def _bad(self, why: str) -> BadFile:
         return bad_diary(self._opened.journal.store.path, self.diary.identity, why)

@@ -12,7 +12,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.inputs import read_toml
-from lockprobe.people.experiment import ComprehensionQuestion, SettingsPart, first_error
+from lockprobe.people.experiment import OneRight, SettingsPart, first_error
 
 _TEXTS = Path(__file__).with_name("texts")
 
@@ -26,94 +26,54 @@ Text = Annotated[str, Field(min_length=1, max_length=4000)]
 Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
 
 
+class ComprehensionQuestion(OneRight):
+    """A question on the instructions; with ``only`` it is asked where they say that reports can be wrong."""
+
+    only: Literal["false_reports"] | None = None
+
+
 class Longer(SettingsPart):
-    """A title and what stands under it."""
+    """A title and what stands under it.
+
+    Attributes:
+        if_false: More paragraphs: of instructions, where the study says beforehand that reports can be wrong; of the
+            end, where what was told or shown could be false.
+        if_asked: More paragraphs, where the page asks after every step what the last action did.
+        questions: What is asked under them, on the instructions.
+    """
 
     title: Text
     paragraphs: Paragraphs
-
-
-class _Instruction(Longer):
-    """A page of instructions.
-
-    Attributes:
-        if_false: More paragraphs, where the study says beforehand that reports can be wrong.
-        if_asked: More paragraphs, where the page asks after every step what the last action did.
-    """
-
     if_false: Paragraphs = ()
     if_asked: Paragraphs = ()
-
-
-class _Comprehension(Longer):
-    """The page of questions on the instructions.
-
-    ``again`` is said at the top of the instructions after wrong answers, and names their ``{questions}``.
-    """
-
-    again: Text
     questions: Annotated[tuple[ComprehensionQuestion, ...], Field(max_length=20)] = ()
-
-    @model_validator(mode="after")
-    def _one_is_always_asked(self) -> Self:
-        if self.questions and all(one.only for one in self.questions):
-            raise ValueError("expected a question without only")
-        return self
-
-
-class _Consent(Longer):
-    agree: Text
-    decline: Text
-
-
-class _Over(Longer):
-    solved: Text
-    unsolved: Text
-
-
-class _Debrief(Longer):
-    false_reports: Paragraphs
-    completion: Text
-    code: Text
-
-
-class _Closed(SettingsPart):
-    """The last scene of who cannot go on, by why."""
-
-    false_reports: Paragraphs
-    declined: Longer
-    withdrawn: Longer
-    full: Longer
-    taken: Longer
-    finished: Longer
-    late: Longer
-    screened: Longer
 
 
 class Words(SettingsPart):
     """Everything that a participant reads.
 
     ``language`` is a BCP 47 tag for screen readers, ``page`` the buttons, labels and sentences of reports, ``changes``
-    what a study did to people (:data:`~lockprobe.people.deceptions.Deception`). Each other field is a scene.
+    what a study did to people (:data:`~lockprobe.people.deceptions.Deception`), ``closed`` the last scene of who cannot
+    go on, by why (:data:`~lockprobe.people.scenes.Why`). Each other field is a scene.
     """
 
     language: Annotated[str, Field(pattern=r"^[A-Za-z]{2,8}(-[A-Za-z0-9]{1,8})*$")]
     direction: Literal["ltr", "rtl"] = "ltr"
     title: Text
-    consent: _Consent
-    instructions: Annotated[tuple[_Instruction, ...], Field(max_length=20)] = ()
-    comprehension: _Comprehension
+    consent: Longer
+    instructions: Annotated[tuple[Longer, ...], Field(max_length=20)] = ()
+    comprehension: Longer
     practice_over: Longer
-    over: _Over
-    debrief: _Debrief
+    over: Longer
+    debrief: Longer
     changes: dict[str, Text]
-    closed: _Closed
+    closed: dict[str, Longer]
     page: dict[str, Text]
 
     @model_validator(mode="after")
     def _as_in_english(self) -> Self:
         english: dict[str, Any] = read_toml(_TEXTS / "en.toml")
-        for part, given in (("page", self.page), ("changes", self.changes)):
+        for part, given in (("page", self.page), ("changes", self.changes), ("closed", self.closed)):
             if missing := english[part].keys() - given.keys():
                 raise ValueError(f"{part}: {min(missing)} is missing")
             if other := given.keys() - english[part].keys():

@@ -5,7 +5,7 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from browser import browser, needs_a_browser, new_tab, plan_of, run, served, violations
+from browser import ACTS, browser, needs_a_browser, new_tab, plan_of, run, served, violations
 from seated import people_study
 
 from lockprobe.boxes.families import box
@@ -133,10 +133,8 @@ class Keyboard:
         if look.written:
             await self.tab_to("textarea")
             await self.page.keyboard.type("by trying")
-        acts = {"consent": "agree", "comprehension": "answers", "check": "answer", "ask": "answer"}
-        await self.enter(
-            "button[data-joint=B]" if look.scene == "box" else f"[data-act={acts.get(look.scene, 'next')}]"
-        )
+        act = f"[data-act={ACTS.get(look.scene, 'next')}]"
+        await self.enter("button[data-joint=B]" if look.scene == "box" else act)
 
 
 def test_the_keyboard_alone_is_enough(tmp_path):

@@ -71,13 +71,13 @@ def test_nothing_that_is_shown_is_read_as_html():
 
 
 def test_every_text_that_is_used_is_in_the_texts_and_every_text_is_used():
-    server = (Path(people.__file__).parent / "box_view.py").read_text("utf-8")
+    server = (Path(people.__file__).parent / "scenes.py").read_text("utf-8")
     page = "\n".join(source.read_text() for source in (PAGE / "src").rglob("*.js"))
     known = read_words("en").page
-    unused = [name for name in known if not re.search(rf'\.{name}\b|words\["{name}"\]', page + server)]
-    assert unused == ["moved", "blocked"]  # of which the outcome chooses one
+    unused = [name for name in known if not re.search(rf'\.{name}\b|"{name}"', page + server)]
+    assert unused == []
     used = set(re.findall(r"words(?:\.page)?\.([a-z_]+)\b", page))
-    known = {*known, "page", "consent", "debrief", "language", "direction", "title", "js"}
+    known = {*known, "page", "language", "direction", "title", "js"}
     assert used - known == set()
 
 

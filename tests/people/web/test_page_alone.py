@@ -23,7 +23,7 @@ LOST, DOWN, BUSY = "lost", (503, {}), (429, {"error": "busy", "message": "later"
 
 
 def of_the_page(language):
-    parts = {"language", "direction", "title", "consent", "debrief", "page"}
+    parts = {"language", "direction", "title", "page"}
     return read_words(language).model_dump(mode="json", include=parts)
 
 
@@ -73,7 +73,7 @@ class Server:
     async def answer(self, route):
         path = route.request.url.removeprefix(HOME).partition("?")[0]
         if not path.startswith("api/"):
-            file = STATIC / (path.removeprefix("static/") or "index.html")
+            file = STATIC / (path or "index.html")
             headers = {"content-type": KINDS[file.suffix], "content-security-policy": POLICY}
             await route.fulfill(body=file.read_bytes(), headers=headers)
             return
@@ -95,7 +95,7 @@ class Server:
             self.turn += 1
             self.scenes = self.scenes[1:] or self.scenes
         scene = self.scenes[0]
-        answer = {"lease": str(self.lease), "turn": self.turn, "scene": scene, "participant": None, "withdraw": True}
+        answer = {"lease": str(self.lease), "turn": self.turn, "scene": scene, "participant": "me"}
         if path == "open":
             answer["words"] = of_the_page("en")
         return answer

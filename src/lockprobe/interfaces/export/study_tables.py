@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple, get_args
 from lockprobe.foundation.errors import BadFile
 from lockprobe.interfaces.export.table import Column, Table, count, mark, number, text
 from lockprobe.interfaces.export.trials import PAGE, PARTICIPANT, SERVER, steps_table, trials_table
-from lockprobe.people.diary import Answer, Attempt, Broken, Diary, Did, Released, read_diaries
+from lockprobe.people.diary import Answers, Attempt, Diary, Did, read_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.journey import acts_of_steps, seconds_of_trials
 from lockprobe.studies.costs.call_log import read_calls
@@ -93,7 +93,8 @@ _PARTICIPANTS = (
 
 
 def _seconds(kept: Diary) -> float:
-    return round(max((act.at for act in kept.acts), default=kept.joined.at) - kept.joined.at, 3)
+    last = max((did.at for did in kept.lines if did.act is not None), default=kept.joined.at)
+    return round(last - kept.joined.at, 3)
 
 
 def _of_platform(name: str) -> Column:
@@ -102,12 +103,11 @@ def _of_platform(name: str) -> Column:
 
 
 class _ActRow(NamedTuple):
-    """A line of a diary: an act, or that a box broke; with the attempt that it was, and whether it is recorded."""
+    """An act, or that a box broke; with the attempt that it was, and whether it is recorded."""
 
     participant: str
-    line: Did | Broken
+    did: Did
     key: str
-    did: Did | None
     attempt: Attempt | None
     recorded: bool
 
@@ -117,11 +117,11 @@ _AT = f"Time of arrival at the server, counted from the participant's consent, {
 
 _ACTS = (
     text("participant", PARTICIPANT, lambda row: row.participant),
-    count("turn", "Number of the answered scene, one act each; consent is the first.", lambda row: row.line.turn),
+    count("turn", "Number of the answered scene, one act each; consent is the first.", lambda row: row.did.turn),
     text("scene", "Kind of the answered scene: page, box, over, check or ask; broken if a box could not be continued.",
-         lambda row: row.did.scene if row.did else "broken"),
+         lambda row: row.did.scene if row.did.act else "broken"),
     count("position", "Number of the box in the participant's order, from 1; 0 for practice.",
-          lambda row: row.line.box, least=0),
+          lambda row: row.did.box, least=0),
     text("key", "The trial: its readable name in the study.", lambda row: row.key),
     count("step", "Step within the trial, from 1.", lambda row: row.attempt and row.did.step),
     text("label", "The attempted joint, by its letter on the page.", lambda row: row.attempt and row.attempt.joint),
@@ -131,10 +131,10 @@ _ACTS = (
          lambda row: row.attempt and row.did.told),
     text("shown", "What the participant read of the step, in their language. Empty if the step ended the box.",
          lambda row: row.attempt and row.did.shown),
-    number("rt_ms", _RT, lambda row: row.did and getattr(row.did.act, "rt", None), "ms"),
+    number("rt_ms", _RT, lambda row: getattr(row.did.act, "rt", None), "ms"),
     number("claim_rt_ms", f"Response time, from painting the scene to the claim, {PAGE}. Empty if it was not asked.",
            lambda row: row.attempt and row.attempt.claimed_rt, "ms"),
-    number("at", _AT, lambda row: row.line.at, "s"),
+    number("at", _AT, lambda row: row.did.at, "s"),
     text("ended", "How the trial or practice ended with this step: solved, budget or error. Empty if it continues.",
          lambda row: row.attempt and row.did.ended),
     mark("recorded", "whether the step belongs to a finished trial, which is in the table of steps.",
@@ -162,7 +162,7 @@ _ANSWERS = (
     text("name", "The experimenter's name for the question; of an attention check its number, from 1.",
          lambda row: row.did.item),
     text("question", "The question. Empty if the settings of the experiment are not stored.", lambda row: row.question),
-    text("answer", "The answer, word for word.", lambda row: row.did.act.answer),
+    text("answer", "The answer, word for word.", lambda row: row.did.act.answers[0]),
     mark("right", "whether the answer to an attention check is right.", lambda row: row.did.right),
     number("rt_ms", _RT, lambda row: row.did.act.rt, "ms"),
     number("at", _AT, lambda row: row.did.at, "s"),
@@ -201,8 +201,8 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
     answers = [
         _AnswerRow(kept.joined.identity, did, questions.get((did.scene, did.item), ""))
         for kept in diaries
-        for did in kept.acts
-        if isinstance(did.act, Answer)
+        for did in kept.lines
+        if isinstance(did.act, Answers) and did.scene != "comprehension"
     ]
     return Table("an answer to an attention check or a question", _ANSWERS, lambda: answers)
 
@@ -211,12 +211,10 @@ def _acts(study: Study, diaries: list[Diary], acts: Mapping[tuple[str, int], Did
     recorded = set(map(id, acts.values()))
     for kept in diaries:
         keys = {box: kept.key(study, box) for box in range(len(kept.joined.slots) + 1)}
-        for line in kept.lines:
-            if not isinstance(line, Released):
-                did = line if isinstance(line, Did) else None
-                attempt = did.act if did is not None and isinstance(did.act, Attempt) else None
-                key = keys.get(line.box, "") if line.box is not None else ""
-                yield _ActRow(kept.joined.identity, line, key, did, attempt, id(line) in recorded)
+        for did in kept.lines:
+            if did.scene != "late":
+                attempt = did.act if isinstance(did.act, Attempt) else None
+                yield _ActRow(kept.joined.identity, did, keys.get(did.box or 0, ""), attempt, id(did) in recorded)
 
 
 def _questions(experiment: Experiment | None) -> dict[tuple[str, str], str]:

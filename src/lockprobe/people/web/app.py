@@ -1,18 +1,18 @@
 """The HTTP API of the participants' page: requests become calls of lockprobe.people.server_state.
 
 ``GET /`` is the page. ``POST /api/open``, ``/api/act`` and ``/api/withdraw`` take a JSON object and answer with the
-scene to show. A refused request is answered with a status, a code and a message, and changes nothing. A cookie that
-scripts cannot read holds the token that identifies a participant.
+scene to show. A refused request is answered with a status, a code and a message, logged in one line, and changes
+nothing. A cookie that scripts cannot read holds the token that identifies a participant.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import mimetypes
 import traceback
 from collections.abc import Mapping
-from http import HTTPStatus
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -27,12 +27,12 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import Act, StrictModel
 from lockprobe.people.scenes import ActRefused
 from lockprobe.people.server_state import Reply, ServerState
 from lockprobe.people.texts import Words
 from lockprobe.people.web.address import Address
-from lockprobe.people.web.log import LOGGED, log_refused
 
 STATIC = Path(__file__).with_name("static")
 
@@ -69,23 +69,27 @@ SECURITY_HEADERS: Mapping[str, str] = {
 }
 """On every answer. No script but the page's own runs, nothing is loaded from elsewhere, no other page frames it."""
 
+_LONGEST_PATH = 100
+"""Characters of a path that are logged."""
+
+_log = logging.getLogger(__name__)
+
 Word = Annotated[str, Field(max_length=200)]
-Platform = Annotated[dict[Word, Word], Field(max_length=40)]
-"""The parameters of the URL under which the page was opened. The experimenter chooses which of them are kept."""
 
 
 class _Open(StrictModel):
-    platform: Platform = Field(default_factory=dict)
+    """``platform`` are the parameters of the URL of the page. The experimenter chooses which of them are kept."""
+
+    platform: Annotated[dict[Word, Word], Field(max_length=40)] = Field(default_factory=dict)
 
 
 class _Withdraw(StrictModel):
     lease: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
 
 
-class _Done(_Withdraw):
+class _Done(_Open, _Withdraw):
     turn: Annotated[int, Field(ge=0, le=10**9)]
     act: Act
-    platform: Platform = Field(default_factory=dict)
 
 
 Body = TypeVar("Body", bound=StrictModel)
@@ -114,15 +118,22 @@ def page_version() -> str:
     return str(json.loads((STATIC / "page.json").read_bytes())["version"])
 
 
-class _Files(StaticFiles):
-    """The files of the page. They are kept by browsers and asked for again, so that a new release is seen at once."""
-
-    async def get_response(self, path: str, scope: Scope) -> Response:
-        if scope["path"].endswith("/") and scope["path"] != "/":
-            raise HTTPException(HTTPStatus.NOT_FOUND)
-        answer = await super().get_response("index.html" if scope["path"] == "/" else path, scope)
-        answer.headers["cache-control"] = "no-cache"
-        return answer
+def _refusal(scope: Scope, error: Exception, texts: Mapping[str, Any]) -> Response:
+    """The answer to a request that is refused or failed. What was sent is not logged."""
+    match error:
+        case ActRefused(code=code):
+            status, said = STATUS[code], str(error)
+            more = said if code == "incomplete" else ""  # which parameter was wrong, and not what it held
+        case HTTPException():
+            status, code, said, more = error.status_code, "unknown", error.detail, ""
+        case _:
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            more = f"{type(error).__name__} at {'/'.join(last.filename.split('/')[-2:])}:{last.lineno}"
+            status, code, said = 500, "broken", "something went wrong here; please try again"
+    path = scope.get("raw_path", b"").decode("ascii", "replace")[:_LONGEST_PATH]
+    _log.error("%s", printable(f"{status} {code} {scope['method'][:10]} {path} {more}".rstrip()))
+    words = {"words": texts} if scope["path"] == "/api/open" else {}  # a page that is refused has none yet
+    return JSONResponse({"error": code, "message": said, **words}, status)
 
 
 class Guard:
@@ -133,34 +144,36 @@ class Guard:
     them.
     """
 
-    def __init__(self, app: ASGIApp, address: Address) -> None:
-        self._app = app
+    def __init__(self, app: ASGIApp, address: Address, texts: Mapping[str, Any]) -> None:
+        self._app, self._texts = app, texts
         self._hosts, self._origins = address.hosts, address.origins
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
+        if scope["type"] != "http":
+            return
+        of_api = scope["path"].startswith("/api/")
 
         async def sent(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
                 headers.update(SECURITY_HEADERS)
-                headers.setdefault("cache-control", "no-store")
+                # browsers keep the files of the page and ask for them again, so that a new release is seen at once
+                headers.setdefault("cache-control", "no-store" if of_api else "no-cache")
             await send(message)
 
-        if scope["type"] != "http":
-            return
         try:
-            self._check(scope, Headers(scope=scope))
+            self._check(scope, Headers(scope=scope), of_api=of_api)
         except ActRefused as error:
-            await _refused(error, scope)(scope, receive, sent)
+            await _refusal(scope, error, self._texts)(scope, receive, sent)
         else:
             await self._app(scope, receive, sent)
 
-    def _check(self, scope: Scope, headers: Headers) -> None:
+    def _check(self, scope: Scope, headers: Headers, *, of_api: bool) -> None:
         if len(headers.getlist("host")) != 1 or headers["host"].lower() not in self._hosts:
             why = "this server does not accept that host name; see --public-url and --allow-host"
             raise ActRefused("cross-site", why)
-        if scope["method"] not in ("GET", "HEAD", "OPTIONS") or scope["path"].startswith("/api/"):
+        if scope["method"] not in ("GET", "HEAD", "OPTIONS") or of_api:
             # browsers say which page sent a request, and no page can forge it; others need not
             origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
             if not (set(origins) <= self._origins and set(sites) <= {"same-origin"}):
@@ -173,20 +186,9 @@ class Guard:
                 raise ActRefused("malformed", "a body of two lengths")  # where a proxy could read another one
 
 
-def _refused(error: ActRefused, scope: Scope, **more: object) -> Response:
-    """The answer to a request that is refused. Which parameter was wrong is logged, and not what it held."""
-    status = STATUS[error.code]
-    log_refused(scope, status, error.code, str(error) if error.code == "incomplete" else "")
-    return JSONResponse({"error": error.code, "message": str(error), **more}, status)
-
-
 def application(state: ServerState, words: Words, address: Address) -> ASGIApp:
     """The application of the page, with its guard."""
-    texts = {
-        **words.model_dump(include={"language", "direction", "title", "page"}),
-        "consent": words.consent.model_dump(include={"agree", "decline"}),
-        "debrief": words.debrief.model_dump(include={"completion", "code"}),
-    }  # all others come with their scenes
+    texts = words.model_dump(include={"language", "direction", "title", "page"})  # all others come with their scenes
     mimetypes.add_type("text/javascript", ".js")  # whatever a system says
 
     def shown(reply: Reply, **more: object) -> Response:
@@ -215,36 +217,16 @@ def application(state: ServerState, words: Words, address: Address) -> ASGIApp:
         return PlainTextResponse("ok")
 
     async def refused(request: Request, error: Exception) -> Response:
-        assert isinstance(error, ActRefused)
-        more = {"words": texts} if request.url.path == "/api/open" else {}  # the page has none yet
-        return _refused(error, request.scope, **more)
+        return _refusal(request.scope, error, texts)
 
-    async def no_route(request: Request, error: Exception) -> Response:
-        assert isinstance(error, HTTPException)
-        log_refused(request.scope, error.status_code, "unknown")
-        phrase = {"error": "unknown", "message": HTTPStatus(error.status_code).phrase}
-        return JSONResponse(phrase, error.status_code, dict(error.headers or {}))
-
-    async def broken(request: Request, error: Exception) -> Response:
-        """The act is on disk or has not been done; the page asks again."""
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{type(error).__name__} at {'/'.join(last.filename.split('/')[-2:])}:{last.lineno}"
-        log_refused(request.scope, HTTPStatus.INTERNAL_SERVER_ERROR, "broken", where)
-        error.add_note(LOGGED)
-        return JSONResponse({"error": "broken", "message": "something went wrong here; please try again"}, 500)
-
-    files = _Files(directory=STATIC)
-    handlers: Mapping[Any, Any] = {ActRefused: refused, HTTPException: no_route, Exception: broken}
     inner = Starlette(
         routes=[
             Route("/healthz", alive),
             Route("/api/open", opened, methods=["POST"]),
             Route("/api/act", act, methods=["POST"]),
             Route("/api/withdraw", withdraw, methods=["POST"]),
-            Mount("/static", files),
-            Route("/", files),
+            Mount("/", StaticFiles(directory=STATIC, html=True)),
         ],
-        exception_handlers=handlers,
+        exception_handlers=dict.fromkeys((ActRefused, HTTPException, Exception), refused),
     )
-    inner.router.redirect_slashes = False
-    return Guard(GZipMiddleware(inner, minimum_size=1000, compresslevel=6), address)
+    return Guard(GZipMiddleware(inner, minimum_size=1000), address, texts)

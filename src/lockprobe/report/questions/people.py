@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
 from functools import partial
 from operator import itemgetter
 from typing import Any
@@ -59,20 +58,20 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     own = ended(begun)
     if not numbers.study.invited and not own:
         return
-    from lockprobe.people.journey import flow_of  # the whole experiment, which no study of agents needs
+    from lockprobe.people.journey import boxes_of, flow_of  # the whole experiment, which no study of agents needs
 
     yield _people(quantity="boxes", of="planned", value=numbers.study.invited, unit="boxes")
     yield _people(quantity="boxes", of="finished", value=numbers.finished_by_people, unit="boxes")
     sizes = Counter(trial.agent for trial in own)
-    if flow := flow_of(numbers.study, numbers.diaries, numbers.withdrawn):
-        counts = {**asdict(flow), "analysed": len(sizes)}
-        for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow.questioned)):
-            yield _people(quantity="people", of=of, value=counts[of], unit="people")
-        for condition, boxes in flow.boxes.items():
+    if flow := flow_of(numbers.diaries, numbers.withdrawn):
+        flow["analysed"] = len(sizes)
+        for of in ("consented", *_FLOW, "analysed", *["questioned", "second_round"] * bool(flow["questioned"])):
+            yield _people(quantity="people", of=of, value=flow[of], unit="people")
+        for condition, boxes in boxes_of(numbers.study, numbers.diaries).items():
             for of, many in zip(("given", "left_open"), boxes, strict=True):
                 yield _people(quantity="boxes", condition=condition, of=of, value=many, unit="boxes")
-        if checks := flow.checks:
-            right, of = flow.right, "attention checks"
+        if checks := flow["checks"]:
+            right, of = flow["right"], "attention checks"
             yield _people(quantity="people", of=of, value=right / checks, count=right, n=checks)
     if own:
         yield from _all_people(begun, own, sizes)
