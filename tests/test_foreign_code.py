@@ -115,7 +115,7 @@ def study_files(here: Path) -> Sequence[Path]:
 
 NOTHING_FOREIGN = {
     "chance", "power", "play", "list agents", "list plants", "list interventions", "list models", "doctor",
-    "box list", "box generate", "rig calibrate", "rig rehearse", "rig check",
+    "box list", "box generate", "rig calibrate", "rig check",
 }  # fmt: skip
 """Commands that take no directory of a study, no study file and no records."""
 

@@ -16,23 +16,6 @@ def run(*words):
     return CliRunner().invoke(app, words)
 
 
-def test_a_rehearsal_prints_every_attempt_its_rung_and_a_count_and_a_wrong_verdict_sets_the_exit_status(monkeypatch):
-    done = run("rehearse", "--attempts", "4")
-    lines = done.stdout.splitlines()
-    assert done.exit_code == 0
-    assert lines[4:] == [
-        "Rung: scripted; late commands: 0",
-        "Agrees with the rules: 4 of 4 attempts on chain-4; 0 faults",
-    ]
-    found = json.loads(run("rehearse", "--attempts", "4", "--json").stdout)
-    assert (found["facts"]["rung"], found["right"], len(found["attempts"])) == ("scripted", 4, 4)
-    monkeypatch.setattr("lockprobe_robot.hardware.scripted_arm._HELD", 2.0)  # a locked handle that is hardly felt
-    done = run("rehearse", "--attempts", "4")
-    assert done.exit_code == 1
-    assert "locked  failed" in done.stdout
-    assert "<- WRONG" in done.stdout
-
-
 def test_a_check_prints_every_motion_and_its_judgement(monkeypatch):
     done = run("check", "--plant", "rig?rung=scripted", "--height", "0.08")
     lines = done.stdout.splitlines()
@@ -54,7 +37,7 @@ def test_a_check_prints_every_motion_and_its_judgement(monkeypatch):
         (["check", "--plant", "rig?rung=scripted", "--height", "1"], "height: got 1.0, expected metres from 0.05"),
         (["check", "--plant", "python:hardware.fakes:calibrated_rig"], "none.json: cannot be read"),
         (["check", "--plant", "python:hardware.fakes:faulty_rig"], "the arm, follow: ConnectionResetError: cable"),
-        (["rehearse", "--box", "nothing"], "no box is called 'nothing'"),
+        (["check", "--box", "nothing"], "no box is called 'nothing'"),
     ],
 )
 def test_mistakes_are_one_line(words, message, monkeypatch):

@@ -43,7 +43,7 @@ COMMANDS = {
 }
 """Name of a command -> (module, function or group in it, help)."""
 
-_OF_ROBOT = {"rig": "Prepare a robot: calibrate, rehearse, check."}
+_OF_ROBOT = {"rig": "Prepare a robot: calibrate, check."}
 """Name of a command that lockprobe-robot adds -> help."""
 
 

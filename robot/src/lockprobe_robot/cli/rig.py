@@ -1,4 +1,4 @@
-"""``lockprobe rig``: rehearsals, checks and calibration of a robot before it moves a box."""
+"""``lockprobe rig``: the check and the calibration of a robot before it moves a box."""
 
 from __future__ import annotations
 
@@ -15,11 +15,9 @@ import typer
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.cli import options
 from lockprobe.foundation.errors import BadValue, PlantFault, UserMistake
-from lockprobe_robot.plants import RehearsalRung
 
 if TYPE_CHECKING:
     from lockprobe_robot.hardware.check import FreeMotion
-    from lockprobe_robot.hardware.rehearsal import RehearsedAttempt
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 
@@ -32,36 +30,7 @@ _NEAR = 1.0
 """Pixels by which corners miss their places at most if the tags are those of the board."""
 
 NOT_GOOD = 1
-"""The exit status if an arm or a rehearsal is not good enough."""
-
-
-@app.command()
-def rehearse(
-    rung: Annotated[RehearsalRung, typer.Option(help="How realistic the arm is: scripted or twin.")] = "scripted",
-    box: options.Box = DEFAULT_BOX,
-    attempts: Annotated[int, typer.Option(min=1, max=10_000, help="Random attempts.")] = 20,
-    seed: options.Seed = 1,
-    json: options.AsJson = False,
-) -> None:
-    """Rehearse random attempts with all software but without a robot, and compare the verdicts with the rules.
-
-    Each line is one attempt: the states of the joints in panel order, the joint, whether the rules let it move, the
-    verdict, and the greatest force. Exit status 1: a verdict was wrong, or a fault ended an attempt.
-    """
-    from lockprobe_robot.hardware.rehearsal import rehearse as rehearsed
-
-    with _fault_in_one_line():
-        found = find_box(box)
-        made, facts = rehearsed(rung, found, attempts=attempts, seed=seed, tell=(lambda one: None) if json else _tell)
-    right = sum(one.right for one in made)
-    if json:
-        print(json_.dumps({"box": found.name, "right": right, "attempts": [*map(asdict, made)], "facts": dict(facts)}))
-    else:
-        faults = sum(bool(one.fault) for one in made)
-        print(f"Rung: {rung}; late commands: {facts['late_commands']}")
-        print(f"Agrees with the rules: {right} of {len(made)} attempts on {found.name}; {faults} faults")
-    if right < attempts:
-        raise typer.Exit(NOT_GOOD)
+"""The exit status if an arm is not good enough."""
 
 
 @app.command()
@@ -161,12 +130,6 @@ def _fault_in_one_line() -> Iterator[None]:
         yield
     except PlantFault as fault:
         raise UserMistake(str(fault)) from None
-
-
-def _tell(one: RehearsedAttempt) -> None:
-    what = f"fault: {one.fault}" if one.fault else f"{one.verdict}, {one.peak_force:.1f} N"
-    mark = "" if one.right or one.fault else "  <- WRONG"
-    print(f"{one.state}  {one.joint:16} {'free' if one.free else 'locked':7} {what}{mark}")
 
 
 def _tell_motion(made: FreeMotion) -> None:

@@ -1,4 +1,4 @@
-"""Rehearsals: software-in-the-loop tests of a rig without the robot, on two rungs of increasing realism.
+"""The plant ``rig``: all software of a rig without the robot, on two rungs of increasing realism.
 
 * ``scripted``: an arm without a body; the whole program runs in milliseconds.
 * ``twin``: the simulated arm and box in this process.
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lockprobe.boxes.box import Configuration, Lockbox, bits
+from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.foundation.errors import PlantFault
 from lockprobe.plants.catalogue import FilmHook
 from lockprobe.plants.manual import Seen
@@ -79,71 +79,3 @@ def rehearsed_rig(
         truth=sight,
         rung=rung,
     )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RehearsedAttempt:
-    """One rehearsed attempt.
-
-    Attributes:
-        state: The configuration before, a bit string in panel order.
-        joint: Name of the joint.
-        free: Whether the rules let it move.
-        verdict: The robot's verdict; empty if a fault ended the attempt.
-        peak_force: Newtons; None if a fault ended the attempt.
-        right: Whether the verdict and the configuration afterwards agree with the rules.
-        fault: The fault that ended the attempt; empty without a fault.
-    """
-
-    state: str
-    joint: str
-    free: bool
-    verdict: str = ""
-    peak_force: float | None = None
-    right: bool = False
-    fault: str = ""
-
-
-def rehearse(
-    rung: RehearsalRung,
-    box: Lockbox,
-    *,
-    attempts: int,
-    seed: int = 1,
-    tell: Callable[[RehearsedAttempt], None] = lambda attempted: None,
-) -> tuple[tuple[RehearsedAttempt, ...], Mapping[str, Fact]]:
-    """Attempt random joints, from the initial configuration on, and compare every verdict with the rules.
-
-    After a fault, whose hand may hold a handle, a new rig begins again.
-    All rungs make the same attempts with one seed. ``tell`` is called after every attempt. Returned are the attempts,
-    in order, and the facts of the last rig.
-    """
-    luck = np.random.default_rng(seed)
-    made: list[RehearsedAttempt] = []
-    while True:
-        rig = rehearsed_rig(rung, box, box.names, luck.spawn(1)[0])
-        try:
-            before = rig.observe().configuration
-            while len(made) < attempts:
-                joint = int(luck.integers(len(box.joints)))
-                after, free = box.attempt(before, joint)
-                state, name = bits(before), box.names[joint]
-                try:
-                    snapshot = rig.attempt(joint)
-                except PlantFault as fault:
-                    made.append(RehearsedAttempt(state=state, joint=name, free=free, fault=str(fault)))
-                    tell(made[-1])
-                    break
-                verdict, force = str(snapshot.sensed["verdict"]), snapshot.sensed["peak_force"]
-                right = snapshot.configuration == after and verdict == ("moved" if free else "blocked")
-                made.append(
-                    RehearsedAttempt(
-                        state=state, joint=name, free=free, verdict=verdict, peak_force=float(force or 0), right=right
-                    )
-                )
-                tell(made[-1])
-                before = snapshot.configuration
-            else:
-                return tuple(made), rig.facts
-        finally:
-            rig.close()
