@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from builders import make_trial
 from lockprobe_robot.film import files, make
-from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines
+from lockprobe_robot.film.caption import WIDTH, captioned, opening_lines, outcome_lines
 from lockprobe_robot.film.files import open_film
 from lockprobe_robot.film.make import make_film
 from lockprobe_robot.film.replay import plan_of
@@ -28,7 +28,7 @@ AGENT = "human-inspired"
 
 
 def texts(lines):
-    return [line.text for line in lines]
+    return [text for text, _ in lines]
 
 
 def test_captions_say_truth_beside_told_and_nothing_that_a_model_wrote():
@@ -44,8 +44,8 @@ def test_captions_say_truth_beside_told_and_nothing_that_a_model_wrote():
         "the agent then says blocked",
     ]
     assert texts(told[1])[1:] == ["truth moved, told blocked", "the agent then says moved"]
-    assert [any(line.alarming for line in lines) for lines in told] == [False, True, False]
-    assert outcome_lines(make_trial([3, 2, 1, 0]), 3)[2].text == "solved"
+    assert [any(alarming for _, alarming in lines) for lines in told] == [False, True, False]
+    assert outcome_lines(make_trial([3, 2, 1, 0]), 3)[2][0] == "solved"
     first = trial.steps[0]
     for change, said, alarming in (
         ({"sensed": {"verdict": "moved", "peak_force": 3.0}}, ", told blocked, robot says moved at 3 N", True),
@@ -54,16 +54,16 @@ def test_captions_say_truth_beside_told_and_nothing_that_a_model_wrote():
         ({"sensed": {"verdict": "<anything else>"}}, ", told blocked", False),
     ):
         seen = outcome_lines(replace(trial, steps=(replace(first, **change),)), 0)[1]
-        assert seen == CaptionLine(f"truth blocked{said}", alarming=alarming)
+        assert seen == (f"truth blocked{said}", alarming)
 
 
 def test_a_picture_of_any_size_gets_a_strip_in_which_alarms_are_red():
     for height, width in ((360, 480), (64, 80), (48, 200)):
-        film = captioned(np.zeros((height, width, 3), np.uint8), [CaptionLine("a" * 200)], corner="4x")
+        film = captioned(np.zeros((height, width, 3), np.uint8), [("a" * 200, False)], corner="4x")
         assert (film.shape[1], film.shape[0] % 2, film.dtype) == (WIDTH, 0, np.uint8)
         assert (film[-90:, -4:] > 200).all()  # text ends before the edge
     picture = np.full((420, WIDTH, 3), 90, np.uint8)
-    plain, alarmed = (captioned(picture, [CaptionLine("told", alarming=alarm)]) for alarm in (False, True))
+    plain, alarmed = (captioned(picture, [("told", alarm)]) for alarm in (False, True))
     assert (plain[:420] == picture).all()
     differs = alarmed[(alarmed != plain).any(axis=-1)]
     assert len(differs) > 20

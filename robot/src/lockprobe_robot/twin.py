@@ -6,9 +6,10 @@ holds the measurements and the verdict of the arm's guarded move.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import mujoco
 import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox
@@ -20,12 +21,14 @@ from lockprobe_robot.arm.model import add_arm, add_hand
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
 from lockprobe_robot.box_model.scene import build_scene
 from lockprobe_robot.fast_twin import SimulatedLockbox
-from lockprobe_robot.filming import Filming
 from lockprobe_robot.twin_settings import TwinSettings
 from lockprobe_robot.user_model.mjcf_file import read_hand
 
 _PATIENCE = 1.0
 """Longest wait for the mechanism to come to rest after the arm is at home, seconds."""
+
+_FILM_EVERY = 1 / 25
+"""Simulated seconds between two pictures of a film."""
 
 
 class Twin(SimulatedLockbox):
@@ -69,8 +72,8 @@ class Twin(SimulatedLockbox):
         super().__init__(scene, settings, noise)
         self._settings, self.panel = settings, scene.panel
         model, data = self.joints.model, self.joints.data
-        filming = Filming(film, model, data)
-        self.arm = SimulatedArm(model, data, force_noise=settings.force_noise, rng=self._force, after_step=filming)
+        after_step = _filming(film, model, data) if film is not None else lambda: None
+        self.arm = SimulatedArm(model, data, force_noise=settings.force_noise, rng=self._force, after_step=after_step)
         for joint, name in enumerate(box.names):
             path = self.panel.handle_path(joint, False)
             lift = -CLEARANCE * path.axis
@@ -106,3 +109,16 @@ class Twin(SimulatedLockbox):
         while not self.joints.resting() and self.arm.time < deadline:
             self.arm.wait()
         return self.joints.resting()
+
+
+def _filming(film: FilmHook, model: mujoco.MjModel, data: mujoco.MjData) -> Callable[[], None]:
+    """A function for the end of every step, which passes the simulation to a film when a picture is due."""
+    due = 0.0
+
+    def after_step() -> None:
+        nonlocal due
+        if data.time >= due:
+            due += _FILM_EVERY
+            film(model, data)
+
+    return after_step

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,28 +19,15 @@ _TEXT = 20
 _LINE = 27
 
 
-@dataclass(frozen=True, slots=True)
-class CaptionLine:
-    """A line of the caption.
-
-    Attributes:
-        text: The text.
-        alarming: Whether it states something false, which is shown in red.
-    """
-
-    text: str
-    alarming: bool = False
+CaptionLine = tuple[str, bool]
+"""A line of the caption, and whether it states something false, which is shown in red."""
 
 
 def opening_lines(trial: Trial) -> tuple[CaptionLine, ...]:
     """The first caption: agent, box, condition, target and budget."""
     target = trial.labels[trial.joints.index(trial.target)]
-    return (
-        CaptionLine(
-            f"{trial.called or trial.agent} on {trial.box}, {trial.modality}, trial {trial.repetition}.{trial.trial}"
-        ),
-        CaptionLine(f"Target: {target} ({trial.target}); {trial.budget} steps"),
-    )
+    played = f"{trial.called or trial.agent} on {trial.box}, {trial.modality}, trial {trial.repetition}.{trial.trial}"
+    return (played, False), (f"Target: {target} ({trial.target}); {trial.budget} steps", False)
 
 
 def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
@@ -55,14 +41,12 @@ def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
     robot = f", robot says {verdict}{felt}" if verdict in ("moved", "blocked", "failed") else ""
     silent = step.told_moved is None or (step.pictures and not step.told_falsely)
     told = "" if silent else f", told {_word(bool(step.told_moved))}"
-    false = step.told_falsely or (bool(robot) and verdict != truth)
     later = trial.said[at]
     last = "solved" if step.moved and step.joint == trial.target else ""
-    said = f"the agent then says {later}" if later in ("moved", "blocked") else last
     return (
-        CaptionLine(f"Step {at + 1} of {trial.budget}: {label} ({step.joint})"),
-        CaptionLine(f"truth {truth}{told}{robot}", alarming=false),
-        CaptionLine(said, alarming=later is not None and later != truth),
+        (f"Step {at + 1} of {trial.budget}: {label} ({step.joint})", False),
+        (f"truth {truth}{told}{robot}", step.told_falsely or (bool(robot) and verdict != truth)),
+        (f"the agent then says {later}" if later in ("moved", "blocked") else last, later not in (None, truth)),
     )
 
 
@@ -78,11 +62,11 @@ def captioned(picture: NDArray[np.uint8], lines: Sequence[CaptionLine], corner: 
     whole = Image.new("RGB", (WIDTH, height + HEIGHT), _PAPER)
     whole.paste(image)
     draw, font = ImageDraw.Draw(whole), ImageFont.load_default(_TEXT)
-    for i, line in enumerate(lines):
-        text = line.text
+    for i, (line, alarming) in enumerate(lines):
+        text = line
         while draw.textlength(text, font=font) > WIDTH - 50:
             text = f"{text[:-4]}..."
-        draw.text((10, height + 5 + i * _LINE), text, _FALSE if line.alarming else _INK, font=font)
+        draw.text((10, height + 5 + i * _LINE), text, _FALSE if alarming else _INK, font=font)
     draw.text((WIDTH - 10, height + 5), corner, _INK, font=font, anchor="ra")
     return np.asarray(whole)
 

@@ -19,12 +19,12 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.studies.records.directory import read_study
+from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.plan import Names, Plan
-from lockprobe.trial.record import Snapshot, Trial
+from lockprobe.trial.record import Trial
 from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines
 from lockprobe_robot.film.files import RATES, FilmFile, open_film
 from lockprobe_robot.film.replay import plan_of, played_again
-from lockprobe_robot.filming import BOARD, FILM_CAMERA
 from lockprobe_robot.renderer import Renderer
 
 STAND_IN, WITHOUT_ARM = "twin", "fast-twin"
@@ -34,6 +34,13 @@ _HOOK_RATE = 25.0
 """Pictures per simulated second that a twin offers."""
 
 _HEIGHT = 420
+
+_CAMERA = "oblique"
+"""The camera of films in ``scene.xml``."""
+
+_BOARD = np.array([0.42, 0.03, 0.16])
+"""What it looks at, metres from the base of the arm."""
+
 _LAMP = np.array([0.0, 1.0, 1.5])
 """Where the lamp of a film is, metres: on the side of its camera, so that the arm is lit and shadows fall behind."""
 
@@ -75,20 +82,23 @@ def make_film(directory: Path, trial: Trial, path: Path, *, speed: int, tell: Ca
     plan = plan_of(read_study(directory), trial)
     source, note = _source(plan)
     file = open_film(path)
-    runs = source.make_filmed is not None
     differs: str | None = None
-    recorder = _FilmRecorder(file, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
+    recorder = _FilmRecorder(file, rate=RATES[path.suffix.lower()], speed=speed)
     labels, rng = Names(plan).labels, plan.luck.physics()
     try:
-        plant = (
-            source.make(plan.box, labels, rng)
-            if source.make_filmed is None
-            else source.make_filmed(plan.box, labels, rng, recorder)
-        )
-        for at, snapshot, differs in played_again(trial, plant, before_step=recorder.begin):  # noqa: B007
-            recorder.show(snapshot, _HOLD)
+        if source.make_filmed is None:
+            plant = source.make(plan.box, labels, rng)
+        else:
+            plant = source.make_filmed(plan.box, labels, rng, recorder)
+        recorder.lines = opening_lines(trial)
+        for at, snapshot, differs in played_again(trial, plant):  # noqa: B007
+            recorder.show(snapshot.look, _HOLD)
             if at >= 0:
                 tell(f"step {at + 1} of {len(trial.steps)}, {recorder.pictures} pictures")
+            if at + 1 < len(trial.steps):
+                recorder.lines = outcome_lines(trial, at + 1)
+                if source.make_filmed is None:  # nothing shows the motion
+                    recorder.show(snapshot.look, _HOLD / 2)
     finally:
         recorder.close()
         file.close()
@@ -115,17 +125,19 @@ def _source(plan: Plan) -> tuple[PlantSource, str]:
 
 
 class _FilmRecorder:
-    """Records pictures of a plant: at regular intervals while a twin runs, and single pictures on request."""
+    """Adds pictures of a plant to a film: at regular intervals while a twin runs, and single ones on request.
 
-    def __init__(self, file: FilmFile, *, runs: bool, rate: float, speed: int) -> None:
+    Attributes:
+        lines: The caption of the next pictures; no picture is taken before there is one.
+        pictures: Number of pictures so far.
+    """
+
+    def __init__(self, file: FilmFile, *, rate: float, speed: int) -> None:
+        self.lines: tuple[CaptionLine, ...] = ()
         self.pictures = 0
-        self._runs = runs
-        self._file = file
-        self._seconds = 1 / rate
+        self._file, self._seconds, self._speed = file, 1 / rate, speed
         self._every = max(1, round(_HOOK_RATE * speed / rate))
-        self._corner = f"{speed}x" if speed > 1 and runs else ""
         self._calls = 0
-        self._lines: tuple[CaptionLine, ...] = ()
         self._renderer: Renderer | None = None
         self._running: tuple[Any, Any] | None = None
 
@@ -133,38 +145,31 @@ class _FilmRecorder:
         """Take a picture of a running simulation; called 25 times per simulated second, first when it is made."""
         self._running = model, data
         self._calls += 1
-        if self._lines and self._calls % self._every == 0:
-            self._add(self._oblique(model, data), self._seconds)
+        if self.lines and self._calls % self._every == 0:
+            self.show(None, self._seconds)
 
-    def begin(self, trial: Trial, at: int, snapshot: Snapshot) -> None:
-        """Set the caption of the next pictures; a plant that does not run is shown now."""
-        self._lines = outcome_lines(trial, at) if at >= 0 else opening_lines(trial)
-        if not self._runs and at >= 0:
-            self.show(snapshot, _HOLD / 2)
-
-    def show(self, snapshot: Snapshot, seconds: float) -> None:
-        """Hold the plant's present state for some seconds."""
+    def show(self, look: Callable[[], Frame] | None, seconds: float) -> None:
+        """Hold the present state of the simulation, or what is seen where none runs, for some seconds."""
         if self._running is not None:
-            self._add(self._oblique(*self._running), seconds)
-        elif snapshot.look is not None:
-            self._add(snapshot.look().rgb, seconds)
+            picture = self._oblique(*self._running)
+        elif look is not None:
+            picture = look().rgb
+        else:
+            return
+        corner = f"{self._speed}x" if self._speed > 1 and self._running is not None else ""
+        self._file.add(captioned(picture, self.lines, corner), seconds)
+        self.pictures += 1
 
     def close(self) -> None:
         """Release the renderer."""
         if self._renderer is not None:
             self._renderer.close()
-            self._renderer = None
 
     def _oblique(self, model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.uint8]:
-        """The running twin at this moment."""
         if self._renderer is None:
             lit, lamp = copy.copy(model), model.light("lamp").id
-            lit.light_pos[lamp], lit.light_dir[lamp] = _LAMP, (BOARD - _LAMP) / np.linalg.norm(BOARD - _LAMP)
+            lit.light_pos[lamp], lit.light_dir[lamp] = _LAMP, (_BOARD - _LAMP) / np.linalg.norm(_BOARD - _LAMP)
             lit.vis.map.shadowclip = _SHADOWS
             self._renderer = Renderer(lit, width=WIDTH, height=_HEIGHT)
         self._renderer.pose(data)
-        return self._renderer.colours(FILM_CAMERA)
-
-    def _add(self, picture: NDArray[np.uint8], seconds: float) -> None:
-        self._file.add(captioned(picture, self._lines, self._corner), seconds)
-        self.pictures += 1
+        return self._renderer.colours(_CAMERA)

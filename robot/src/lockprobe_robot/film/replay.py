@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, TrialFault
@@ -24,12 +24,8 @@ def plan_of(study: Study, trial: Trial) -> Plan:
     raise BadFile("study.json", f"its settings do not describe the trial {trial.key}")
 
 
-def played_again(
-    trial: Trial, plant: Plant, before_step: Callable[[Trial, int, Snapshot], None] = lambda trial, at, snapshot: None
-) -> Iterator[tuple[int, Snapshot, str | None]]:
+def played_again(trial: Trial, plant: Plant) -> Iterator[tuple[int, Snapshot, str | None]]:
     """Play a recorded trial again on a plant, which is closed in the end.
-
-    ``before_step`` is called with the trial, the step and what was seen before it; -1 before the first look.
 
     Yields:
         The step, from 0, or -1 for the beginning; what is seen after it; the first difference of what was played from
@@ -41,10 +37,8 @@ def played_again(
     differs: str | None = None
     try:
         snapshot = plant.observe()
-        before_step(trial, -1, snapshot)
         yield -1, snapshot, None
         for at, step in enumerate(trial.steps):
-            before_step(trial, at, snapshot)
             before, snapshot = bits(snapshot.configuration), plant.attempt(trial.joints.index(step.joint))
             pairs: list[tuple[str, Fact, Fact]] = [
                 ("configuration before it", step.state, before),
