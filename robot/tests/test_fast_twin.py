@@ -53,9 +53,3 @@ def test_who_does_not_look_has_the_same_luck():
     for joint in (3, 2, 1):
         assert looked.attempt(joint) == blind.attempt(joint)
     assert (looked._mechanism.fractions() == blind._mechanism.fractions()).all()
-
-
-HARD = {
-    "discs": False, "board": "bare", "labels": False, "handle_colours": "plain", "light": "side", "colours": "drawn",
-    "viewpoint": "oblique", "handle_shape": "ball", "clutter": 9, "view_jitter": 5.0, "view_turn": 1.0,
-}  # fmt: skip

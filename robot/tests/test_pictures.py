@@ -221,15 +221,14 @@ def test_looking_leaves_the_simulation_as_it_was_to_the_last_bit(camera):
 def test_the_view_moves_with_every_picture_and_the_recorded_camera_and_the_noise_of_depth_do_not(camera):
     steady = camera(depth_noise=0.002)
     nominal, second = look(steady), look(steady)
-    for options in ({"view_jitter": 5.0}, {"view_turn": 1.0}):
-        moved = camera(depth_noise=0.002, **options)
-        frames = [look(moved), look(moved)]
-        assert (frames[0].rgb != nominal.rgb).any()
-        assert (frames[0].rgb != frames[1].rgb).any()
-        for frame in frames:
-            assert (frame.camera.panel == nominal.camera.panel).all()
-            board = np.abs(nominal.camera.heights(frame.depth)[40:80, 40:120])
-            assert np.median(board) < 0.06, "it is still the board, not far away"
+    moved = camera(depth_noise=0.002, view_jitter=5.0)
+    frames = [look(moved), look(moved)]
+    assert (frames[0].rgb != nominal.rgb).any()
+    assert (frames[0].rgb != frames[1].rgb).any()
+    for frame in frames:
+        assert (frame.camera.panel == nominal.camera.panel).all()
+        board = np.abs(nominal.camera.heights(frame.depth)[40:80, 40:120])
+        assert np.median(board) < 0.06, "it is still the board, not far away"
     hardly = camera(depth_noise=0.002, view_jitter=1e-6)
     for frame in (nominal, second):
         assert look(hardly).depth == pytest.approx(frame.depth, abs=2e-3)

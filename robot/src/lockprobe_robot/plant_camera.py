@@ -44,8 +44,8 @@ class PlantCamera:
         handles: The handles' positions at 0 and at 1 in its frame, shape (joints, 2, 3), metres.
         settings: Size of pictures, noise of depth, error of the view.
         overlay: What is drawn over a frame that shows a configuration.
-        rng: A separate random stream. Each look draws one number of it for the noise of depth, and six of a child of it
-            for the error of the view.
+        rng: A separate random stream. Each look draws one number of it for the noise of depth, and three of a child of
+            it for the error of the view.
     """
 
     def __init__(
@@ -61,8 +61,6 @@ class PlantCamera:
         self._joints, self._pose, self._handles = joints, pose, handles
         self._settings, self._rng, self._overlay = settings, rng, overlay
         self._view = rng.spawn(1)[0]
-        shift, turn = settings.view_jitter / 1000, math.radians(settings.view_turn)
-        self._sizes = np.array([shift] * 3 + [turn] * 3)
         self._moment = 0
         self._renderer: Renderer | None = None
         self._drawn_by: str | None = None
@@ -102,8 +100,9 @@ class PlantCamera:
         renderer, eye = self._renderer, model.camera(CAMERA).id
         seen = renderer.pose(self._joints.data if configuration is None else self._joints.posed(configuration))
         camera = self._geometry(seen, eye)
-        # As much is drawn whatever the sizes are, so a larger error is the same luck enlarged.
-        move_camera(seen, eye, self._sizes * self._view.standard_normal(6))
+        # As much is drawn whatever the size is, so a larger error is the same luck enlarged.
+        shift = settings.view_jitter / 1000 * self._view.standard_normal(3)
+        seen.cam_xpos[eye] += seen.cam_xmat[eye].reshape(3, 3) @ shift
         rgb, depth = renderer.colours(CAMERA), renderer.depth(CAMERA)
         self._drawn_by = renderer.name
         frame = Frame(
@@ -125,22 +124,6 @@ class PlantCamera:
         height = self._settings.height
         focal = 0.5 * height / math.tan(0.5 * math.radians(float(self._joints.model.cam_fovy[eye])))
         return Camera(width=self._settings.width, height=height, focal=focal, panel=panel)
-
-
-def move_camera(seen: mujoco.MjData, eye: int, error: NDArray[np.float64]) -> None:
-    """Move a camera, by index, of a state whose poses are computed.
-
-    The error is a shift along the camera's own axes, metres, and a rotation vector about them, radians; shape (6,).
-    """
-    if not error.any():
-        return
-    axes, turn = seen.cam_xmat[eye].reshape(3, 3).copy(), error[3:]
-    quaternion, rotation = np.zeros(4), np.zeros(9)
-    angle = float(np.linalg.norm(turn))
-    mujoco.mju_axisAngle2Quat(quaternion, turn / max(angle, 1e-12), angle)
-    mujoco.mju_quat2Mat(rotation, quaternion)
-    seen.cam_xpos[eye] += axes @ error[:3]
-    seen.cam_xmat[eye] = (axes @ rotation.reshape(3, 3)).ravel()
 
 
 def add_depth_noise(depth: NDArray[np.float32], noise: float, rng: np.random.Generator) -> NDArray[np.float32]:

@@ -30,7 +30,7 @@ def fast_twin(spec: Spec) -> PlantSource:
     """The mechanism, pushed without an arm, and a camera.
 
     Options: tilt, looks, friction, width, height, depth_noise. Harder pictures: discs, board, labels, handle_colours,
-    clutter, view_jitter, view_turn. Single factors of looks: light, colours, viewpoint, handle_shape.
+    clutter, view_jitter, light, colours, viewpoint.
     """
     settings = with_options(SceneSettings, "fast-twin", spec.options)
 
@@ -45,9 +45,8 @@ def fast_twin(spec: Spec) -> PlantSource:
 def twin(spec: Spec) -> PlantSource:
     """The same with a robot arm, a hand and a force sensor.
 
-    Options: tilt, looks, friction, width, height, depth_noise, pose_error, force_noise, hand. Harder pictures: discs,
-    board, labels, handle_colours, clutter, view_jitter, view_turn. Single factors of looks: light, colours, viewpoint,
-    handle_shape. A user's own model of the box: model, digest, force, torque, and the camera's options.
+    Options: those of fast-twin, and pose_error, force_noise, hand. A user's own model of the box: model, digest, force,
+    torque, and the camera's options.
     """
     if "model" in spec.options:
         return _of_a_user(spec)

@@ -11,7 +11,7 @@ from typing import Literal
 from lockprobe.foundation.errors import BadValue
 
 Looks = Literal["plain", "varied"]
-"""One appearance for every trial, or colours, wood, handles, light and camera drawn in each trial."""
+"""One appearance for every trial, or colours, wood, light and camera drawn in each trial."""
 
 Board = Literal["painted", "bare"]
 """Wood with the track of every handle painted on it, or wood alone."""
@@ -19,17 +19,14 @@ Board = Literal["painted", "bare"]
 HandleColours = Literal["coloured", "plain"]
 """Handles of one colour on bars of another, or handles and bars of one colour."""
 
-Light = Literal["plain", "side", "dim"]
-"""As ``looks`` has it; a low lamp at the right, which casts long shadows; or 30 % of the light."""
+Light = Literal["plain", "side"]
+"""As ``looks`` has it, or a low lamp at the right, which casts long shadows."""
 
-Colours = Literal["plain", "second", "drawn"]
-"""As ``looks`` has them; a second palette; or wood, handles, bars and ground drawn in each trial."""
+Colours = Literal["plain", "second"]
+"""As ``looks`` has them, or a second palette."""
 
 Viewpoint = Literal["plain", "oblique"]
 """As ``looks`` has it, or from the left side of the board."""
-
-HandleShapes = Literal["plain", "ball", "square", "hollow"]
-"""As ``looks`` has them; balls on dark stems; square posts; or knobs with a dark hole in the top."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +40,6 @@ class CameraSettings:
         labels: Whether the labels of the joints are on the board.
         view_jitter: Standard deviation of the camera's shift along each axis, millimetres; drawn for every picture. The
             robot does not know of it: the recorded camera is the nominal one.
-        view_turn: Standard deviation of the camera's rotation about each axis, degrees, likewise.
 
     Raises:
         BadValue: If a setting is out of range.
@@ -54,11 +50,9 @@ class CameraSettings:
     depth_noise: float = 0.0
     labels: bool = True
     view_jitter: float = 0.0
-    view_turn: float = 0.0
 
     def __post_init__(self) -> None:
-        self._within(width=(64, 4096), height=(64, 4096), depth_noise=(0, 0.1))
-        self._within(view_jitter=(0, 50), view_turn=(0, 10))
+        self._within(width=(64, 4096), height=(64, 4096), depth_noise=(0, 0.1), view_jitter=(0, 50))
 
     def _within(self, **ranges: tuple[float, float]) -> None:
         for name, (least, most) in ranges.items():
@@ -80,8 +74,7 @@ class SceneSettings(CameraSettings):
         light: The light.
         colours: The colours of wood, handles, bars and ground.
         viewpoint: Where the camera stands.
-        handle_shape: The visible shape of handles.
-        clutter: Number of small objects on and beside the board, at places drawn in each trial.
+        clutter: Number of small objects on the board, at places drawn in each trial.
     """
 
     tilt: float = 20.0
@@ -93,7 +86,6 @@ class SceneSettings(CameraSettings):
     light: Light = "plain"
     colours: Colours = "plain"
     viewpoint: Viewpoint = "plain"
-    handle_shape: HandleShapes = "plain"
     clutter: int = 0
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""The appearance of a scene, which does not change the physics: colours, shapes of handles, light, camera.
+"""The appearance of a scene, which does not change the physics: colours, light, camera.
 
 It is fixed, or drawn in each trial, as a whole (``looks``) or factor by factor.
 """
@@ -7,21 +7,14 @@ from __future__ import annotations
 
 import colorsys
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe_robot.twin_settings import SceneSettings
 
 Colour = tuple[float, float, float]
 """Red, green, blue, 0 to 1."""
-
-HandleShape = Literal["round", "capped", "ball", "grooved", "square", "hollow"]
-"""Visible shape of a handle. The shape that a hand can touch is always the same round knob."""
-
-HANDLES: tuple[HandleShape, ...] = ("round", "capped", "ball", "grooved")
-"""The shapes that ``looks=varied`` draws."""
 
 _DRAWS = 16
 
@@ -37,13 +30,12 @@ class Appearance:
         bar: Colour of levers and of the bars under sliders' handles.
         pivot: Colour of the pins about which levers turn.
         floor: Colour of the ground.
-        handle: Shape of handles.
         light: Offset of the lamp from the panel in x and y, metres.
         lamp_height: Height of the lamp above the ground, metres.
         brightness: Brightness of the lamp, as a multiple of the default.
         ambient: Brightness of the light from everywhere, likewise.
         camera: Offset of the camera from its default position, x, y, z in metres in the world.
-        luck: Seed of places, shapes and colours of what lies about.
+        luck: Seed of places, shapes and colours of what lies on the board.
     """
 
     wood: Colour
@@ -51,7 +43,6 @@ class Appearance:
     knob: Colour
     bar: Colour
     floor: Colour
-    handle: HandleShape
     light: tuple[float, float]
     brightness: float
     camera: tuple[float, float, float]
@@ -67,7 +58,6 @@ _PLAIN = Appearance(
     knob=(0.86, 0.13, 0.10),
     bar=(0.98, 0.76, 0.14),
     floor=(0.33, 0.35, 0.38),
-    handle="round",
     light=(-0.25, 0.35),
     brightness=1.0,
     camera=(0.0, 0.0, 0.0),
@@ -81,7 +71,6 @@ _WOODS: tuple[Colour, ...] = (
     (0.83, 0.71, 0.47),
 )
 
-
 _SECOND: dict[str, Any] = {
     "wood": (0.47, 0.33, 0.24),
     "knob": (0.10, 0.42, 0.80),
@@ -89,45 +78,29 @@ _SECOND: dict[str, Any] = {
     "floor": (0.60, 0.58, 0.53),
 }
 
-_LIGHTS: dict[str, dict[str, Any]] = {
-    "side": {"light": (0.0, -1.5), "lamp_height": 0.95, "brightness": 1.5, "ambient": 0.75},
-    "dim": {"light": _PLAIN.light, "brightness": 0.3, "ambient": 0.3},
-}
+_SIDE: dict[str, Any] = {"light": (0.0, -1.5), "lamp_height": 0.95, "brightness": 1.5, "ambient": 0.75}
 
 
 def appearance_of(settings: SceneSettings, rng: np.random.Generator) -> Appearance:
     """The appearance of one trial. The number of draws does not depend on the settings."""
-    drawn = rng.random(_DRAWS)
-    look = _PLAIN if settings.looks == "plain" else _varied(drawn)
-    if settings.colours != "plain":
-        look = replace(look, **(_SECOND if settings.colours == "second" else _drawn_colours(drawn)))
-    look = replace(look, **_LIGHTS.get(settings.light, {}))
+    drawn = [float(number) for number in rng.random(_DRAWS)]
+    look = _PLAIN
+    if settings.looks == "varied":
+        grey = drawn[5]
+        look = Appearance(
+            wood=_WOODS[int(drawn[0] * len(_WOODS))],
+            grain=int(drawn[1] * 2**31),
+            knob=colorsys.hsv_to_rgb(drawn[2], 0.88, 0.82),
+            bar=colorsys.hsv_to_rgb((drawn[2] + 0.30 + 0.4 * drawn[3]) % 1, 0.75, 0.95),
+            floor=(0.25 + 0.25 * grey, 0.27 + 0.25 * grey, 0.30 + 0.22 * grey),
+            light=(-0.45 + 0.6 * drawn[7], -0.6 + 1.2 * drawn[8]),
+            brightness=0.8 + 0.35 * drawn[9],
+            camera=(0.03 * (2 * drawn[10] - 1), 0.03 * (2 * drawn[11] - 1), 0.03 * (2 * drawn[12] - 1)),
+        )
+    if settings.colours == "second":
+        look = replace(look, **_SECOND)
+    if settings.light == "side":
+        look = replace(look, **_SIDE)
     if settings.handle_colours == "plain":
         look = replace(look, bar=look.knob, pivot=look.knob)
-    return replace(
-        look,
-        handle=look.handle if settings.handle_shape == "plain" else settings.handle_shape,
-        luck=int(drawn[13] * 2**53),
-    )
-
-
-def _varied(drawn: NDArray[np.float64]) -> Appearance:
-    return Appearance(
-        **_drawn_colours(drawn),
-        grain=int(drawn[1] * 2**31),
-        handle=HANDLES[int(drawn[6] * len(HANDLES))],
-        light=(-0.45 + 0.6 * float(drawn[7]), -0.6 + 1.2 * float(drawn[8])),
-        brightness=0.8 + 0.35 * float(drawn[9]),
-        camera=tuple(0.03 * (2 * float(x) - 1) for x in drawn[10:13]),  # type: ignore[arg-type]
-    )
-
-
-def _drawn_colours(drawn: NDArray[np.float64]) -> dict[str, Any]:
-    hue, grey = float(drawn[2]), float(drawn[5])
-    other = (hue + 0.30 + 0.4 * float(drawn[3])) % 1
-    return {
-        "wood": _WOODS[int(drawn[0] * len(_WOODS))],
-        "knob": colorsys.hsv_to_rgb(hue, 0.88, 0.82),
-        "bar": colorsys.hsv_to_rgb(other, 0.75, 0.95),
-        "floor": (0.25 + 0.25 * grey, 0.27 + 0.25 * grey, 0.30 + 0.22 * grey),
-    }
+    return replace(look, luck=int(drawn[13] * 2**53))

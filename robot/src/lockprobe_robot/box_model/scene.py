@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
-from lockprobe_robot.box_model.appearance import Appearance, Colour, HandleShape, appearance_of
+from lockprobe_robot.box_model.appearance import Appearance, appearance_of
 from lockprobe_robot.box_model.board_texture import paint_board, wood
 from lockprobe_robot.box_model.bolts import FIRM, FIRM_REFERENCE, add_gates, case_depth
 from lockprobe_robot.box_model.clutter import add_clutter
@@ -28,8 +27,7 @@ from lockprobe_robot.box_model.mounted_joint import (
     PIVOT_RADIUS,
     MountedJoint,
 )
-from lockprobe_robot.box_model.panel import PanelLayout, lay_out_panel
-from lockprobe_robot.box_model.view import view_of
+from lockprobe_robot.box_model.panel import CAMERA_DISTANCE, PanelLayout, camera_angle, lay_out_panel
 from lockprobe_robot.geom_groups import CAMERA, HIDDEN, NOTHING, PANEL
 from lockprobe_robot.twin_settings import SceneSettings
 
@@ -43,7 +41,13 @@ _FRICTION, _DAMPING = 0.6, 15.0
 """At a handle: friction in newtons, damping in newtons per metre and second; both, like the spring, chosen by eye."""
 
 _FACE = 0.002
-_TEXTURE = mujoco.mjtTextureRole.mjTEXROLE_RGB
+
+_MARGIN = 0.08
+"""Margin around the board in pictures, as a share of their width or height."""
+
+_ASIDE = math.radians(28)
+"""Angle by which the oblique viewpoint is turned about the board's middle, towards its left side."""
+
 _TOUCHED = {"contype": PANEL, "conaffinity": NOTHING}
 
 
@@ -89,38 +93,32 @@ def build_scene(
         _add_joint(body, number, name, mounted, appearance, settings.friction)
     add_gates(spec, body, panel, gates, box.names)
     _light(spec, panel, appearance)
-    view = view_of(panel, settings.viewpoint, appearance.camera, aspect=settings.width / settings.height)
-    add_clutter(spec, body, panel, view, count=settings.clutter, luck=appearance.luck)
-    spec.worldbody.add_camera(name=CAMERA, pos=view.position, quat=_quaternion(view.axes), fovy=view.fovy)
+    eye = _add_camera(spec, panel, settings, appearance.camera)
+    add_clutter(body, panel, eye, count=settings.clutter, luck=appearance.luck)
     return LockboxScene(spec=spec, panel=panel, gates=gates, names=box.names)
-
-
-def _material(spec: mujoco.MjSpec, name: str, picture: NDArray[np.uint8]) -> str:
-    """A material with a picture on it. The picture's first row is the upper edge of the panel."""
-    rows, columns, _ = picture.shape
-    texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=columns, height=rows, nchannel=3)
-    texture.data = np.ascontiguousarray(picture).tobytes()
-    material = spec.add_material(name=name, texrepeat=[1, 1], texuniform=False, specular=0.1, shininess=0.2)
-    material.textures[_TEXTURE] = name
-    return name
 
 
 def _add_board(
     spec: mujoco.MjSpec, panel: PanelLayout, front: NDArray[np.uint8], appearance: Appearance
 ) -> mujoco.MjsBody:
+    """The board, with a picture on it whose first row is its upper edge, and the case behind it."""
     body = spec.worldbody.add_body(name="panel", pos=panel.pose[:3, 3], quat=_quaternion(panel.pose[:3, :3]))
-    width, height = panel.size
-    dark: Colour = (0.82 * appearance.wood[0], 0.82 * appearance.wood[1], 0.82 * appearance.wood[2])
+    red, green, blue = (0.82 * part for part in appearance.wood)
     for name, top, thick, picture in (
         ("board", 0.0, _FACE, front),
-        ("case", -_FACE, panel.depth - _FACE, wood((128, 512), dark, appearance.grain + 1)),
+        ("case", -_FACE, panel.depth - _FACE, wood((128, 512), (red, green, blue), appearance.grain + 1)),
     ):
+        texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
+        texture.height, texture.width, _ = picture.shape
+        texture.data = np.ascontiguousarray(picture).tobytes()
+        material = spec.add_material(name=name, texrepeat=[1, 1], texuniform=False, specular=0.1, shininess=0.2)
+        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
         body.add_geom(
             name=name,
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[width / 2, height / 2, thick / 2],
+            size=[panel.size[0] / 2, panel.size[1] / 2, thick / 2],
             pos=[0, 0, top - thick / 2],
-            material=_material(spec, name, picture),
+            material=name,
             **_TOUCHED,
         )
     return body
@@ -150,7 +148,15 @@ def _add_joint(
     )
     knob = mounted.knob(0.0) - np.array(mounted.origin)
     part.add_site(name=name, pos=[*knob, KNOB_TOP], group=HIDDEN)
-    _add_handle(part, number, knob, appearance)
+    part.add_geom(
+        name=f"knob-{number}",
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,  # a hand that comes down beside the middle slides along its round top
+        fromto=[*knob, 0, *knob, KNOB_TOP - KNOB_RADIUS],
+        size=[KNOB_RADIUS, 0, 0],
+        rgba=[*appearance.knob, 1],
+        density=ALUMINIUM,
+        **_TOUCHED,
+    )
     half = BAR if slides else (mounted.reach / 2 + 0.006, LEVER_HALF_WIDTH)
     part.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
@@ -161,9 +167,17 @@ def _add_joint(
         density=ALUMINIUM,
         **_TOUCHED,
     )
-    if not slides:
-        _cylinder(part, np.zeros(2), 0.0165, 0.0, 0.013, appearance.bar)
-        _cylinder(part, np.zeros(2), PIVOT_RADIUS, 0.0, 0.016, appearance.pivot)
+    pivot = ((0.0165, 0.013, appearance.bar), (PIVOT_RADIUS, 0.016, appearance.pivot))
+    for radius, high, colour in () if slides else pivot:
+        part.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size=[radius, high / 2, 0],
+            pos=[0, 0, high / 2],
+            rgba=[*colour, 1],
+            mass=0,
+            contype=NOTHING,
+            conaffinity=NOTHING,
+        )
 
 
 _AMBIENT, _HEADLIGHT = (0.32, 0.32, 0.33), (0.22, 0.22, 0.22)
@@ -192,65 +206,23 @@ def _light(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance) -> N
     spec.visual.headlight.diffuse = appearance.ambient * np.array(_HEADLIGHT)
 
 
-_BASE = 0.002
-_DARK: Colour = (0.12, 0.12, 0.13)
-
-_CYLINDERS: dict[HandleShape, tuple[tuple[float, float, float, Colour | None], ...]] = {
-    "capped": ((0.010, _BASE, 0.032, _DARK), (KNOB_RADIUS, 0.032, KNOB_TOP, None)),
-    "ball": ((0.008, _BASE, KNOB_TOP - KNOB_RADIUS, _DARK),),
-    "grooved": (
-        (KNOB_RADIUS, _BASE, 0.016, None),
-        (0.012, 0.016, 0.026, _DARK),
-        (KNOB_RADIUS, 0.026, KNOB_TOP, None),
-    ),
-    "hollow": ((KNOB_RADIUS, _BASE, KNOB_TOP - 0.001, None), (0.65 * KNOB_RADIUS, _BASE, KNOB_TOP, _DARK)),
-}
-"""Cylinders of handles of a shape: radius, height of both ends, colour or that of the knob."""
-
-
-def _add_handle(part: mujoco.MjsBody, number: int, middle: NDArray[np.float64], appearance: Appearance) -> None:
-    """Add what a hand can touch and what is seen of a handle, whose middle is in the frame of the part, metres."""
-    x, y = middle
-    seen = appearance.handle == "round"
-    part.add_geom(
-        name=f"knob-{number}",
-        type=mujoco.mjtGeom.mjGEOM_CAPSULE,  # a hand that comes down beside the middle slides along its round top
-        fromto=[x, y, 0, x, y, KNOB_TOP - KNOB_RADIUS],
-        size=[KNOB_RADIUS, 0, 0],
-        rgba=[*appearance.knob, 1],
-        density=ALUMINIUM,
-        group=0 if seen else HIDDEN,
-        **_TOUCHED,
-    )
-    for radius, low, high, colour in _CYLINDERS.get(appearance.handle, ()):
-        _cylinder(part, middle, radius, low, high, colour or appearance.knob)
-    if appearance.handle == "ball":
-        _add_seen(
-            part, mujoco.mjtGeom.mjGEOM_SPHERE, [KNOB_RADIUS, 0, 0], [x, y, KNOB_TOP - KNOB_RADIUS], appearance.knob
-        )
-    elif appearance.handle == "square":
-        side = KNOB_RADIUS / math.sqrt(2)
-        size, at = [side, side, (KNOB_TOP - _BASE) / 2], [x, y, (KNOB_TOP + _BASE) / 2]
-        _add_seen(part, mujoco.mjtGeom.mjGEOM_BOX, size, at, appearance.knob)
-
-
-def _cylinder(
-    part: mujoco.MjsBody,
-    middle: NDArray[np.float64],
-    radius: float,
-    low: float,
-    high: float,
-    colour: Colour,
-) -> None:
-    size, at = [radius, (high - low) / 2, 0], [middle[0], middle[1], (low + high) / 2]
-    _add_seen(part, mujoco.mjtGeom.mjGEOM_CYLINDER, size, at, colour)
-
-
-def _add_seen(
-    part: mujoco.MjsBody, shape: mujoco.mjtGeom, size: Sequence[float], at: Sequence[float], colour: Colour
-) -> None:
-    """Add a geom that is only looked at."""
-    part.add_geom(type=shape, size=size, pos=at, rgba=[*colour, 1], mass=0, contype=NOTHING, conaffinity=NOTHING)
+def _add_camera(
+    spec: mujoco.MjSpec, panel: PanelLayout, settings: SceneSettings, offset: tuple[float, float, float]
+) -> NDArray[np.float64]:
+    """The plant's camera: it sees the whole board with a margin, and never an arm at home. Returned is its position."""
+    lean = panel.tilt - camera_angle(panel.tilt)
+    axes = np.array([[0, -1, 0], [math.cos(lean), 0, math.sin(lean)], [-math.sin(lean), 0, math.cos(lean)]]).T
+    if settings.viewpoint == "oblique":
+        sine, cosine = math.sin(_ASIDE), math.cos(_ASIDE)
+        axes = axes @ np.array([[cosine, 0, -sine], [0, 1, 0], [sine, 0, cosine]])
+    position = panel.pose[:3, 3] + CAMERA_DISTANCE * axes[:, 2]
+    corners = np.array([[x / 2, y / 2, z] for x in (-1, 1) for y in (-1, 1) for z in (0, KNOB_TOP)]) * [*panel.size, 1]
+    seen = (panel.in_world(corners) - position) @ axes
+    across, up = np.abs(seen[:, :2] / seen[:, 2:]).max(0)
+    half = max(up, across * settings.height / settings.width) / (1 - 2 * _MARGIN)
+    eye: NDArray[np.float64] = position + np.array(offset)
+    spec.worldbody.add_camera(name=CAMERA, pos=eye, quat=_quaternion(axes), fovy=2 * math.degrees(math.atan(half)))
+    return eye
 
 
 def _quaternion(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
