@@ -1,7 +1,7 @@
 """The example that puts the twin's pictures into a folder: a rehearsal of a person with a camera."""
 
-import importlib.util
 import re
+import runpy
 import threading
 from pathlib import Path
 from queue import Queue
@@ -33,16 +33,14 @@ class Rehearsing:
 
 
 def test_a_trial_is_played_on_the_twins_pictures(tmp_path, monkeypatch):
-    spec = importlib.util.spec_from_file_location("twin_camera", PATH)
-    example = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(example)
+    photograph = runpy.run_path(str(PATH))["photograph"]
     typed, taken = Queue(), Queue()
 
     def ask(question):
         taken.put(question)
         return typed.get(timeout=60)
 
-    camera = threading.Thread(target=example.photograph, args=(tmp_path, box("chain-4"), ask), daemon=True)
+    camera = threading.Thread(target=photograph, args=(tmp_path, box("chain-4"), ask), daemon=True)
     camera.start()
     taken.get(timeout=60)
 

@@ -112,7 +112,7 @@ def _of_a_user(spec: Spec) -> PlantSource:
 
     def check(box: Lockbox) -> None:
         renderer()
-        from lockprobe_robot.user_model.rules_check import check_model
+        from lockprobe_robot.user_model.user_model import check_model
 
         check_model(box, settings)
 

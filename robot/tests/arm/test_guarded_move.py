@@ -34,7 +34,7 @@ def test_a_handle_that_holds_is_blocked_and_is_let_go_at_once():
     touch = guarded_move(arm, PATH)
     assert touch.verdict == "blocked"
     assert touch.progress < 0.4
-    assert max(point[1] for point, _, _ in arm.drawn) < 0.03
+    assert max(point[1] for point, _ in arm.drawn) < 0.03
 
 
 @pytest.mark.parametrize(("newtons", "verdict"), [(9.5, "failed"), (10.5, "blocked")])
@@ -73,7 +73,7 @@ def test_a_hand_that_lands_on_something_goes_up_and_home_and_has_failed():
     touch = guarded_move(arm, PATH)
     assert (touch.verdict, touch.peak_force, touch.progress) == ("failed", 0.0, 0.0)
     assert arm.position()[2] > 0.22
-    assert all(point[1] == 0 for point, _, _ in arm.drawn)
+    assert all(point[1] == 0 for point, _ in arm.drawn)
     assert arm.log[-1] == "home"
 
 
@@ -82,31 +82,22 @@ def test_what_the_hand_weighs_and_what_presses_before_the_drag_are_taken_off():
     assert guarded_move(FakeArm(feel=lambda at, time: bias + WEIGHT), PATH).verdict == "moved"
 
 
-def test_the_order_of_things_and_the_way():
+def test_the_order_of_things_and_a_way_that_is_smooth_and_never_faster_than_it_may_be():
     arm = FakeArm()
     touch = guarded_move(arm, PATH)
-    assert (arm.log[0], arm.log[-1]) == ("reach", "home")
-    assert set(arm.log[1:-1]) == {"follow"}
-    points = np.array([point for point, _, _ in arm.drawn])
+    assert (arm.log[0], set(arm.log[1:-1]), arm.log[-1]) == ("reach", {"follow"}, "home")
+    points, velocities = (np.array(drawn) for drawn in zip(*arm.drawn, strict=True))
     assert points[0] == pytest.approx(START - CLEARANCE * AXIS)
     assert points[:, 2].min() == pytest.approx(0.2, abs=1e-3)
     assert points[:, 1].max() == pytest.approx(0.08 + module._OVERDRIVE)
     assert points[-1][2] > 0.2 + 0.9 * CLEARANCE
     assert touch.seconds == pytest.approx(arm.time)
+    assert np.linalg.norm(velocities, axis=1).max() <= module._DESCENT + 1e-9
+    assert np.linalg.norm(np.diff(points, axis=0) - arm.period * velocities[:-1], axis=1).max() < 1e-3
 
 
-def test_the_hand_is_drawn_smoothly_and_never_faster_than_it_may():
-    arm = FakeArm()
-    guarded_move(arm, PATH)
-    fastest = max(np.linalg.norm(velocity) for _, velocity, _ in arm.drawn)
-    assert fastest <= module._DESCENT + 1e-9
-    for (point, velocity, _), (following, _, _) in zip(arm.drawn, arm.drawn[1:], strict=False):
-        assert np.linalg.norm(following - point - arm.period * velocity) < 1e-3
-
-
-DOWN = np.array([0.0, 0.0, -1.0])
 ANGLES = np.linspace(0, 1.4, 33)
-ARC = HandlePath(points=0.06 * np.stack([np.cos(ANGLES), np.sin(ANGLES), 0 * ANGLES], axis=1), axis=DOWN)
+ARC = HandlePath(points=0.06 * np.stack([np.cos(ANGLES), np.sin(ANGLES), 0 * ANGLES], axis=1), axis=AXIS)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.999, 1.0])

@@ -5,18 +5,39 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from arm.slider_scene import AXIS, PATH, TOP, TRAVEL, arm_over, slider
 from lockprobe_robot.arm.force_control import ForceController
-from lockprobe_robot.arm.guarded_move import guarded_move
+from lockprobe_robot.arm.guarded_move import HandlePath, guarded_move
 from lockprobe_robot.arm.inverse_kinematics import InverseKinematics
-from lockprobe_robot.arm.model import HOME, VELOCITY_LIMITS, add_arm
+from lockprobe_robot.arm.model import HOME, VELOCITY_LIMITS, add_arm, add_hand
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
 from scipy.spatial.transform import Rotation
 
 from lockprobe.foundation.errors import PlantFault
 
+TOP, AXIS, TRAVEL = np.array([0.5, 0.0, 0.2]), np.array([0.0, 0.0, -1.0]), 0.08
+PATH = HandlePath(points=np.linspace(TOP, TOP + np.array([0, TRAVEL, 0]), 9), axis=AXIS)
 ABOVE = TOP - 0.1 * AXIS
 STILL = np.zeros(3)
+KNOB = """<mujoco><compiler angle="radian"/><option timestep="0.002" integrator="implicitfast"/><worldbody>
+<body name="bar" pos="0.5 0 0.15">
+  <joint name="knob" type="slide" axis="0 1 0" range="0 {travel}" damping="2" frictionloss="0.6"/>
+  <geom type="cylinder" fromto="0 0 0 0 0 0.05" size="0.015" mass="0.1"/>
+</body></worldbody></mujoco>"""
+
+
+def slider(*, held=False):
+    """A compiled scene with the arm over a knob that slides along y, or is held."""
+    spec = mujoco.MjSpec.from_string(KNOB.format(travel=0.001 if held else TRAVEL))
+    add_hand(spec, add_arm(spec))
+    return spec.compile()
+
+
+def arm_over(model, **options):
+    """The arm at home, and the state that it moves."""
+    data = mujoco.MjData(model)
+    arm = SimulatedArm(model, data, rng=np.random.default_rng(1), **options)
+    arm.stand()
+    return arm, data
 
 
 @pytest.fixture(scope="module")
@@ -39,10 +60,8 @@ def forward(angles):
     return pose
 
 
-@pytest.mark.parametrize("degrees", [True, False])
-def test_kinematics_limits_and_masses_are_the_published_ones_whatever_the_unit_of_the_scene(degrees):
+def test_kinematics_limits_and_masses_are_the_published_ones():
     spec = mujoco.MjSpec()
-    spec.compiler.degree = degrees
     add_arm(spec).add_site(name="end")
     arm = spec.compile()
     data = mujoco.MjData(arm)
@@ -86,8 +105,9 @@ def test_what_is_out_of_reach_breaks_the_trial_with_the_place(model):
         arm.reach(np.array([1.2, 0, 0.2]), AXIS)
 
 
-@pytest.mark.parametrize("stiffness", [1500.0, 2500.0])
-@pytest.mark.parametrize("push", [(0.0, 0.0, 0.0), (20.0, 0.0, 0.0), (0.0, 20.0, 0.0), (0.0, 0.0, 20.0)])
+@pytest.mark.parametrize(
+    ("push", "stiffness"), [((0, 0, 0), 2500.0), ((20, 0, 0), 1500.0), ((0, 20, 0), 1500.0), ((0, 0, 20), 2500.0)]
+)
 def test_a_push_moves_it_by_force_over_stiffness(model, push, stiffness):
     data = mujoco.MjData(model)
     controller = ForceController(model, data)
@@ -97,7 +117,7 @@ def test_a_push_moves_it_by_force_over_stiffness(model, push, stiffness):
     for _ in range(750):
         mujoco.mj_step1(model, data)
         forces[:] = 0
-        mujoco.mj_applyFT(model, data, np.array(push), np.zeros(3), controller.tool, hand, forces)
+        mujoco.mj_applyFT(model, data, np.array(push, float), np.zeros(3), controller.tool, hand, forces)
         data.qfrc_applied[:] = forces
         controller.pull(ABOVE, turn, STILL, STILL, stiffness=stiffness, posture=angles)
         mujoco.mj_step2(model, data)
@@ -136,7 +156,7 @@ def test_a_knob_that_slides_is_brought_to_its_end_and_one_that_is_held_is_felt_w
     touch = guarded_move(arm, PATH)
     assert touch.verdict == ("blocked" if held else "moved")
     assert (10 < touch.peak_force < 30) if held else (touch.peak_force < 6)
-    assert (data.joint("joint-0").qpos[0] > 0.8 * TRAVEL) != held
+    assert (data.joint("knob").qpos[0] > 0.8 * TRAVEL) != held
     first = model.joint("arm-1").id
     lower, upper = model.jnt_range[first : first + 7].T
     assert ((np.array(angles) > lower) & (np.array(angles) < upper)).all()

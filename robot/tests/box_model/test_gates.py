@@ -70,10 +70,10 @@ def gap(mounted, fraction, out):
     else:
         point = point - (mounted.knob(fraction) - mounted.knob(0))
     distances = []
-    for block in blocks_of(mounted):
-        along = np.array([math.cos(block.angle), math.sin(block.angle)])
-        here = point - block.middle
-        beyond = np.abs([here @ along, here @ [-along[1], along[0]]]) - block.half
+    for middle, angle, half in blocks_of(mounted):
+        along = np.array([math.cos(angle), math.sin(angle)])
+        here = point - middle
+        beyond = np.abs([here @ along, here @ [-along[1], along[0]]]) - half
         distances.append(np.hypot(*np.maximum(beyond, 0)) + min(max(beyond), 0))
     return min(distances) - PIN_RADIUS
 

@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 import sys
 from functools import cache, partial
 
@@ -11,9 +12,9 @@ import numpy as np
 import pytest
 from box_model.scenes import scene_of
 from lockprobe_robot.box_model.panel import lay_out_panel
-from lockprobe_robot.box_model.tag_layout import QUIET_ZONE, TAG_SIDE, place_tags, tag_corners
-from lockprobe_robot.calibration.calibrate import BoardView, board_pose, find_tags, solved, turned_degrees
-from lockprobe_robot.calibration.calibration_file import VIEWS_FILE, Intrinsics, array_of, calibration_for
+from lockprobe_robot.box_model.tag_layout import QUIET_ZONE, TAG_SIDE, place_tags
+from lockprobe_robot.calibration.calibrate import BoardView, solved, turned_degrees
+from lockprobe_robot.calibration.calibration_file import VIEWS_FILE, array_of, calibration_for
 from lockprobe_robot.geom_groups import NOTHING
 from lockprobe_robot.renderer import Renderer
 from scipy.spatial.transform import Rotation
@@ -23,11 +24,10 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, Missing
 from lockprobe.trial.pictures.png import to_png
 
-pytest.importorskip("cv2")
+cv2 = pytest.importorskip("cv2")
 
 BOX = "chain-2"
 PANEL = lay_out_panel(box(BOX))
-CAMERA = Intrinsics(width=640, height=480, focal=(433.0, 433.0), centre=(319.5, 239.5))
 ask = partial(in_process, "rig", "calibrate")
 
 
@@ -61,24 +61,18 @@ def views(count=12, seed=1, millimetres=0.0, **turned):
     return found
 
 
-def tag_cells(number):
-    """The cells of an AprilTag of the family 36h11 with its border, True for white, the upper row first."""
-    import cv2
-
-    family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
-    return np.pad(cv2.aruco.generateImageMarker(family, number, 8) > 0, 1, constant_values=True)
-
-
 @pytest.fixture(scope="module")
 def pictures(tmp_path_factory):
-    """Ten views of the tagged twin, in one of which a tag is left and in one of which the picture is black.
+    """Twelve views of the tagged twin, one of which is black, and one shows too few tags.
 
     Each tag is a mesh with texture coordinates: a face of a MuJoCo box does not show a picture as it was drawn.
     """
     folder, spec, rng = tmp_path_factory.mktemp("views"), scene_of(box(BOX)).spec, np.random.default_rng(2)
+    family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
     square = (0.5 + QUIET_ZONE) * TAG_SIDE * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]])
     for number, middle in enumerate(place_tags(PANEL)):
-        name, grey = f"tag-{number}", np.kron(tag_cells(number), np.full((32, 32), 235)).astype(np.uint8)
+        cells = np.pad(cv2.aruco.generateImageMarker(family, number, 8) > 0, 1, constant_values=True)
+        name, grey = f"tag-{number}", np.kron(cells, np.full((32, 32), 235)).astype(np.uint8)
         texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=320, height=320, nchannel=3)
         texture.data = np.repeat(grey[..., None], 3, axis=-1).tobytes()
         spec.add_material(name=name, specular=0.0, shininess=0.0).textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
@@ -120,16 +114,6 @@ def pictures(tmp_path_factory):
     return folder
 
 
-def changed(pictures, folder, change):
-    """The same views with a change of their file."""
-    content = json.loads((pictures / VIEWS_FILE).read_text())
-    for view in content["views"]:
-        (folder / view["picture"]).write_bytes((pictures / view["picture"]).read_bytes())
-    change(content)
-    (folder / VIEWS_FILE).write_text(json.dumps(content))
-    return folder
-
-
 def test_a_calibration_finds_camera_and_board_and_names_what_it_refuses(pictures, tmp_path):
     done = ask(pictures, "--box", BOX, "--out", tmp_path / "c.json")
     refused = done.stderr.splitlines()
@@ -144,21 +128,7 @@ def test_a_calibration_finds_camera_and_board_and_names_what_it_refuses(pictures
     assert found.held_out_mm < 2.0
     wrong = ask(pictures, "--box", BOX, "--tag-size", 44, "--out", tmp_path / "b.json", "--json")
     assert json.loads(wrong.stdout)["reprojection_px"] > 2 * found.reprojection_px
-    assert wrong.stderr.endswith("check --box, --tag-size, the numbers of the camera, and the place of every tag\n")
-
-
-def in_millimetres(content):
-    for view in content["views"]:
-        for row in view["hand"][:3]:
-            row[3] *= 1000
-
-
-def test_poses_of_the_hand_in_millimetres_are_suspected(pictures, tmp_path):
-    said = ask(changed(pictures, tmp_path, in_millimetres), "--box", BOX).stderr.splitlines()
-    assert said[-2:] == [
-        "the arm tolerates 4 mm: a study refuses this calibration",
-        "check the poses of the hand: metres, at the time of the picture",
-    ]
+    assert "\na study accepts 4 mm and tags within 1 pixel: check --box, --tag-size, " in wrong.stderr
 
 
 def still(content):
@@ -186,8 +156,12 @@ MISTAKES = {
 
 @pytest.mark.parametrize(("change", "message"), MISTAKES.values(), ids=MISTAKES)
 def test_what_is_wrong_is_said_in_one_line(pictures, tmp_path, change, message):
+    content = json.loads((pictures / VIEWS_FILE).read_text())
+    change(content)
+    shutil.copytree(pictures, tmp_path / "views")
+    (tmp_path / "views" / VIEWS_FILE).write_text(json.dumps(content))
     with pytest.raises((BadFile, BadValue), match=message) as caught:
-        ask(changed(pictures, tmp_path, change), "--box", BOX)
+        ask(tmp_path / "views", "--box", BOX)
     assert "\n" not in str(caught.value)
 
 
@@ -214,32 +188,8 @@ def test_rotation_about_one_axis_counts_as_none_and_views_that_contradict_each_o
     seen = views()
     for view, turn in zip(seen, Rotation.random(len(seen), random_state=0), strict=True):
         view.board[:3, :3] = turn.as_matrix()
-    with pytest.raises(BadValue, match="or tags in their places|tags in their places: no pose"):
+    with pytest.raises(BadValue, match="tags in their places: no pose"):
         solved(seen)
-
-
-def test_tags_in_a_picture_have_their_number_and_corners_and_those_give_the_pose_back():
-    picture, numbers = np.full((300, 600), 235, np.uint8), (3, 0, 200)
-    for place, number in enumerate(numbers):
-        picture[88:208, 38 + 180 * place : 158 + 180 * place] = np.kron(tag_cells(number) * 235, np.ones((12, 12)))
-    found = dict(find_tags(picture))
-    assert sorted(found) == sorted(numbers)
-    for place, number in enumerate(numbers):
-        left = 50 + 180 * place - 0.5
-        corners = [(left, 99.5), (left + 96, 99.5), (left + 96, 195.5), (left, 195.5)]
-        assert found[number] == pytest.approx(np.array(corners), abs=0.3)
-    assert find_tags(np.zeros((100, 100), np.uint8)) == []
-    squares = tag_corners(place_tags(PANEL), TAG_SIDE)
-    for view in views(5):
-        points = squares @ view.board[:3, :3].T + view.board[:3, 3]
-        pixels = points[..., :2] / points[..., 2:] * CAMERA.focal + CAMERA.centre
-        for seen in (
-            {0: pixels[0], 1: pixels[1], 2: pixels[2], 3: pixels[3]},
-            {0: pixels[0], 1: pixels[1], 3: pixels[3]},
-        ):
-            pose, error = board_pose(squares, seen, CAMERA)
-            assert pose == pytest.approx(view.board, abs=1e-5)
-            assert error < 1e-3
 
 
 def test_without_opencv_the_extra_is_named(monkeypatch):

@@ -1,7 +1,6 @@
 """Parts of a rig that break on request."""
 
 import numpy as np
-from arm.fake_arm import FakeArm
 from drawn_board import HANDLES, HEIGHT, WIDTH, board
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
@@ -12,11 +11,6 @@ from lockprobe_robot.hardware.sight import CameraSight, ImageHandles, Shot
 from lockprobe.plants.operator import ENTER, OperatorStopped
 
 SPACE = {"low": (-1.0, -1.0, -1.0), "high": (1.0, 1.0, 1.0)}
-
-
-class StoppableFake(FakeArm):
-    def stop(self):
-        self.log.append("stop")
 
 
 class Willing:

@@ -6,7 +6,8 @@ import threading
 
 import numpy as np
 import pytest
-from hardware.fakes import SPACE, StoppableFake, Willing
+from arm.fake_arm import FakeArm
+from hardware.fakes import SPACE, Willing
 from lockprobe_robot.arm.guarded_move import HandlePath, guarded_move
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
 from lockprobe_robot.hardware.driver_call import DriverThread, call_driver
@@ -29,7 +30,7 @@ def follow(arm, times):
 
 
 def test_within_its_bounds_an_arm_does_what_it_does_without_them():
-    free, within = StoppableFake(), StoppableFake()
+    free, within = FakeArm(), FakeArm()
     expected = guarded_move(free, PATH)
     arm = bounded(within)
     assert guarded_move(arm, PATH) == expected
@@ -38,7 +39,7 @@ def test_within_its_bounds_an_arm_does_what_it_does_without_them():
 
 
 def test_the_operator_agrees_before_the_first_motion_and_after_every_stop():
-    fake, operator = StoppableFake(), Willing()
+    fake, operator = FakeArm(), Willing()
     arm = bounded(fake, operator)
     arm.home()
     arm.home()
@@ -51,7 +52,7 @@ def test_the_operator_agrees_before_the_first_motion_and_after_every_stop():
 
 @pytest.mark.parametrize("operator", [Willing("n"), Willing(stops_after=0)])
 def test_without_consent_nothing_moves(operator):
-    fake = StoppableFake()
+    fake = FakeArm()
     with pytest.raises(PlantFault, match="the operator (did not agree to a motion|stopped)"):
         bounded(fake, operator).home()
     assert fake.log == ["stop"]
@@ -70,7 +71,7 @@ def test_without_consent_nothing_moves(operator):
     ],
 )
 def test_a_command_beyond_the_bounds_is_never_sent(command, why):
-    fake = StoppableFake()
+    fake = FakeArm()
     with pytest.raises(PlantFault) as caught:
         command(bounded(fake))
     assert str(caught.value).startswith(why)
@@ -80,9 +81,9 @@ def test_a_command_beyond_the_bounds_is_never_sent(command, why):
 @pytest.mark.parametrize(
     ("fake", "why"),
     [
-        (StoppableFake(feel=lambda at, time: np.array([0, 0, 50.0 * (time > 1.02)])), "the hand feels 50.0 N, at most"),
-        (StoppableFake(feel=lambda at, time: np.full(3, np.nan)), "the force is not a number"),
-        (StoppableFake(follows=lambda point: np.array([0, 0, 3.0])), "the tool is at 0.000/0.000/3.000 m, outside"),
+        (FakeArm(feel=lambda at, time: np.array([0, 0, 50.0 * (time > 1.02)])), "the hand feels 50.0 N, at most"),
+        (FakeArm(feel=lambda at, time: np.full(3, np.nan)), "the force is not a number"),
+        (FakeArm(follows=lambda point: np.array([0, 0, 3.0])), "the tool is at 0.000/0.000/3.000 m, outside"),
     ],
 )
 def test_what_is_measured_beyond_the_bounds_stops_the_arm(fake, why):
@@ -95,7 +96,7 @@ def test_what_is_measured_beyond_the_bounds_stops_the_arm(fake, why):
 
 def test_a_program_that_stood_still_in_the_middle_of_a_move_is_stopped_and_between_moves_it_may():
     now = [0.0]
-    fake = StoppableFake()
+    fake = FakeArm()
     arm = bounded(fake, clock=lambda: now[0])
     arm.follow(STILL, STILL, stiffness=1)
     now[0] = 100.0
@@ -110,14 +111,14 @@ def test_a_program_that_stood_still_in_the_middle_of_a_move_is_stopped_and_betwe
 
 def test_late_commands_are_counted():
     ticks = itertools.accumulate(itertools.cycle([0.001, 0.03]))
-    arm = bounded(StoppableFake(), clock=lambda: next(ticks))
+    arm = bounded(FakeArm(), clock=lambda: next(ticks))
     for _ in range(4):
         arm.follow(STILL, STILL, stiffness=1)
     assert arm.late == 4
 
 
 def test_every_command_is_in_the_log_also_a_stop_that_fails(tmp_path):
-    class Dead(StoppableFake):
+    class Dead(FakeArm):
         def stop(self):
             raise ConnectionError("cable")
 
@@ -129,7 +130,7 @@ def test_every_command_is_in_the_log_also_a_stop_that_fails(tmp_path):
     assert [line["command"] for line in lines[-3:]] == ["home", "stop", "stop failed"]
     assert (lines[0]["position"], lines[-1]["why"]) == ([0.5, 0.0, 0.25], "stop: ConnectionError: cable")
     with pytest.raises(BadFile, match="cannot be written"):
-        bounded(StoppableFake(), log=tmp_path / "none" / "log")
+        bounded(FakeArm(), log=tmp_path / "none" / "log")
 
 
 @pytest.mark.parametrize("wrong", [{"high": (-2.0, 1.0, 1.0)}, {"speed": 0.0}, {"force": float("inf")}])

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from builders import make_trial, write_study
 from lockprobe_robot.geom_groups import CAMERA
+from lockprobe_robot.renderer import Renderer
 from lockprobe_robot.twin_settings import UserModelSettings
 from lockprobe_robot.user_model.mjcf_file import read_model
 from lockprobe_robot.user_model.model_joints import ModelJoints
-from lockprobe_robot.user_model.rules_check import check_model
-from lockprobe_robot.user_model.user_model import UserModel
+from lockprobe_robot.user_model.user_model import UserModel, check_model
 from mjcf_models import EXAMPLES, OWN, exported, one_joint, own_box, written
 from painted_png import SIGNATURE, chunk, png, zeros
 
@@ -20,7 +20,7 @@ import lockprobe
 from lockprobe.boxes.box import Joint
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import difficulty
-from lockprobe.foundation.errors import BadFile, BadValue, PlantFault, SettingsChanged, UnknownName
+from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged, UnknownName
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.records.directory import claim
@@ -52,14 +52,12 @@ ATTACKS = {
     "torn": ("<mujoco><body></mujoco>", "not XML (mismatched tag: line 1"),
     "no model": ("<robot name='x'/>", "line 1 of box.xml: <robot>, not an MJCF file"),
     "entities": ("<!DOCTYPE m [<!ENTITY a 'b'>]><mujoco>&a;</mujoco>", "a document type, which is refused"),
-    "extension": ("<mujoco>\n<extension><plugin plugin='x'/></extension></mujoco>", "line 2 of box.xml: <extension> is"),
-    "plug-in": ("<mujoco><worldbody><plugin plugin='x'/></worldbody></mujoco>", "a plugin would run code"),
-    "model of a model": (asset("<model name='x' file='y.xml'/>"), "<model> is refused: include the file"),
-    "replicas": ("<mujoco><worldbody><replicate count='1000000'/></worldbody></mujoco>", "<replicate> is refused"),
-    "composite": ("<mujoco><worldbody><composite count='9 9 9'/></worldbody></mujoco>", "<composite> is refused"),
+    **{
+        tag: (f"<mujoco>\n<worldbody><{tag}/></worldbody></mujoco>", f"line 2 of box.xml: <{tag}> is refused")
+        for tag in ("extension", "plugin", "model", "attach", "replicate", "composite", "flexcomp", "flex", "skin")
+    },
     "made mesh": (asset("<mesh builtin='sphere' params='9'/>"), "<mesh builtin> is refused"),
     "wide field": (asset("<hfield nrow='9' ncol='4e4'/>"), "whole numbers up to 999 as nrow and ncol"),
-    "negative field": (asset("<hfield nrow='-1' ncol='1'/>"), "whole numbers up to 999 as nrow and ncol"),
     "many elements": (f"<mujoco><worldbody>{'<site/>' * 5000}</worldbody></mujoco>", "more than 5000 elements"),
     "include above": ("<mujoco><include file='../other.xml'/></mujoco>", "'../other.xml' is not in the folder"),
     "include of the system": ("<mujoco><include file='/etc/passwd'/></mujoco>", "'/etc/passwd' is not in the folder"),
@@ -75,11 +73,20 @@ ATTACKS = {
     "picture that unpacks": (asset("<texture type='2d' file='bomb.png'/>"), "no whole PNG or JPEG picture"),
     "no picture": (asset("<texture type='2d' file='gif.png'/>"), "no whole PNG or JPEG picture"),
     "made picture": (asset("<texture name='t' type='2d' builtin='flat' width='99999' height='1'/>"), "more than 4096 pix"),
+    "short steps": ({"head": "<option timestep='1e-9'/>"}, "timestep is 1e-09, expected 0.0002 to 0.01"),
+    "long solving": ({"head": "<option iterations='2000000000'/>"}, "iterations is 2e+09, expected 0 to 1000"),
+    "much memory": ({"head": "<size njmax='10000'/>"}, "memory in bytes is"),
+    "fine shapes": ({"head": "<visual><quality numslices='100000'/></visual>"}, "numslices is 100000"),
+    "many joints": ({"outside": f"<body>{'<joint/>' * 3}<geom size='1'/></body>" * 70}, "degrees of freedom is 211"),
+    "many lights": ({"outside": "<light/>" * 101}, "lights is 101"),
+    "no number": ({"inside": "<geom size='nan'/>"}, "nan size in geom"),
+    "no such mesh": ({"inside": "<geom type='mesh' mesh='gone'/>"}, "gone"),
+    "another lens": ({"outside": "<camera name='lockprobe' projection='orthographic'/>"}, "'lockprobe' is orthographic"),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "why"), ATTACKS.values(), ids=ATTACKS)
-def test_what_is_hostile_or_broken_is_one_line(tmp_path, text, why):
+@pytest.mark.parametrize(("given", "why"), ATTACKS.values(), ids=ATTACKS)
+def test_what_is_hostile_broken_or_would_take_hours_is_one_line(tmp_path, given, why):
     folder = tmp_path / "in"
     folder.mkdir()
     (tmp_path / "secret.png").write_bytes(png(1, 1))
@@ -89,28 +96,7 @@ def test_what_is_hostile_or_broken_is_one_line(tmp_path, text, why):
     for name, content in (files | {"torn.stl": bytes(90)}).items():
         (folder / name).write_bytes(content)
     with pytest.raises(BadFile) as caught:
-        read_model(written(folder, text)).compile()
-    assert why in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-LIMITS = [
-    ({"head": "<option timestep='1e-9'/>"}, "timestep is 1e-09, expected 0.0002 to 0.01"),
-    ({"head": "<option iterations='2000000000'/>"}, "iterations is 2e+09, expected 0 to 1000"),
-    ({"head": "<size njmax='10000'/>"}, "memory in bytes is"),
-    ({"head": "<visual><quality numslices='100000'/></visual>"}, "numslices is 100000"),
-    ({"outside": f"<body>{'<joint/>' * 3}<geom size='1'/></body>" * 70}, "degrees of freedom is 211"),
-    ({"outside": "<light/>" * 101}, "lights is 101"),
-    ({"inside": "<geom size='nan'/>"}, "nan size in geom"),
-    ({"inside": "<geom type='mesh' mesh='gone'/>"}, "gone"),
-    ({"outside": "<camera name='lockprobe' projection='orthographic'/>"}, "camera 'lockprobe' is orthographic"),
-]
-
-
-@pytest.mark.parametrize(("parts", "why"), LIMITS)
-def test_what_mujoco_refuses_or_would_take_hours_for_is_one_line(tmp_path, parts, why):
-    with pytest.raises(BadFile) as caught:
-        read_model(written(tmp_path, **parts)).compile()
+        read_model(written(folder, **(given if isinstance(given, dict) else {"text": given}))).compile()
     assert why in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -139,20 +125,12 @@ def test_parts_and_meshes_are_read_from_the_folder_and_are_in_the_digest(tmp_pat
 def test_a_camera_in_the_file_is_taken_and_without_one_it_is_the_free_view_of_mujoco(tmp_path):
     assert read_model(OWN).compile().camera(CAMERA).pos == pytest.approx([-0.01, 0, 0.62])
     model = read_model(written(tmp_path, outside="<geom size='.1' pos='.5 0 .2'/>")).compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    views = []
-    for fixed in (True, False):
-        camera, scene = mujoco.MjvCamera(), mujoco.MjvScene(model, 10)
-        if fixed:
-            camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, model.camera(CAMERA).id
-        else:
-            mujoco.mjv_defaultFreeCamera(model, camera)
-        mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, camera, mujoco.mjtCatBit.mjCAT_ALL, scene)
-        eyes = scene.camera
-        places = [np.mean([getattr(eye, what) for eye in eyes], axis=0) for what in ("pos", "forward")]
-        views.append([*np.concatenate(places), *eyes[0].up, eyes[0].frustum_top])
-    assert views[0] == pytest.approx(views[1], abs=1e-5)
+    free, renderer = mujoco.MjvCamera(), Renderer(model, width=80, height=60)
+    mujoco.mjv_defaultFreeCamera(model, free)
+    renderer.pose(mujoco.MjData(model))
+    pictures = [renderer.colours(camera).astype(int) for camera in (CAMERA, free)]
+    renderer.close()
+    assert np.abs(pictures[0] - pictures[1]).mean() < 0.5 < pictures[0].std()
 
 
 JOINTS = [
@@ -219,10 +197,10 @@ def test_joints_that_move_together_stop_half_way_fall_back_or_explode_are_found(
     path = written(tmp_path, outside=second)
     path.write_text(path.read_text("utf-8").replace("</mujoco>", equal), "utf-8")
     two = replace(one_joint(), joints=(*one_joint().joints, Joint(name="pin", kind="prismatic")), initial=(False,) * 2)
-    assert "bolt was pushed: the rules let it move, and the model moved pin as well" in refused(path, two)
+    assert "bolt was pushed: the rules let it move, and bolt moved pin as well" in refused(path, two)
     wall = "<geom type='box' size='.01 .1 .1' pos='.08 0 0'/>"
     said = refused(written(tmp_path, outside=wall), one_joint())
-    assert "left a joint more than 8% of its travel from its ends (bolt 0." in said
+    assert "a joint stays more than 8% of its travel from its ends (bolt 0." in said
     assert "less friction" in said
     back = written(tmp_path, joint='stiffness="100"')
     assert "the rules let it move, and the model held bolt" in refused(back, one_joint())
@@ -260,8 +238,6 @@ def test_pictures_show_the_moment_what_is_told_and_the_labels():
     assert (bare.labelled, first.labelled) == (False, True)
     places = first.camera.project(first.handles)[..., :2]
     assert np.abs(columns[:, None] - places[:, 0, 0]).min(1).max() < 40
-    with pytest.raises(PlantFault, match="after the next attempt"):
-        before.look()
 
 
 def test_without_a_panel_and_sites_the_world_and_the_parts_stand_in(tmp_path):

@@ -100,14 +100,14 @@ def _add_blocks(
     spec: mujoco.MjSpec, number: int, joint: int, mounted: MountedJoint, depth: float, pitch: float
 ) -> None:
     part = spec.body(f"part-{joint}")
-    for piece, block in enumerate(blocks_of(mounted)):
+    for piece, ((x, y), angle, half) in enumerate(blocks_of(mounted)):
         name = f"block-{number}-{piece}"
         part.add_geom(
             name=name,
             type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[*block.half, 0.4 * pitch],
-            pos=[block.middle[0] - mounted.origin[0], block.middle[1] - mounted.origin[1], depth],
-            quat=_turned(block.angle),
+            size=[*half, 0.4 * pitch],
+            pos=[x - mounted.origin[0], y - mounted.origin[1], depth],
+            quat=_turned(angle),
             density=ALUMINIUM,
             **_PIECE,
         )

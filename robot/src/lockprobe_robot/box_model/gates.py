@@ -17,7 +17,7 @@ the pin out.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from lockprobe.boxes.box import Lockbox
@@ -61,19 +61,9 @@ class Gate:
     literals: tuple[GateLiteral, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GateBlock:
-    """A block: a box fixed to a joint, given in its pose at the joint's position 0.
-
-    Attributes:
-        middle: Centre in the frame of the panel, metres.
-        angle: Angle of its long side from the panel's x axis, radians.
-        half: Half of its side lengths, metres.
-    """
-
-    middle: tuple[float, float]
-    angle: float
-    half: tuple[float, float]
+GateBlock = tuple[tuple[float, float], float, tuple[float, float]]
+"""A box fixed to a joint, at the joint's position 0: its middle in the frame of the panel, metres; the angle of its
+first side from the panel's x axis, radians; half of its side lengths, metres."""
 
 
 def gates_of(box: Lockbox) -> tuple[Gate, ...]:
@@ -129,47 +119,29 @@ def pin_of(mounted: MountedJoint) -> tuple[tuple[float, float], tuple[float, flo
 
 
 def blocks_of(mounted: MountedJoint) -> tuple[GateBlock, ...]:
-    """The blocks of a gate: before the pin at position 0, past it at position 1."""
-    return tuple(_straight(mounted) if mounted.kind == "prismatic" else _sector(mounted))
+    """The blocks of a gate: before the pin at position 0, past it at position 1.
 
-
-def _straight(mounted: MountedJoint) -> Iterator[GateBlock]:
-    (x, y), _ = pin_of(mounted)
-    back = mounted.travel / 2
-    along = (math.cos(mounted.direction), math.sin(mounted.direction))
-    yield GateBlock(
-        middle=(x - back * along[0], y - back * along[1]),
-        angle=mounted.direction,
-        half=(back - PIN_RADIUS - _PLAY, _BLOCK_HALF_WIDTH),
-    )
-
-
-def _sector(mounted: MountedJoint) -> Iterator[GateBlock]:
-    """Walls at both ends and fillers between them.
-
-    A wall's face is parallel to the pin's motion when they touch, so it lies next to the ray through the pin.
+    A slider has one. A lever has walls at both ends and fillers between them; a wall's face is parallel to the pin's
+    motion when they touch, so it lies next to the ray through the pin.
     """
-    play = _PLAY / _RING
+    if mounted.kind == "prismatic":
+        (x, y), _ = pin_of(mounted)
+        back, angle = mounted.travel / 2, mounted.direction
+        middle = (x - back * math.cos(angle), y - back * math.sin(angle))
+        return ((middle, angle, (back - PIN_RADIUS - _PLAY, _BLOCK_HALF_WIDTH)),)
+    play, inset = _PLAY / _RING, (PIN_RADIUS + _WALL) / _RING
     first, last = mounted.direction - play, mounted.direction - mounted.travel + play
-    for ray, side in ((first, -1), (last, 1)):
-        yield _beside(mounted, ray, side * (PIN_RADIUS + _WALL / 2), (_BLOCK_HALF_WIDTH, _WALL / 2))
-    inset = (PIN_RADIUS + _WALL) / _RING
-    low, high = last + inset, first - inset
-    step = (high - low) / _FILLERS
-    half = 0.5 * step * _RING
-    for number in range(_FILLERS):
-        ray = low + (number + 0.5) * step
-        yield _beside(mounted, ray, 0.0, (_BLOCK_HALF_WIDTH - 0.001, half))
-
-
-def _beside(mounted: MountedJoint, ray: float, offset: float, half: tuple[float, float]) -> GateBlock:
-    """A box on the ring of pins, its first side along a ray from the pivot, moved sideways (anticlockwise) from it."""
-    along, across = (math.cos(ray), math.sin(ray)), (-math.sin(ray), math.cos(ray))
-    return GateBlock(
-        middle=(
-            mounted.origin[0] + _RING * along[0] + offset * across[0],
-            mounted.origin[1] + _RING * along[1] + offset * across[1],
-        ),
-        angle=ray,
-        half=half,
+    low = last + inset
+    step = (first - inset - low) / _FILLERS
+    wall, filler = (_BLOCK_HALF_WIDTH, _WALL / 2), (_BLOCK_HALF_WIDTH - 0.001, 0.5 * step * _RING)
+    rays = [(first, -(PIN_RADIUS + _WALL / 2), wall), (last, PIN_RADIUS + _WALL / 2, wall)]
+    rays += [(low + (number + 0.5) * step, 0.0, filler) for number in range(_FILLERS)]
+    x, y = mounted.origin
+    return tuple(
+        (
+            (x + _RING * math.cos(ray) - aside * math.sin(ray), y + _RING * math.sin(ray) + aside * math.cos(ray)),
+            ray,
+            half,
+        )
+        for ray, aside, half in rays
     )

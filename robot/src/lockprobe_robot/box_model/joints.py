@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.boxes.box import Configuration, bits
+from lockprobe.boxes.box import Configuration
 from lockprobe.foundation.errors import PlantFault
 
 RESTING = 0.08
@@ -25,10 +25,14 @@ class Joints:
         model: The compiled model.
         data: Its state.
         joints: Names of the joints in the model.
+
+    Attributes:
+        names: The same.
+        bodies: The body that each moves.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[str]) -> None:
-        self.model, self.data = model, data
+        self.model, self.data, self.names = model, data, tuple(joints)
         ids = [model.joint(name).id for name in joints]
         self._addresses, self._dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
         self._low, high = model.jnt_range[ids].T
@@ -49,20 +53,24 @@ class Joints:
         fractions = self.fractions()
         return bool((np.minimum(np.abs(fractions), np.abs(1 - fractions)) <= RESTING).all())
 
+    def where(self) -> str:
+        """Each joint with the fraction of its travel, as text for messages."""
+        return ", ".join(f"{name} {fraction:.2f}" for name, fraction in zip(self.names, self.fractions(), strict=True))
+
     def configuration_after(self, joint: int, before: Configuration) -> Configuration:
         """The configuration after an attempt at a joint.
 
         Raises:
             PlantFault: If a joint is between its ends, or a joint moved that was not attempted.
         """
-        if not self.resting():
-            where = ", ".join(f"{fraction:.2f}" for fraction in self.fractions())
-            raise PlantFault(
-                f"joint {joint} was attempted in {bits(before)} and the joints now stand at {where} of their travel"
-            )
         after = self.configuration()
-        if any(was != now for i, (was, now) in enumerate(zip(before, after, strict=True)) if i != joint):
-            raise PlantFault(f"another joint moved with joint {joint}: {bits(before)} became {bits(after)}")
+        if not self.resting():
+            raise PlantFault(
+                f"a joint stays more than {RESTING:.0%} of its travel from its ends ({self.where()}): it needs less "
+                "friction (frictionloss, damping), a spring, or a push with more force"
+            )
+        if others := [name for i, name in enumerate(self.names) if i != joint and after[i] != before[i]]:
+            raise PlantFault(f"{self.names[joint]} moved {', '.join(others)} as well ({self.where()})")
         return after
 
     def ends(self, configuration: Configuration) -> NDArray[np.float64]:

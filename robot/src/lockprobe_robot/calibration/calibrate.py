@@ -92,14 +92,12 @@ def calibrate(folder: Path, panel: PanelLayout, box: str, *, side: float = TAG_S
         if grey.shape != (views.camera.height, views.camera.width):
             size, wanted = grey.shape[::-1], (views.camera.width, views.camera.height)
             raise BadFile(path, f"{size[0]} x {size[1]} pixels; the camera has {wanted[0]} x {wanted[1]}")
-        tags = [(number, corners) for number, corners in find_tags(grey) if number < len(middles)]
-        numbers = ", ".join(str(number) for number, _ in sorted(tags, key=lambda tag: tag[0])) or "none"
-        if len(dict(tags)) < len(tags):
-            refused[view.picture] = f"a tag is seen twice (seen: {numbers})"
-        elif len(tags) < FEWEST_TAGS:
+        tags = {number: corners for number, corners in find_tags(grey).items() if number < len(middles)}
+        if len(tags) < FEWEST_TAGS:
+            numbers = ", ".join(map(str, sorted(tags))) or "none"
             refused[view.picture] = f"{len(tags)} of {len(middles)} tags seen ({numbers}); {FEWEST_TAGS} are needed"
         else:
-            pose, missed = board_pose(tag_corners(middles, side), dict(tags), views.camera)
+            pose, missed = board_pose(tag_corners(middles, side), tags, views.camera)
             seen.append(BoardView(picture=view.picture, hand=array_of(view.hand), board=pose, reprojection=missed))
     if len(seen) < FEWEST_VIEWS:
         reasons = "; ".join(f"{picture}: {why}" for picture, why in refused.items())
@@ -173,16 +171,20 @@ def _held_out(seen: Sequence[BoardView], tags: NDArray[np.float64]) -> list[floa
     return missed
 
 
-def find_tags(grey: NDArray[np.uint8]) -> list[tuple[int, NDArray[np.float64]]]:
+def find_tags(grey: NDArray[np.uint8]) -> dict[int, NDArray[np.float64]]:
     """Detect the AprilTags of the family 36h11 in a picture of shape (height, width).
 
     Returns:
-        For each its number and its corners, shape (4, 2): column and row in pixels from the middle of the top left
-        pixel, in the order upper left, upper right, lower right, lower left of the tag.
+        Number -> corners, shape (4, 2): column and row in pixels from the middle of the top left pixel, in the order
+        upper left, upper right, lower right, lower left of the tag.
     """
-    corners, numbers, _ = _detector().detectMarkers(grey)
+    aruco = _opencv().aruco
+    settings = aruco.DetectorParameters()
+    settings.cornerRefinementMethod = aruco.CORNER_REFINE_APRILTAG
+    detector = aruco.ArucoDetector(aruco.getPredefinedDictionary(aruco.DICT_APRILTAG_36h11), settings)
+    corners, numbers, _ = detector.detectMarkers(grey)
     pairs = zip(numbers.ravel(), corners, strict=True) if numbers is not None else ()
-    return [(int(number), np.asarray(four, dtype=np.float64).reshape(4, 2) - _FROM_CORNER) for number, four in pairs]
+    return {int(number): np.asarray(four, dtype=np.float64).reshape(4, 2) - _FROM_CORNER for number, four in pairs}
 
 
 def board_pose(
@@ -227,11 +229,3 @@ def _opencv() -> Any:
         raise Missing(what, "pip install 'lockprobe-robot[calibrate]'")
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # what fails here is said by an exception
     return cv2
-
-
-@cache
-def _detector() -> Any:
-    aruco = _opencv().aruco
-    settings = aruco.DetectorParameters()
-    settings.cornerRefinementMethod = aruco.CORNER_REFINE_APRILTAG
-    return aruco.ArucoDetector(aruco.getPredefinedDictionary(aruco.DICT_APRILTAG_36h11), settings)

@@ -23,9 +23,6 @@ app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 
 _PLANT = "rig?rung=scripted|twin, or your rig as python:MODULE:NAME"
 
-_SMALLEST, _LARGEST = 10.0, 200.0
-"""Accepted sides of a printed tag, millimetres."""
-
 _NEAR = 1.0
 """Pixels by which corners miss their places at most if the tags are those of the board."""
 
@@ -80,7 +77,7 @@ def calibrate(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (robot/docs/robot.md).")],
     box: options.Box = DEFAULT_BOX,
     tag_size: Annotated[
-        float, typer.Option(metavar="MM", help="Measured side of a printed tag's black square.")
+        float, typer.Option(min=10, max=200, metavar="MM", help="Measured side of a printed tag's black square.")
     ] = 40.0,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help=options.with_brackets(options.OUT, "FOLDER/calibration.json"))
@@ -96,20 +93,15 @@ def calibrate(
     from lockprobe_robot.calibration import calibrate as library
     from lockprobe_robot.calibration.calibration_file import TOLERATED_MM
 
-    if not _SMALLEST <= tag_size <= _LARGEST:
-        raise BadValue("--tag-size", tag_size, f"millimetres from {_SMALLEST:g} to {_LARGEST:g}")
     asked = find_box(box)
     found = library.calibrate(folder, lay_out_panel(asked), asked.name, side=tag_size / 1000)
     path = out or folder / "calibration.json"
     write_file(path, found.model_dump_json(indent=2) + "\n")
     for picture, reason in found.refused.items():
         print(f"refused {picture}: {reason}", file=sys.stderr)
-    if found.held_out_mm > TOLERATED_MM:
-        print(f"the arm tolerates {TOLERATED_MM:g} mm: a study refuses this calibration", file=sys.stderr)
-    if found.reprojection_px > _NEAR:
-        print("check --box, --tag-size, the numbers of the camera, and the place of every tag", file=sys.stderr)
-    elif found.held_out_mm > TOLERATED_MM:
-        print("check the poses of the hand: metres, at the time of the picture", file=sys.stderr)
+    if found.held_out_mm > TOLERATED_MM or found.reprojection_px > _NEAR:
+        check = "--box, --tag-size, the places of the tags, the camera's numbers, the poses of the hand (metres)"
+        print(f"a study accepts {TOLERATED_MM:g} mm and tags within {_NEAR:g} pixel: check {check}", file=sys.stderr)
     if json:
         print(json_.dumps(found.model_dump(mode="json")))
         return

@@ -108,16 +108,8 @@ def check_rig(rig: Rig, *, height: float = HEIGHT, tell: Callable[[FreeMotion], 
             path = rig.board.panel.handle_path(joint, bool(start))
             above = _ArmAbove(rig.arm, path, height)
             touch = guarded_move(above, replace(path, points=path.points - height * path.axis))
-            motions.append(
-                FreeMotion(
-                    joint=name,
-                    start=start,
-                    verdict=touch.verdict,
-                    force=above.felt,
-                    astray=above.astray,
-                    lowest=above.lowest,
-                )
-            )
+            seen = {"force": above.felt, "astray": above.astray, "lowest": above.lowest}
+            motions.append(FreeMotion(joint=name, start=start, verdict=touch.verdict, **seen))
             tell(motions[-1])
             commands += above.commands
             if (rate := rig.arm.success_rate) is not None:

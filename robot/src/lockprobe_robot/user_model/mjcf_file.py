@@ -38,11 +38,8 @@ _LARGEST_MEMORY = 10**9
 _LONGEST_SIDE = 4096
 """Pixels along each side of a texture."""
 
-_REFUSED = {
-    **dict.fromkeys(("extension", "plugin"), "a plugin would run code"),
-    **dict.fromkeys(("model", "attach"), "include the file instead"),
-    **dict.fromkeys(("replicate", "composite", "flexcomp", "flex", "skin"), "a box needs bodies and geoms only"),
-}
+_REFUSED = ("extension", "plugin", "model", "attach", "replicate", "composite", "flexcomp", "flex", "skin")
+"""Tags that would run code, read other models, or make many things of few words."""
 
 _SIDES = ("nrow", "ncol")
 
@@ -65,15 +62,6 @@ class MjcfModel:
     path: Path
     spec: mujoco.MjSpec
     digest: str
-
-    def check_digest(self, wanted: str) -> None:
-        """Check that the files are those that were asked for; any, where ``wanted`` is empty.
-
-        Raises:
-            BadFile: If they are others.
-        """
-        if wanted not in ("", self.digest):
-            raise BadFile(self.path, f"another model: its digest is {self.digest}, {wanted} was asked for")
 
     def compile(self) -> mujoco.MjModel:
         """Compile the model; one without a camera ``lockprobe`` gets MuJoCo's free default view.
@@ -132,12 +120,12 @@ def _place_camera(model: mujoco.MjModel, eye: int) -> None:
     model.cam_fovy[eye] = model.vis.global_.fovy
 
 
-def read_model(path: Path) -> MjcfModel:
-    """Read a model and the files that it refers to.
+def read_model(path: Path, wanted: str = "") -> MjcfModel:
+    """Read a model and the files that it refers to, whose digest is the wanted one if there is one.
 
     Raises:
-        BadFile: If a file is missing, too large, not MJCF, outside the folder of the model or of another format, or if
-            the model holds something that is refused.
+        BadFile: If a file is missing, too large, not MJCF, outside the folder of the model or of another format, if
+            the model holds something that is refused, or if it is another model.
     """
     reader = _Reader(path)
     text = reader.scanned(path)
@@ -147,7 +135,10 @@ def read_model(path: Path) -> MjcfModel:
         raise BadFile(path, str(error)) from None
     reader.take_assets(spec)
     parts = sorted((name, hashlib.sha256(content).hexdigest()) for name, content in reader.files.items())
-    return MjcfModel(path=path, spec=spec, digest=hashlib.sha256(repr(parts).encode()).hexdigest()[:16])
+    digest = hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+    if wanted not in ("", digest):
+        raise BadFile(path, f"another model: its digest is {digest}, {wanted} was asked for")
+    return MjcfModel(path=path, spec=spec, digest=digest)
 
 
 def read_hand(path: Path, digest: str) -> mujoco.MjSpec:
@@ -156,8 +147,7 @@ def read_hand(path: Path, digest: str) -> mujoco.MjSpec:
     Raises:
         BadFile: If the file cannot be read, is beyond the limits, is not the one asked for, or has no site ``tool``.
     """
-    file = read_model(path)
-    file.check_digest(digest)
+    file = read_model(path, digest)
     if not file.spec.worldbody.bodies or all(site.name != TOOL_SITE for site in file.spec.sites):
         raise BadFile(path, f"no site {TOOL_SITE!r} in a body, which is where the hand holds the top of a knob")
     hand = file.spec.copy()
@@ -216,7 +206,7 @@ class _Reader:
         elif self._elements > _MOST_ELEMENTS:
             why = f"more than {_MOST_ELEMENTS} elements"
         elif tag in _REFUSED:
-            why = f"<{tag}> is refused: {_REFUSED[tag]}"
+            why = f"<{tag}> is refused: a box is made of bodies, geoms and included files"
         elif tag == "mesh" and "builtin" in attributes:
             why = "<mesh builtin> is refused: take a geom or a mesh file"
         elif tag == "hfield" and not all(

@@ -55,7 +55,6 @@ class ModelJoints(Joints):
         for joint in box.joints:
             _check_joint(model, joint)
         super().__init__(model, mujoco.MjData(model), box.names)
-        self._names = box.names
         self._strength = [force if joint.kind == "prismatic" else torque for joint in box.joints]
         self._scale = np.ones(model.nv)
         self._scale[self._dofs] = 1 / self._travel
@@ -75,10 +74,6 @@ class ModelJoints(Joints):
         self.settle()
         if not self.resting() or self.configuration() != initial:
             raise PlantFault(f"the model does not rest in the initial configuration {bits(initial)}: {self.where()}")
-
-    def where(self) -> str:
-        """Each joint with the fraction of its travel, as text for messages."""
-        return ", ".join(f"{name} {fraction:.2f}" for name, fraction in zip(self._names, self.fractions(), strict=True))
 
     def push(self, joint: int) -> None:
         """Push a joint towards its other end for at most 1.5 s, then let everything come to rest.

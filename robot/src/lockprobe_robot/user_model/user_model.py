@@ -1,4 +1,4 @@
-"""The plant ``twin?model=FILE``: a user's own MuJoCo model of a box, pushed by generalised forces."""
+"""The plant ``twin?model=FILE``: a user's own MuJoCo model of a box, pushed by generalised forces; and its check."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from lockprobe.boxes.box import Configuration, Lockbox
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.boxes.box import Configuration, Lockbox, bits
+from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact
 from lockprobe_robot.fast_twin import SimulatedPlant
@@ -23,6 +23,9 @@ from lockprobe_robot.user_model.model_joints import ModelJoints
 
 PANEL = "panel"
 """Body that is the board: z out of it. Without it, heights in depth pictures are those of the world."""
+
+MOST_CONFIGURATIONS = 64
+"""Configurations in which joints are pushed before a study; if trials can reach more, a sample with a fixed seed."""
 
 _LETTER = 0.05
 """Height of the letters that are drawn over a picture, as a share of its height."""
@@ -47,7 +50,7 @@ class UserModel(SimulatedPlant):
     ) -> None:
         self._model = joints_of(box, settings)
         self._model.start(box.initial)
-        self._names, self._labels, self._drawn = box.names, labels, settings.labels
+        self._labels, self._drawn = labels, settings.labels
         self._pose = np.eye(4)
         if (body := mujoco.mj_name2id(self._model.model, mujoco.mjtObj.mjOBJ_BODY, PANEL)) >= 0:
             seen = self._seen(box.initial)
@@ -84,7 +87,7 @@ class UserModel(SimulatedPlant):
         """For each joint the first site by a prefix and its name, else its body's middle; in the frame of the board."""
         data = self._seen(configuration)
         points = np.array(data.xipos[self._model.bodies])
-        for joint, name in enumerate(self._names):
+        for joint, name in enumerate(self._model.names):
             for prefix in reversed(prefixes):
                 if (site := mujoco.mj_name2id(self._model.model, mujoco.mjtObj.mjOBJ_SITE, prefix + name)) >= 0:
                     points[joint] = data.site_xpos[site]
@@ -104,9 +107,54 @@ def joints_of(box: Lockbox, settings: UserModelSettings) -> ModelJoints:
         BadFile: If the model cannot be read, differs from the digest in the settings, or lacks a joint.
     """
     path = Path(settings.model)
-    file = read_model(path)
-    file.check_digest(settings.digest)
+    model = read_model(path, settings.digest).compile()
     try:
-        return ModelJoints(file.compile(), box, force=settings.force, torque=settings.torque)
+        return ModelJoints(model, box, force=settings.force, torque=settings.torque)
     except BadValue as error:
         raise BadFile(path, str(error)) from None
+
+
+def check_model(box: Lockbox, settings: UserModelSettings) -> int:
+    """Push every joint in the configurations that are reachable before the target moves, up to a number of them.
+
+    The model is only pushed, never set to a configuration. So parts without a name in the box (bolts, gears) have the
+    positions that an agent's attempts give them.
+
+    Returns:
+        The number of configurations.
+
+    Raises:
+        BadFile: If the model cannot be read or lacks a joint; if it does not rest in the initial configuration; if a
+            joint moves against the rules, does not move although the rules allow it, stops between its ends or moves
+            another joint. The message names the configuration and the joint.
+    """
+    joints = joints_of(box, settings)
+    try:
+        joints.start(box.initial)
+    except PlantFault as fault:
+        raise BadFile(settings.model, str(fault)) from None
+    rng = np.random.default_rng(0)
+    frontier = [(box.initial, joints.saved())]
+    known, checked = {box.initial}, 0
+    while frontier and checked < MOST_CONFIGURATIONS:
+        before, state = frontier.pop(int(rng.integers(len(frontier))))
+        checked += 1
+        for joint, name in enumerate(box.names):
+            joints.restore(state)
+            allowed, why = box.may_move(before, joint), ""
+            try:
+                joints.push(joint)
+                after = joints.configuration_after(joint, before)
+                if (moved := after[joint] != before[joint]) != allowed:
+                    why = f"the model {'moved' if moved else 'held'} {name} ({joints.where()})"
+            except PlantFault as fault:
+                why = str(fault)
+            if why:
+                where = f"in configuration {bits(before)} ({', '.join(box.names)}), {name} was pushed"
+                raise BadFile(
+                    settings.model, f"{where}: the rules {'let it move' if allowed else 'lock it'}, and {why}"
+                )
+            if name != box.target and after not in known:
+                known.add(after)
+                frontier.append((after, joints.saved()))
+    return checked
