@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from builders import make_trial
-from lockprobe_robot.film import files, make
+from lockprobe_robot.film import make
 from lockprobe_robot.film.caption import WIDTH, captioned, opening_lines, outcome_lines
 from lockprobe_robot.film.files import open_film
 from lockprobe_robot.film.make import make_film
@@ -19,7 +19,7 @@ from PIL import Image
 
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault
+from lockprobe.foundation.errors import BadFile, PlantFault
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import TrialError
@@ -57,11 +57,7 @@ def test_captions_say_truth_beside_told_and_nothing_that_a_model_wrote():
         assert seen == (f"truth blocked{said}", alarming)
 
 
-def test_a_picture_of_any_size_gets_a_strip_in_which_alarms_are_red():
-    for height, width in ((360, 480), (64, 80), (48, 200)):
-        film = captioned(np.zeros((height, width, 3), np.uint8), [("a" * 200, False)], corner="4x")
-        assert (film.shape[1], film.shape[0] % 2, film.dtype) == (WIDTH, 0, np.uint8)
-        assert (film[-90:, -4:] > 200).all()  # text ends before the edge
+def test_a_caption_is_a_strip_below_in_which_alarms_are_red():
     picture = np.full((420, WIDTH, 3), 90, np.uint8)
     plain, alarmed = (captioned(picture, [("told", alarm)]) for alarm in (False, True))
     assert (plain[:420] == picture).all()
@@ -77,30 +73,18 @@ def painted_row(row):
     return painted
 
 
-def shot(path, seconds=(0.4, 1.2, 0.08)):
-    film = open_film(path)
-    for row, lasting in enumerate(seconds):
-        film.add(painted_row(10 * row), lasting)
+def test_a_gif_holds_the_pictures_and_their_times(tmp_path):
+    film = open_film(tmp_path / "a.gif")
+    for i, seconds in enumerate((0.4, 1.2, 0.08)):
+        film.add(painted_row(10 * i), seconds)
     film.close()
-    return path
-
-
-def test_a_gif_holds_the_pictures_and_their_times_and_what_stays_still_costs_nothing(tmp_path):
-    with Image.open(shot(tmp_path / "a.gif")) as gif:
+    with Image.open(tmp_path / "a.gif") as gif:
         assert (gif.n_frames, gif.size, gif.info["loop"]) == (3, (64, 48), 0)
         for i, milliseconds in enumerate((400, 1200, 80)):
             gif.seek(i)
             assert gif.info["duration"] == milliseconds
             assert abs(np.asarray(gif.convert("RGB")).astype(int) - painted_row(10 * i)).max() <= 8
     assert [path.name for path in tmp_path.iterdir()] == ["a.gif"]
-    noisy = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)
-    for name, count in (("one", 1), ("still", 50)):
-        film = open_film(tmp_path / f"{name}.gif")
-        for i in range(count):
-            noisy[:4, :4] = i % 2 * 255
-            film.add(noisy, 0.08)
-        film.close()
-    assert (tmp_path / "still.gif").stat().st_size < (tmp_path / "one.gif").stat().st_size + 50 * 100
 
 
 @pytest.mark.parametrize("name", ["a.gif", "a.mp4"])
@@ -137,16 +121,6 @@ os.kill(os.getpid(), signal.SIGKILL)
     import imageio_ffmpeg
 
     assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "a.mp4"))[0] >= 25
-
-
-def test_what_cannot_be_written_is_refused_before_anything_is_played(tmp_path, monkeypatch):
-    with pytest.raises(BadValue, match=r"out: got '.*a\.avi', expected a name that ends in \.gif or \.mp4"):
-        open_film(tmp_path / "a.avi")
-    with pytest.raises(BadFile, match="its directory does not exist"):
-        open_film(tmp_path / "no" / "a.gif")
-    monkeypatch.setattr(files.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(Missing, match=r"MP4 needs the package imageio-ffmpeg: pip install 'lockprobe-robot\[film\]'"):
-        open_film(tmp_path / "a.mp4")
 
 
 @pytest.fixture

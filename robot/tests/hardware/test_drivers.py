@@ -147,21 +147,17 @@ def test_depth_is_in_metres_and_a_camera_that_is_not_there_or_unplugged_is_said_
     with pytest.raises(Missing, match="RealSense camera 123 is not connected"):
         RealSense("123")
 
-    class Frames:
-        def get_color_frame(self):
-            return types.SimpleNamespace(get_data=lambda: np.full((4, 6, 3), 7, np.uint8))
+    def frame(*shape_and_value):
+        return lambda: types.SimpleNamespace(get_data=lambda: np.full(*shape_and_value))
 
-        def get_depth_frame(self):
-            return types.SimpleNamespace(get_data=lambda: np.full((4, 6), 720, np.uint16))
-
-    def gone(timeout):
-        raise RuntimeError("Frame didn't arrive within 2000")
-
+    shown = types.SimpleNamespace(
+        get_color_frame=frame((4, 6, 3), 7, np.uint8), get_depth_frame=frame((4, 6), 720, np.uint16)
+    )
     camera = RealSense.__new__(RealSense)
     camera._metres, camera._align = 0.001, types.SimpleNamespace(process=lambda frames: frames)
-    camera._source = types.SimpleNamespace(wait_for_frames=lambda timeout: Frames())
+    camera._source = types.SimpleNamespace(wait_for_frames=lambda timeout: shown)
     assert camera.grab().rgb.shape == (4, 6, 3)
     assert camera.grab().depth == pytest.approx(np.full((4, 6), 0.72))
-    camera._source.wait_for_frames = gone
+    camera._align.process = lambda frames: (_ for _ in ()).throw(RuntimeError("Frame didn't arrive within 2000"))
     with pytest.raises(PlantFault, match="gives no picture .Frame didn't arrive"):
         camera.grab()

@@ -43,22 +43,28 @@ def test_a_rig_fulfils_the_contract_of_plants(truth, boxes):
     check_plant(lambda box, labels, rng: rig_of(box, labels, truth=truth)[0], boxes=boxes, attempts=6)
 
 
-def test_the_record_says_where_the_truth_comes_from_and_a_person_who_contradicts_the_robot_is_believed():
-    rig, _, _ = rig_of(CHAIN)
+def begun(puzzle=CHAIN, **parts):
+    rig, arm, camera = rig_of(puzzle, **parts)
     rig.observe()
+    return rig, arm, camera
+
+
+@pytest.mark.parametrize(
+    ("parts", "outcome", "truth"),
+    [({}, "moved", "verdict"), ({"truth": "person", "operator": Willing("", "y", "n")}, "blocked", "person")],
+)
+def test_the_record_says_where_the_truth_comes_from_and_a_person_who_contradicts_the_robot_is_believed(
+    parts, outcome, truth
+):
+    rig, _, _ = begun(**parts)
     seen = rig.attempt(3)
-    assert (seen.outcome, seen.sensed["verdict"], seen.sensed["truth"]) == ("moved", "moved", "verdict")
-    assert (rig.facts["rung"], rig.facts["truth"], rig.facts["stops"]) == ("scripted", "verdict", 0)
-    rig, _, _ = rig_of(CHAIN, truth="person", operator=Willing("", "y", "n"))
-    rig.observe()
-    seen = rig.attempt(3)
-    assert (seen.outcome, seen.sensed["verdict"], seen.sensed["truth"]) == ("blocked", "moved", "person")
+    assert (seen.outcome, seen.sensed["verdict"], seen.sensed["truth"]) == (outcome, "moved", truth)
+    assert (rig.facts["rung"], rig.facts["truth"], rig.facts["stops"]) == ("scripted", truth, 0)
 
 
 def test_a_failed_verdict_is_no_truth():
     """Nothing is pretended: where nobody knows, the trial breaks."""
-    rig, arm, _ = rig_of(CHAIN)
-    rig.observe()
+    rig, arm, _ = begun()
     arm.configuration = (False, False, False, True)  # the handle is elsewhere, and the hand grips nothing
     arm.position = lambda: np.zeros(3)
     with pytest.raises(PlantFault, match=r"D \(revolute-right\): the robot's verdict is failed"):
@@ -67,17 +73,15 @@ def test_a_failed_verdict_is_no_truth():
 
 
 def test_a_box_that_does_not_stand_as_it_should_is_asked_for_again_and_ends_the_run_where_nobody_can():
-    operator = Willing()
+    wrong, operator = tuple(not at for at in FIVE.initial), Willing()
     rig, arm, _ = rig_of(FIVE, truth="camera", operator=operator)
-    arm.configuration, right = tuple(not at for at in FIVE.initial), FIVE.initial
-    operator.tell = lambda line: (
-        operator.told.append(line),
-        setattr(arm, "configuration", right if "sees" in line else arm.configuration),
+    arm.configuration = wrong
+    operator.tell = lambda line: setattr(
+        arm, "configuration", FIVE.initial if "sees 11111, expected" in line else wrong
     )
-    assert rig.observe().configuration == right
-    assert [line for line in operator.told if "sees" in line] == ["The camera sees 11111, expected 00000."]
+    assert rig.observe().configuration == FIVE.initial
     rig, arm, _ = rig_of(FIVE, truth="camera", operator=ConsentingOperator())
-    arm.configuration = tuple(not at for at in FIVE.initial)
+    arm.configuration = wrong
     with pytest.raises(UserMistake, match="the box does not stand as it should, and nobody is there to set it up"):
         rig.observe()
     assert arm.log == ["stop"]
@@ -102,27 +106,23 @@ FAULTS = {
 @pytest.mark.parametrize(("parts", "why"), FAULTS.values(), ids=FAULTS)
 def test_a_fault_in_a_move_stops_the_arm_before_anything_else(parts, why):
     """The connection frozen for 60 s costs no more than the longest answer."""
-    rig, arm, _ = rig_of(CHAIN, **parts)
-    rig.observe()
+    rig, arm, _ = begun(**parts)
     with pytest.raises(PlantFault) as caught:
         rig.attempt(3)
     assert why in str(caught.value)
-    assert "\n" not in str(caught.value)
     assert arm.log[-1] == "stop"
-    assert "broke" not in arm.log or arm.log[1] == "stop"
+    assert "broke" not in arm.log[1:], "nothing is between the fault and the stop"
 
 
 def test_a_camera_that_is_gone_or_shows_that_another_joint_moved_stops_the_arm():
-    rig, arm, camera = rig_of(FIVE, truth="camera")
-    rig.observe()
+    rig, arm, camera = begun(FIVE, truth="camera")
     camera.broken = raising(RuntimeError("No device connected"))
     with pytest.raises(PlantFault, match="^the camera: RuntimeError: No device connected$"):
         rig.attempt(0)
     assert arm.log == ["stop"]
     rig.close()
     assert camera.closed
-    rig, arm, _ = rig_of(FIVE, truth="camera")
-    rig.observe()
+    rig, arm, _ = begun(FIVE, truth="camera")
     arm.home = lambda: setattr(arm, "configuration", (True,) * 5)
     with pytest.raises(PlantFault, match="was attempted and .* moved: 00000 became 11111"):
         rig.attempt(0)
@@ -176,7 +176,6 @@ POSE = ((0, 1, 0, 0.52), (-1, 0, 0, 0.03), (0, 0, 1, 0.17), (0, 0, 0, 1))
 REFUSALS = {
     "coarse": (CHAIN, 4.2, "hold-out error 4.2 mm, but the arm tolerates 4 mm"),
     "other board": (box("random-6-3"), 1.0, "a calibration of another board .box random-6-3.: run lockprobe rig cal"),
-    "missing": (None, 0.0, "calibration.json"),
     "fine": (CHAIN, 4.0, ""),
 }
 
@@ -188,39 +187,35 @@ def test_a_study_starts_only_on_a_calibration_that_can_be_relied_on(tmp_path, of
     study = replace(small_study(["human-inspired"], p=[0.0], repetitions=1, trials=1), plant=plant)
     path = fakes.CALIBRATION["path"] = tmp_path / "calibration.json"
     fakes.CONNECTED.clear()
-    if of is not None:
-        found = Calibration(
-            date=datetime.now(UTC), box=of.name, board=board_checksum(lay_out_panel(of)), camera_in_hand=POSE,
-            board_in_base=POSE, used=("0.png",), refused={}, turned_degrees=25.0, held_out_mm=held_out,
-            held_out_worst_mm=9.0, reprojection_px=0.3,
-        )  # fmt: skip
-        path.write_text(found.model_dump_json())
+    found = Calibration(
+        date=datetime.now(UTC), box=of.name, board=board_checksum(lay_out_panel(of)), camera_in_hand=POSE,
+        board_in_base=POSE, used=("0.png",), refused={}, turned_degrees=25.0, held_out_mm=held_out,
+        held_out_worst_mm=9.0, reprojection_px=0.3,
+    )  # fmt: skip
+    path.write_text(found.model_dump_json())
     if not why:
         (played,) = run_study(study, tmp_path / "out")
         assert (played.error, played.plant["calibration_held_out_mm"]) == (None, held_out)
         assert played.plant["calibration_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
         return
-    with pytest.raises(BadFile, match=why) as caught:
+    with pytest.raises(BadFile, match=why):
         run_study(study, tmp_path / "out")
-    assert "\n" not in str(caught.value)
-    assert fakes.CONNECTED == []
-    assert not (tmp_path / "out").exists()
+    assert (fakes.CONNECTED, (tmp_path / "out").exists()) == ([], False)
 
 
 def test_a_check_makes_every_motion_at_its_height_after_a_yes_and_the_box_stays_as_it_is():
     operator, heights, told = Willing(), [], []
     rig, arm, _ = rig_of(CHAIN, operator=operator)
-    normal = -lay_out_panel(CHAIN).handle_path(0, False).axis
-    board = float(lay_out_panel(CHAIN).handle_path(0, False).points[0] @ normal)
-    follow, where, stiff = arm.follow, arm.position, [0.0]
+    path = lay_out_panel(CHAIN).handle_path(0, False)
+    follow = arm.follow
 
     def noting(position, velocity, *, stiffness):
-        heights.append(float(position @ normal) - board)
-        stiff[0] = stiffness
+        heights.append(float((path.points[0] - position) @ path.axis))
         follow(position, velocity, stiffness=stiffness)
+        if stiffness == HELD_STIFFNESS:
+            arm._at = arm._at + np.array([0.003, 0, 0])
 
     arm.follow = noting
-    arm.position = lambda: where() + np.array([0.003 if stiff[0] == HELD_STIFFNESS else 0.02, 0.0, 0.0])
     found = check_rig(rig, height=0.08, tell=told.append)
     assert [(one.joint, one.start) for one in found.motions] == [(name, at) for name in CHAIN.names for at in (0, 1)]
     assert (found.motions, found.complaints, len(operator.questions)) == (tuple(told), (), 1)
@@ -241,21 +236,14 @@ def sunk(arm):
 
 
 @pytest.mark.parametrize(
-    ("breaks", "limits", "why"),
-    [
-        (pushed, {}, "the hand feels 11.0 N where nothing is, at most 10 N"),
-        (sunk, {}, "mm above the handles, expected 100 mm"),
-        (lambda arm: None, {"high": (1.0, 1.0, 0.3)}, "outside the workspace"),
-        (lambda arm: 1 / 0, {}, "ZeroDivisionError"),
-    ],
-    ids=["touched", "sunk", "workspace", "driver"],
+    ("breaks", "why"),
+    [(pushed, "the hand feels 11.0 N where nothing is, at most 10 N"), (sunk, "mm above the handles, expected 100 mm")],
 )
-def test_what_should_not_be_above_the_board_stops_the_arm(breaks, limits, why):
-    rig, arm, _ = rig_of(CHAIN, at=20, instead=breaks, **limits)
+def test_what_should_not_be_above_the_board_stops_the_arm(breaks, why):
+    rig, arm, _ = rig_of(CHAIN, at=20, instead=breaks)
     with pytest.raises(PlantFault, match=why):
         check_rig(rig)
-    assert arm.log[-1] == "stop"
-    assert arm.calls <= 20  # nothing was commanded after it
+    assert (arm.log[-1], arm.calls) == ("stop", 20)  # nothing was commanded after it
 
 
 def test_an_arm_that_is_not_good_enough_is_complained_of_and_a_height_that_touches_is_refused():
@@ -267,9 +255,8 @@ def test_an_arm_that_is_not_good_enough_is_complained_of_and_a_height_that_touch
     assert first == "the robot received 90.0% of commands in time, least 95%"
     assert second.endswith("commands were late, at most 1%")
     assert third == "revolute-left from 0: the verdict is failed, in free air it is moved"
-    for height in (0.01, 0.5, float("nan")):
-        with pytest.raises(BadValue, match="metres from 0.05 to 0.3"):
-            check_rig(rig_of(CHAIN)[0], height=height)
+    with pytest.raises(BadValue, match="metres from 0.05 to 0.3"):
+        check_rig(rig, height=float("nan"))
 
 
 def test_on_the_twin_verdicts_are_right_a_check_touches_nothing_and_it_can_be_filmed():

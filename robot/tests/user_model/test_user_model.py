@@ -1,6 +1,7 @@
 """The plant ``twin?model=FILE``: hostile files are refused, rules are checked, its truth is the symbolic one."""
 
 import os
+from contextlib import ExitStack, closing
 from dataclasses import replace
 
 import mujoco
@@ -32,8 +33,17 @@ TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 
 BOMB = chunk(b"zTXt", b"k\0\0" + zeros(1 << 26))
 
 
-def plant(puzzle=None, settings=CALM, labels=("A", "B", "C")):
-    return UserModel(puzzle or own_box(), labels=labels, settings=settings, rng=np.random.default_rng(0))
+@pytest.fixture
+def plant():
+    """Makes plants, which are closed in the end."""
+    with ExitStack() as stack:
+
+        def made(puzzle=None, settings=CALM):
+            rng = np.random.default_rng(0)
+            model = UserModel(puzzle or own_box(), labels=("A", "B", "C"), settings=settings, rng=rng)
+            return stack.enter_context(closing(model))
+
+        yield made
 
 
 def refused(path, puzzle, **settings):
@@ -211,7 +221,7 @@ def test_joints_that_move_together_stop_half_way_fall_back_or_explode_are_found(
     assert [path.name for path in tmp_path.iterdir()] == ["box.xml"]
 
 
-def test_its_truth_is_the_symbolic_one_also_of_a_box_that_was_dealt():
+def test_its_truth_is_the_symbolic_one_also_of_a_box_that_was_dealt(plant):
     puzzle = own_box()
     physical, symbolic = plant(puzzle), SymbolicPlant(puzzle)
     assert isinstance(physical, Plant)
@@ -224,7 +234,7 @@ def test_its_truth_is_the_symbolic_one_also_of_a_box_that_was_dealt():
     assert [dealt.attempt(joint).outcome for joint in (0, 2)] == ["moved", "blocked"]
 
 
-def test_pictures_show_the_moment_what_is_told_and_the_labels():
+def test_pictures_show_the_moment_what_is_told_and_the_labels(plant):
     physical = plant()
     before = physical.observe()
     first, told = before.look(), before.render((False, False, True))
@@ -240,7 +250,7 @@ def test_pictures_show_the_moment_what_is_told_and_the_labels():
     assert np.abs(columns[:, None] - places[:, 0, 0]).min(1).max() < 40
 
 
-def test_without_a_panel_and_sites_the_world_and_the_parts_stand_in(tmp_path):
+def test_without_a_panel_and_sites_the_world_and_the_parts_stand_in(tmp_path, plant):
     text = "\n".join(line for line in OWN.read_text("utf-8").splitlines() if "<site" not in line)
     path = written(tmp_path, text.replace('body name="panel"', 'body name="table"'))
     frame = plant(settings=replace(CALM, model=str(path))).observe().look()
@@ -261,14 +271,9 @@ def test_its_panel_is_never_dealt_anew():
 
 def test_a_spec_leads_to_it_with_options_of_its_own():
     source = resolve_plant(f"{SPEC}&force=20&width=320")
-    assert (source.has_camera, source.picture_size) == (True, (320, 480))
-    assert "force=20" in source.spec
+    assert (source.has_camera, source.picture_size, "force=20" in source.spec) == (True, (320, 480), True)
     with pytest.raises(UnknownName, match=r"option of twin\?model is called 'pose_error'"):
         resolve_plant(f"{SPEC}&pose_error=0.004")
-    with pytest.raises(BadValue, match="expected an MJCF file"):
-        resolve_plant("twin?model=")
-    with pytest.raises(BadFile, match="expected one called 'revolute-left', as in the box"):
-        lockprobe.run_trial(plant=SPEC, agent="random")
 
 
 def test_a_study_does_not_go_on_with_another_model(tmp_path):

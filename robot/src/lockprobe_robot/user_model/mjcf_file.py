@@ -206,7 +206,7 @@ class _Reader:
         elif self._elements > _MOST_ELEMENTS:
             why = f"more than {_MOST_ELEMENTS} elements"
         elif tag in _REFUSED:
-            why = f"<{tag}> is refused: a box is made of bodies, geoms and included files"
+            why = f"<{tag}> is refused: a model is made of bodies, geoms and included files"
         elif tag == "mesh" and "builtin" in attributes:
             why = "<mesh builtin> is refused: take a geom or a mesh file"
         elif tag == "hfield" and not all(
