@@ -154,7 +154,7 @@ def test_the_recorded_actions_are_played_with_the_trials_luck(plant, tmp_path, m
     film = filmed(trial, tmp_path / "a.gif", said := [])
     assert film.differs is None
     assert film.plant == ("fast-twin" if plant == "symbolic" else plant)
-    assert ("played without physics" in film.note) == (plant == "symbolic")
+    assert ("the film shows fast-twin" in film.note) == (plant == "symbolic")
     shown = frames(film.path)
     assert len(shown) == film.pictures == 1 + 2 * len(trial.steps)
     assert said[-1] == f"step {len(trial.steps)} of {len(trial.steps)}, {film.pictures} pictures"

@@ -12,6 +12,7 @@ from lockprobe_robot.fast_twin import FastTwin
 from lockprobe_robot.twin import Twin
 from lockprobe_robot.twin_settings import SceneSettings, TwinSettings
 from mjcf_models import EXAMPLES, written
+from typed import in_process
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
@@ -139,6 +140,11 @@ def test_the_fast_twin_obeys_the_rules_and_who_does_not_look_has_the_same_luck()
         assert looked.attempt(joint) == blind.attempt(joint)
     assert (looked.joints.fractions() == blind.joints.fractions()).all()
     looked.close()
+
+
+def test_an_estimate_says_how_long_its_boxes_take():
+    done = in_process("run", "modalities", "--plant", "fast-twin?width=64&height=64", "--agent", "viewer", "--estimate")
+    assert "\nSimulated boxes: about " in done.stdout
 
 
 @pytest.mark.parametrize("tilt", [0, 75])

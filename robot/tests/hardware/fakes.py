@@ -47,7 +47,6 @@ class Breaking(ScriptedArm):
 
     def stop(self):
         self.log.append("stop")
-        super().stop()
 
 
 class DrawnCamera:

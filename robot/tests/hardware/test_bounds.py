@@ -9,8 +9,7 @@ import pytest
 from arm.fake_arm import FakeArm
 from hardware.fakes import SPACE, Willing
 from lockprobe_robot.arm.guarded_move import HandlePath, guarded_move
-from lockprobe_robot.hardware.bounds import Bounded, Bounds
-from lockprobe_robot.hardware.driver_call import DriverThread, call_driver
+from lockprobe_robot.hardware.bounds import Bounded, Bounds, DriverThread, call_driver
 
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
 

@@ -70,12 +70,6 @@ class MountedJoint:
             return np.array(self.origin) + fraction * self.travel * _unit(self.direction)
         return np.array(self.origin) + self.reach * _unit(self.direction + fraction * self.travel)
 
-    def tangent(self, fraction: float) -> NDArray[np.float64]:
-        """Direction in which the handle moves towards position 1, shape (2,), of length 1."""
-        if self.kind == "prismatic":
-            return _unit(self.direction)
-        return _unit(self.direction + fraction * self.travel + math.pi / 2)
-
     def path(self) -> NDArray[np.float64]:
         """Middles of the handle along its travel, shape (samples, 2), metres."""
         return np.array([self.knob(fraction) for fraction in np.linspace(0, 1, _SAMPLES)])

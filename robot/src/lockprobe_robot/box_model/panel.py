@@ -264,7 +264,8 @@ def covered_area(mounted: MountedJoint, angle: float) -> NDArray[np.float64]:
         hidden = path + (path - eye) * height / (up - height)
         parts += [hidden + 1.1 * KNOB_RADIUS * point for point in ring]
     if mounted.kind == "prismatic":
-        along, across = mounted.tangent(0), np.array([-mounted.tangent(0)[1], mounted.tangent(0)[0]])
+        cosine, sine = math.cos(mounted.direction), math.sin(mounted.direction)
+        along, across = np.array([cosine, sine]), np.array([-sine, cosine])
         parts += [path + a * BAR[0] * along + b * BAR[1] * across for a in (-1, 1) for b in (-1, 0, 1)]
     else:
         parts += [np.array(mounted.origin) + 0.017 * ring]

@@ -46,8 +46,8 @@ def check(
 
     from lockprobe.foundation.plugins import allow
     from lockprobe.plants.catalogue import resolve_plant
+    from lockprobe_robot.hardware.bounds import call_driver
     from lockprobe_robot.hardware.check import check_rig
-    from lockprobe_robot.hardware.driver_call import call_driver
     from lockprobe_robot.hardware.rig import Rig
 
     allow(plant)

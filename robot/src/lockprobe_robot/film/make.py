@@ -109,15 +109,12 @@ def _source(plan: Plan) -> tuple[PlantSource, str]:
     """The plant that can be filmed in the place of a trial's plant, and how it differs, in a sentence."""
     source, note = resolve_plant(plan.plant), ""
     if source.picture_size is None and source.make_filmed is None:
-        source, arm = resolve_plant(STAND_IN), "an arm"
+        source = resolve_plant(STAND_IN)
         try:
             source.check(plan.box)
         except BadValue:  # its handles are out of the arm's reach
             source = resolve_plant(WITHOUT_ARM)
-        if source.spec == WITHOUT_ARM:
-            arm = "a force, as the arm does not reach all handles,"
-        why = "The trial was played without physics" if plan.plant == "symbolic" else f"{plan.plant} has no film"
-        note = f"{why}; the film shows {arm} at work on a twin."
+        note = f"The plant {plan.plant} cannot be filmed: the film shows {source.spec} in its place."
     elif "model" in Spec.parse(source.spec, "plant").options:
         note = "A force pushed the model: the film shows it before and after each attempt."
     source.check(plan.box)

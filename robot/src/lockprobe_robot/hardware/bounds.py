@@ -1,5 +1,7 @@
 """Safety bounds around any arm: workspace, speed, force, a watchdog, the operator's consent, a log of commands.
 
+Calls of drivers, which may fail or hang, end in a ``PlantFault``.
+
 Software bounds catch programming errors. They do not replace the robot's own limits, its emergency stop, or a person
 who watches.
 """
@@ -7,18 +9,20 @@ who watches.
 from __future__ import annotations
 
 import json
+import queue
+import threading
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final, TypeVar
 
 import numpy as np
 
-from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
+from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, PlantFault, kind_and_words
 from lockprobe.plants.operator import Operator
 from lockprobe_robot.arm.protocol import StoppableArm, Vector
-from lockprobe_robot.hardware.driver_call import DriverThread
 
 _T = TypeVar("_T")
 
@@ -236,3 +240,59 @@ class Bounded:
 
 def _plain(vector: Vector) -> list[float]:
     return [round(float(number), 5) for number in vector]
+
+
+def call_driver(what: str, work: Callable[[], _T]) -> _T:
+    """Call a driver in this thread; ``what`` names the device in messages.
+
+    Raises:
+        PlantFault: If it raises anything; Lockprobe's own errors pass unchanged.
+    """
+    try:
+        return work()
+    except LockprobeError:
+        raise
+    except Exception as error:
+        raise PlantFault(f"{what}: {kind_and_words(error)}") from error
+
+
+class DriverThread:
+    """A daemon thread that calls one driver, so that a hanging call can be abandoned.
+
+    It never keeps the process alive. After a time-out, every further call is refused.
+    """
+
+    def __init__(self) -> None:
+        self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._hangs = ""
+        self._thread: threading.Thread | None = None
+
+    def call(self, what: str, work: Callable[[], _T], seconds: float) -> _T:
+        """Call a driver with a time-out.
+
+        Raises:
+            PlantFault: If the call takes longer, raises, or an earlier call still hangs.
+        """
+        if self._hangs:
+            raise PlantFault(f"{what}: an earlier call hangs ({self._hangs})")
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._serve, daemon=True, name="driver")
+            self._thread.start()
+        answer: Future[_T] = Future()
+
+        def run() -> None:
+            try:
+                answer.set_result(call_driver(what, work))
+            except LockprobeError as error:
+                answer.set_exception(error)
+
+        self._work.put(run)
+        try:
+            return answer.result(seconds)
+        except TimeoutError:
+            self._hangs = what
+            raise PlantFault(f"{what}: no answer within {seconds:g} s") from None
+
+    def _serve(self) -> None:
+        while True:
+            self._work.get()()

@@ -40,7 +40,6 @@ class ScriptedArm:
         self._at, self._time = _HOME, 0.0
         self._held: tuple[int, HandlePath, bool] | None = None
         self._felt = np.zeros(3)
-        self.stops = 0
 
     @property
     def time(self) -> float:
@@ -88,7 +87,6 @@ class ScriptedArm:
 
     def stop(self) -> None:
         """Do nothing: the arm moves only during commands."""
-        self.stops += 1
 
     def _gripped(self, point: Vector) -> tuple[int, HandlePath, bool] | None:
         """The joint whose handle is in the hand, its path, and whether it may move."""

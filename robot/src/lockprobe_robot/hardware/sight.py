@@ -27,7 +27,7 @@ from lockprobe.plants.operator import TerminalOperator
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.pictures.picture_reader import clear_positions
 from lockprobe.trial.record import Fact
-from lockprobe_robot.hardware.driver_call import call_driver
+from lockprobe_robot.hardware.bounds import call_driver
 from lockprobe_robot.picture_file import open_picture
 
 HANDLES_FILE = "handles.toml"

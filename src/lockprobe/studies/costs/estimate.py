@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import ceil
+from time import perf_counter
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -124,6 +125,32 @@ def estimates(study: Study, done: Mapping[str, OnRecord]) -> list[Estimate]:
             )
         )
     return found
+
+
+def simulated_seconds(study: Study, done: Mapping[str, OnRecord]) -> tuple[float, float] | None:
+    """What simulated boxes take of the owed trials, in one process and without the agents, from low to high.
+
+    One attempt at every joint is made and timed here. None where no box with a camera is simulated.
+    """
+    owed: dict[tuple[str, bool], list[Plan]] = {}
+    for plan in (plan for agent in study.agents for plan in study.plans(agent)):
+        if (plan.key not in done or done[plan.key].owed_again) and resolve_plant(plan.plant).picture_size is not None:
+            looks = any(isinstance(one, CameraChannel) for one in interventions_for(plan.condition))
+            owed.setdefault((plan.plant, looks), []).append(plan)
+    steps = sum(1 - one for box in study.boxes for one in random_curve(box, study.max_steps)[:-1]) / len(study.boxes)
+    low = high = 0.0
+    for (spec, looks), plans in owed.items():
+        box, source = plans[0].box, resolve_plant(spec)
+        plant = source.make(box, box.names, np.random.default_rng(0))
+        began = perf_counter()
+        for joint in range(len(box.joints)):
+            seen = plant.attempt(joint)
+            if looks and seen.look is not None:
+                seen.look()
+        a_step = (perf_counter() - began) / len(box.joints)
+        plant.close()
+        low, high = low + len(plans) * steps * a_step, high + len(plans) * study.max_steps * a_step
+    return (low, high) if owed else None
 
 
 def _usage(sums: Array) -> Usage:
