@@ -108,7 +108,9 @@ def test_help_and_the_page_on_the_paper_say_the_numbers_of_the_short_study(lockp
     assert f"inverted ({','.join(f'{p:g}' for p in short.p)}; 0 to {full.p[-1]} by {full.p[1]} with --full" in said
     (row,) = re.findall(r"^\| trials, flips \| (.*?) \|", AS_PAPER.read_text("utf-8"), re.MULTILINE)
     times = f"{full.repetitions} \N{MULTIPLICATION SIGN}"
-    assert row == f"{times} {short.trials} trials at {len(short.p)} rates, {times} {short.strategy_trials} of strategies"
+    assert (
+        row == f"{times} {short.trials} trials at {len(short.p)} rates, {times} {short.strategy_trials} of strategies"
+    )
 
 
 def test_the_shell_completes():

@@ -16,7 +16,7 @@ from lockprobe.plants.catalogue import PlantSource
 from lockprobe.studies.modality import is_pictured
 from lockprobe.studies.options.presets import own_conditions
 from lockprobe.studies.options.study_options import NamedCondition, StudyOptions
-from lockprobe.trial.condition import PLANT, TRUTH, Condition
+from lockprobe.trial.condition import TRUTH, Condition
 from lockprobe.trial.doses import modality_doses
 
 READINGS: tuple[FlipKind, ...] = ("re-observed", "integrated", "memoryless", "latched")
