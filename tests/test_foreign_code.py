@@ -333,7 +333,7 @@ STARTING = {
         *("run", "modalities", "--agent", "viewer", "--modality", "rgb", "--plant", "fast-twin?width=64&height=64"),
         *("--p", "0,0.4", "--trials", "2", "--max-steps", "1", "--workers", "2", "--out", "seen"),
     ),
-    "processes for populations": ("power", "--p", "0,0.4", "--success", "0.3,0.6", "--studies", "20", "--workers", "2"),
+    "processes for populations": ("power", "--p", "0,0.4", "--success", "0.3,0.6", "--studies", "20"),
     "a probe of the pictures": ("doctor",),
 }  # fmt: skip
 """What starts processes -> a command that does."""

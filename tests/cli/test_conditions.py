@@ -7,19 +7,19 @@ import pytest
 from lockprobe.studies.records.read_records import load
 
 ASKED = ("run", "flips", "--agent", "random", "--trials", "2", "--repetitions", "1", "--no-report")
-ACTING = ("--condition", "flip?p=0.4 + nudge", "--sweep", "tremble?p=0,0.2", "--name", "lab")
+ACTING = ("--condition", "flip?p=0.4 + nudge", "--sweep", "tremble?p=0,0.2")
 
 
 def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path):
     out = tmp_path / "study"
     status, said, _ = lockprobe(*ASKED, *ACTING, "--out", out)
     assert status == 0
-    assert "Study lab on chain-4: 3 conditions: truth; flip?p=0.4 + nudge; tremble?p=0.2" in said
+    assert "Study flips on chain-4: 3 conditions: truth; flip?p=0.4 + nudge; tremble?p=0.2" in said
     assert "6 of 6 trials are done already" in lockprobe(*ASKED, *ACTING, "--out", out)[1]
     assert lockprobe("status", out)[0] == 0
     header = lockprobe("export", out)[1].splitlines()[0].split(",")
     assert header[4] == "condition"
-    assert lockprobe("replay", out, "lab/random/tremble?p=0.2/rep=1/trial=1")[1].startswith("lab/random/tremble")
+    assert lockprobe("replay", out, "flips/random/tremble?p=0.2/rep=1/trial=1")[1].startswith("flips/random/tremble")
     assert "report.html" in lockprobe("report", out)[1]
     found = json.loads((out / "results.json").read_text())
     rows = [row for row in found["rows"] if row["quantity"] == "success" and row["condition"] and not row.get("of")]
@@ -32,7 +32,6 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path)
         (("--condition", "trembel?p=0.1"), "no intervention is called 'trembel' (did you mean 'tremble'?)"),
         (("--sweep", "tremble?p=0.1"), "expected several values of a dose"),
         (("--condition", "nudge + rgb"), "a plant with a camera"),
-        (("--name", "a/b", "--condition", "nudge"), "without slashes"),
         (("--condition", "python:nowhere:Nothing"), "python:nowhere:Nothing"),
         (("--condition", "lies="), "condition: got 'lies=', expected NAME=SPEC, for example lies=flip?p=0.4"),
         (("--condition", "=nudge"), "condition: got '=nudge', expected NAME=SPEC"),

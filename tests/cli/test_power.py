@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-FEW = ("--trials", "9,30", "--studies", 10, "--workers", 1)
+FEW = ("--trials", "9,30", "--studies", 10)
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, asked, monke
 
 
 def test_how_many_persons_and_boxes_and_what_is_assumed(asked):
-    words = ("--success", "0.3,0.7", "--studies", 10, "--workers", 1)
+    words = ("--success", "0.3,0.7", "--studies", 10)
     rows, said = asked("--people", *words, "--persons", "20,60", "--boxes-each", 2, "--seed", 2)
     assert "chosen by eye" in said
     assert [(row["design"], row["boxes"], row["sd"]) for row in rows] == [

@@ -1,4 +1,4 @@
-"""Seeded generation of random boxes from recipes: interlock, layout, names and initial configuration."""
+"""Seeded generation of random boxes from recipes: interlock, layout and names."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -17,8 +17,6 @@ from lockprobe.boxes.structures import STRUCTURES, assemble, paper_joints
 from lockprobe.foundation.errors import UnknownName
 from lockprobe.foundation.seeds import generator, integer_seed
 from lockprobe.foundation.validation import check_probability, check_whole
-
-InitialName = Literal["rest", "random"]
 
 _SEEDS = 2**31
 _RANDOM = re.compile(r"random-([2-8])")
@@ -32,19 +30,17 @@ class Recipe:
         family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
         dealt: Whether places, kinds and names are assigned to the joints at random, so that they do not reveal the
             interlock.
-        initial: ``rest``: all joints closed. ``random``: every position is drawn.
         alternatives: Largest number of clauses per joint, 1 to 4; the number is drawn. Only for ``random-N``, as the
             next two.
         literals: Largest number of positions in a clause, 1 to 7; the number is drawn.
         negative: Probability that a position in a clause is closed, [0, 1].
         shortest: Least allowed optimum, steps, from 1.
-        seed: From 0, below 2**31. Interlock, layout and start have separate streams.
+        seed: From 0, below 2**31. Interlock and layout have separate streams.
     """
 
     family: str = "random-4"
     layout: LayoutName = "serial"
     dealt: bool = False
-    initial: InitialName = "rest"
     alternatives: int = 2
     literals: int = 2
     negative: float = 0.25
@@ -54,9 +50,8 @@ class Recipe:
     def __post_init__(self) -> None:
         if self.family not in STRUCTURES and not _RANDOM.fullmatch(self.family):
             raise UnknownName("family", self.family, [*STRUCTURES, f"random-2 to random-{MAX_JOINTS}"])
-        for what, value, known in (("layout", self.layout, LayoutName), ("initial", self.initial, InitialName)):
-            if value not in get_args(known):
-                raise UnknownName(what, value, get_args(known))
+        if self.layout not in get_args(LayoutName):
+            raise UnknownName("layout", self.layout, get_args(LayoutName))
         limits = (("alternatives", 1, 4), ("literals", 1, MAX_JOINTS - 1), ("shortest", 1, 2**MAX_JOINTS))
         for what, low, high in (*limits, ("seed", 0, _SEEDS - 1)):
             check_whole(what, getattr(self, what), low, high)
@@ -76,9 +71,6 @@ def generate(recipe: Recipe) -> Lockbox | str:
     else:
         box = STRUCTURES[recipe.family]()
     box = laid_out(box, recipe.layout, generator(recipe.seed, "box", "layout"), dealt=recipe.dealt)
-    if recipe.initial == "random":
-        start = generator(recipe.seed, "box", "initial").random(len(box.joints)) < 0.5
-        box = replace(box, initial=tuple(bool(position) for position in start))
     return fault_of(box, recipe.shortest) or replace(box, name=recipe.name)
 
 

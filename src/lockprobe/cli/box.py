@@ -15,7 +15,7 @@ import typer
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX, box, find_box, named_boxes, sized
-from lockprobe.boxes.generate import InitialName, Recipe
+from lockprobe.boxes.generate import Recipe
 from lockprobe.boxes.generate import generate as make
 from lockprobe.boxes.layouts import LayoutName
 from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
@@ -47,6 +47,9 @@ _FAMILY = (
 _PARTS = tuple(Recipe.__dataclass_fields__)
 _FIXED = tuple(name for name in _PARTS if name not in ("alternatives", "literals", "negative"))
 """The parts of a recipe that are no options of a family."""
+
+_PLANS = 100
+"""The most plans that are listed."""
 
 _TRIES = 100
 """Seeds tried for each box that was asked for."""
@@ -146,12 +149,11 @@ def view(
 @app.command("solve")
 def solve(
     name: Name = DEFAULT_BOX,
-    limit: Annotated[int, typer.Option(min=0, max=100_000, help="The most plans to print.")] = 100,
     json: options.AsJson = False,
 ) -> None:
     """List all optimal plans of a box."""
     box = find_box(name)
-    plans = optimal_plans(box, limit)
+    plans = optimal_plans(box, _PLANS)
     steps = difficulty(box).optimum
     if json:
         print(json_.dumps({"name": box.name, "optimum": steps, "optimal_plans": plans.count, "plans": plans.listed}))
@@ -160,7 +162,7 @@ def solve(
     for plan in plans.listed:
         print("  " + ", ".join(plan))
     if plans.count > len(plans.listed):
-        print(f"  and {plans.count - len(plans.listed)} more (--limit)")
+        print(f"  and {plans.count - len(plans.listed)} more")
 
 
 @app.command("generate")
@@ -171,37 +173,30 @@ def generate(
     deal: Annotated[
         bool, typer.Option("--deal", help="Assign places, kinds and names to the joints at random.")
     ] = False,
-    initial: Annotated[InitialName, typer.Option(help="All joints closed, or each at a random position.")] = ("rest"),
     shortest: Annotated[int, typer.Option(help="The least number of steps of the optimum.")] = 2,
     count: Annotated[int, typer.Option(min=1, max=100_000, help="How many boxes.")] = 1,
     seed: options.Seed = 1,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help=options.with_brackets(options.OUT, "a TOML file of each box"))
     ] = None,
-    json: options.AsJson = False,
 ) -> None:
     """Generate boxes, from --seed on. Seeds that give no valid box are skipped and counted, with the reasons."""
     spec = Spec.parse(family, "family")
     name = sized(spec.full_name, joints)
     drawn = arguments_from(Recipe, name, spec.options, taken=_FIXED if name.startswith("random-") else _PARTS)
-    recipe = Recipe(family=name, layout=layout, dealt=deal, initial=initial, shortest=shortest, seed=seed, **drawn)  # type: ignore[arg-type] # named as its fields are
+    recipe = Recipe(family=name, layout=layout, dealt=deal, shortest=shortest, seed=seed, **drawn)  # type: ignore[arg-type] # named as its fields are
     made, refused = 0, Counter[str]()
     for tried in range(seed, seed + _TRIES * count):
         found = make(replace(recipe, seed=tried))
         if isinstance(found, str):
             kind = found.partition(":")[0]
             refused[kind] += 1
-            if json:
-                print(json_.dumps({"seed": tried, "refused": kind, "reason": found}))
             continue
         file, facts = _write(found, out) if out else None, _facts(found)
-        if json:
-            print(json_.dumps({"seed": tried} | facts | ({"file": str(file)} if file else {})))
-        else:
-            print(
-                f"{file or found.name}  optimum {facts['optimum']}, random {facts['random_success']:.3f}, "
-                f"no-repeat {facts['random_no_repeat_success']:.3f}"
-            )
+        print(
+            f"{file or found.name}  optimum {facts['optimum']}, random {facts['random_success']:.3f}, "
+            f"no-repeat {facts['random_no_repeat_success']:.3f}"
+        )
         made += 1
         if made == count:
             break

@@ -32,15 +32,13 @@ def loops(
     ] = "-",
     json: options.AsJson = False,
     solver: Annotated[Solver, typer.Option(help="dp: exact and fast; ilp: the paper's ILP.")] = "dp",
-    overlap: options.Overlap = False,
-    min_length: options.MinLength = 3,
 ) -> None:
     """Find action loops in sequences, one sequence per line (paper, Sec. 3.3)."""
     from lockprobe.statistics.loops import cover
 
     for number, sequence in _sequences(file):
         try:
-            found = cover(sequence, solver=solver, overlap=overlap, min_length=min_length)
+            found = cover(sequence, solver=solver)
         except BadValue as error:
             raise BadFile(file, f"line {number}: {error}") from None
         print(json_.dumps(_row(found)) if json else _sentence(found))
@@ -52,8 +50,6 @@ def chance(
     null: Annotated[
         Literal["uniform", "no-repeat"], typer.Option(help="Any action, or any except the one before.")
     ] = "uniform",
-    overlap: options.Overlap = False,
-    min_length: options.MinLength = 3,
     sequences: Annotated[
         str | None,
         typer.Option(
@@ -72,11 +68,11 @@ def chance(
             raise BadFile(sequences, "holds no action sequence")
         if (seen := len(set(chain.from_iterable(trials)))) > actions:
             raise BadFile(sequences, f"all lines: {seen} distinct actions, but --actions is {actions}")
-        level = expected_loop_rate(trials, null, actions=actions, overlap=overlap, min_length=min_length)
+        level = expected_loop_rate(trials, null, actions=actions)
         setting = f"{null}, the lengths of {len(trials)} trials"
     else:
         length = 20 if length is None else length
-        level = chance_level(length, actions, null=null, overlap=overlap, min_length=min_length)
+        level = chance_level(length, actions, null=null)
         setting = f"{null}, {length} steps, {actions} joints"
     if json:
         print(json_.dumps({"probability": level.probability, "method": level.method, "error": level.error}))

@@ -58,11 +58,9 @@ Budget = Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)]
 ClusterAt = Annotated[str | None, typer.Option("--cluster", metavar="auto|HOST:PORT", help=_CLUSTER)]
 Connections = Annotated[int, typer.Option(min=1, help="Requests to providers in progress at once.")]
 EstimateOnly = Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)]
-MinLength = Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")]
 Out = Annotated[
     Path | None, typer.Option(metavar="DIR", parser=_directory, help=with_brackets(OUT, "lockprobe-runs/STUDY-HASH"))
 ]
-Overlap = Annotated[bool, typer.Option("--overlap", help="Let two occurrences overlap.")]
 Port = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 for any free one.")]
 Retries = Annotated[int, typer.Option(help=_RETRIES)]
 Seed = Annotated[int, typer.Option(min=0, help=SEED)]

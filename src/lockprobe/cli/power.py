@@ -39,7 +39,7 @@ _BOX_SD = 0.6
 """Deviations between boxes, in logits: about 15 points of success, and of its change, around one half; by eye."""
 
 
-@with_study_options(without=("boxes", "trials", "strategy_trials", "repetitions", "full", "until", "most", "name"))
+@with_study_options(without=("boxes", "trials", "strategy_trials", "repetitions", "full", "until", "most"))
 def power(
     asked: Mapping[str, Any],
     what: Annotated[str | None, typer.Argument(metavar="[why|FILE.toml]", help=_WHAT)] = None,
@@ -50,7 +50,6 @@ def power(
     boxes_each: Annotated[int | None, typer.Option(min=1, max=1000, help=_BOXES)] = None,
     over_boxes: Annotated[str | None, typer.Option(help=_OVER_BOXES)] = None,
     studies: Annotated[int, typer.Option(min=1, max=100_000, help=_STUDIES)] = 100,
-    workers: options.Workers = None,
     json: options.AsJson = False,
 ) -> None:
     """Find by simulation how large a study has to be to detect a given effect with a power of 0.8.
@@ -73,7 +72,7 @@ def power(
     if refused or (what and form != "power") or (people and over_boxes):
         raise Conflict(form, ", ".join(refused) or what or "--over-boxes", "they describe another design")
     shares, sizes, seed = _numbers("success", success), _numbers("trials", trials, int), asked.get("seed", 1)
-    pool = Processes(workers or min(os.cpu_count() or 1, 8))
+    pool = Processes(min(os.cpu_count() or 1, 8))
     effects: Sequence[Effect]
     if people:
         model, sizes = Clusters(success=tuple(shares), each=boxes_each or 1), _numbers("persons", persons, int)

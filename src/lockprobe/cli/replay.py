@@ -21,7 +21,8 @@ from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes, wrong_source
 from lockprobe.trial.told_outcome import in_words
 
-_FASTEST = 16
+_SPEED = 5
+"""Playback speed of a robot at work."""
 
 _PATIENCE = 2.0
 """Seconds between two lines of progress."""
@@ -34,7 +35,6 @@ def replay(
         Path | None,
         typer.Option(help=options.with_brackets(options.OUT, "a film: FILE.gif or FILE.mp4")),
     ] = None,
-    speed: Annotated[int, typer.Option(min=1, max=_FASTEST, help="Playback speed of a robot.")] = 5,
     json: options.AsJson = False,
 ) -> None:
     """Show a finished trial step by step, truth and report, or with --out as a film."""
@@ -49,7 +49,7 @@ def replay(
         return
     make_film = robot_plugin("tool", "film", "films need").load()
     try:
-        film = make_film(directory, trial, out, speed=speed, tell=_Progress())
+        film = make_film(directory, trial, out, speed=_SPEED, tell=_Progress())
     except TrialFault as fault:
         raise UserMistake(f"the film ends where the trial breaks when it is played again ({fault})") from None
     if film.note:

@@ -35,7 +35,7 @@ Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)
 
 HEADINGS = {
     "Options": "agent p trials until condition box full out estimate budget",
-    "The study": "boxes repetitions strategy_trials most seed max_steps plant camera layout shuffle as_paper name",
+    "The study": "boxes repetitions strategy_trials most seed max_steps plant camera layout shuffle as_paper",
     "Reports and conditions": "sweep flip readings parts modality assessment hypothesis",
     "Running": "workers shard cluster again allow report json",
     "Hosted models": "connections timeout retries",

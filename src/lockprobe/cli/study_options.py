@@ -25,8 +25,8 @@ Name = Annotated[
 ]
 
 
-FILE_ONLY = frozenset({"contrasts"})
-"""What a study file and Python say and a command line does not: a table."""
+FILE_ONLY = frozenset({"contrasts", "name"})
+"""What a study file and Python say and a command line does not: a table, and the name with which keys begin."""
 
 
 def study_help(name: str, here: str) -> str:
