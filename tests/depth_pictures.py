@@ -2,18 +2,13 @@
 
 import numpy as np
 
-from lockprobe.trial.pictures.depth import HEIGHTS, from_millimetres, turbo
+from lockprobe.trial.pictures.depth import HEIGHTS, turbo
 
 
 def decode(image, kind, window, camera):
     """The inverse of ``encode``, to within half a colour; 0 where there is no reading, or no colour of the scale."""
-    if kind == "packed":
-        red, green, blue = np.moveaxis(image.astype(np.uint16), -1, 0)
-        return from_millimetres(256 * red + 4 * green + blue // 8)
-    level, known = image, image > 0
-    if kind != "gray":
-        level = _level_of_colour(image)
-        known = level >= 0
+    level = _level_of_colour(image)
+    known = level >= 0
     first, last = HEIGHTS if kind == "height" else (window.far, window.near)
     values = first + level / 255 * (last - first)
     return np.where(known, depth_at(camera, values) if kind == "height" else values, 0).astype(np.float32)

@@ -3,6 +3,7 @@
 import numpy as np
 from depth_pictures import depth_at
 
+from lockprobe.trial.pictures.depth import Window, encode
 from lockprobe.trial.pictures.picture import Picture
 
 WIDTH, HEIGHT = 320, 240
@@ -51,13 +52,13 @@ def coloured(positions, seed=1, **looks):
     return Picture(kind="rgb", png=to_png(board(positions, seed, **looks)))
 
 
-def grey(positions, seed=1, *, noise=0.0):
-    """Depth in shades of grey, near is bright, black is no reading, as a file."""
+def in_depth(positions, seed=1, *, noise=0.0):
+    """Depth in colours, red is near, black is no reading, as a file."""
     from lockprobe.trial.pictures.png import to_png
 
     depth = depths(positions, seed, noise=noise)
-    shade = np.where(depth > 0, np.clip(255 * (0.8 - depth) / 0.3, 1, 255), 0)
-    return Picture(kind="depth", png=to_png(shade.astype(np.uint8)))
+    shown = encode(depth, "turbo", Window(near=0.5, far=0.8), camera=None)
+    return Picture(kind="depth", png=to_png(shown))
 
 
 def deep(positions, camera):

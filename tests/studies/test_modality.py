@@ -66,10 +66,10 @@ def test_what_cannot_be_shown_is_refused(p, flip, modality, message):
         ("rgb?p=2", "flip rate p: got 2.0, expected a number from 0 to 1"),
         ("rgb?blur=-1", "blur: got -1.0, expected a number from 0"),
         ("rgbd?noise=inf", "noise: got inf, expected a number from 0"),
-        ("rgbd?depth=deep", "depth: got 'deep', expected one of none, turbo, gray, height, packed"),
+        ("rgbd?depth=deep", "depth: got 'deep', expected one of none, turbo, height"),
         ("rgbd?depth=none", r"modality: got 'rgbd\?depth=none', expected rgbd with a kind of depth"),
         ("rgb?depth=turbo", "no option of rgb is called 'depth'; there are: blur, noise, occlude, exposure, p"),
-        ("rgbd?depth=packed&far=0.9", "modality: got .*, expected depth=packed without near and far"),
+        ("rgbd?depth=height&far=0.9", "modality: got .*, expected depth=height without near and far"),
         ("symbolic?source=rumour", "source: got 'rumour', expected one of truth, verdict, camera"),
         ("rgb?source=camera", "no option of rgb is called 'source'"),
     ],
@@ -111,7 +111,7 @@ def test_a_source_that_the_plant_lacks_is_refused(source, plant, expected):
 
 
 def test_who_reads_reports_takes_in_no_pictures():
-    shown = ("rgb", "rgbd?depth=gray", "symbolic")
+    shown = ("rgb", "rgbd?depth=height", "symbolic")
     assert taken_in("human-inspired:proximity", shown) == ("symbolic",)
     assert taken_in("llm:local", ("rgb",)) == ()
     assert taken_in("viewer", shown) == shown

@@ -134,7 +134,7 @@ class ModalityEffect(NamedTuple):
     Attributes:
         modalities: From low to high fidelity.
         trend: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), corrected for agents. Variants of a
-            modality (``rgbd?depth=gray``) have equal fidelity. None with one fidelity or too few clusters.
+            modality (``rgbd?depth=height``) have equal fidelity. None with one fidelity or too few clusters.
         pairs: Every two modalities.
         agents: Number of agents that are judged together.
     """

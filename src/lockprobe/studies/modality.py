@@ -30,7 +30,7 @@ _DEPTH = {"rgb": "none", "rgbd": "turbo"}
 _OF_DEPTH = ("depth", "near", "far")
 """Options of ``rgbd`` alone."""
 
-_WITHOUT_WINDOW = ("height", "packed")
+_WITHOUT_WINDOW = ("height",)
 """Kinds of depth that mean the same whatever ``near`` and ``far`` are."""
 
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from lockprobe.foundation.errors import BadValue
 from lockprobe.trial.pictures.frame import Camera
 
-DepthKind = Literal["turbo", "gray", "height", "packed"]
-"""Colours from near to far; greys from near to far; colours by height above the board; 16 bits in three channels."""
+DepthKind = Literal["turbo", "height"]
+"""Colours from near to far, or by height above the board."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,38 +37,29 @@ _MOST_MILLIMETRES = 2**16 - 1
 
 
 def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: Camera) -> NDArray[np.uint8]:
-    """Encode depth as a picture. A value outside the window has the colour of the window's nearer end.
+    """Encode depth as a picture, shape (height, width, 3). A value outside the window has the colour of its nearer end.
 
     ``depth`` has the shape (height, width), metres; 0 where there is no reading, which is black. ``window`` is for
-    ``turbo`` and ``gray``, and the pose of the camera for ``height``, which uses :data:`HEIGHTS`.
-
-    Returns:
-        Shape (height, width) for ``gray``, (height, width, 3) otherwise.
+    ``turbo``, and the pose of the camera for ``height``, which uses :data:`HEIGHTS`.
     """
-    if kind == "packed":  # as SpatialBot (arXiv 2406.13642): 6, 5 and 5 bits, each in the upper bits of a channel
-        millimetres = to_millimetres(depth)
-        channels = [millimetres // 1024 * 4, millimetres // 32 % 32 * 8, millimetres % 32 * 8]
-        return np.stack(channels, axis=-1).astype(np.uint8)
     values, first, last = (camera.heights(depth), *HEIGHTS) if kind == "height" else (depth, window.far, window.near)
     level: NDArray[np.uint8] = np.rint(np.clip((values - first) / (last - first), 0, 1) * 255).astype(np.uint8)
-    colours = np.maximum(level, 1) if kind == "gray" else np.take(turbo(), level, axis=0)
+    colours = np.take(turbo(), level, axis=0)
     colours[depth <= 0] = 0
     return colours
 
 
 def legend(kind: DepthKind, window: Window) -> str:
     """The meaning of the colours in one sentence."""
-    near, far = f"{window.near:g} m", f"{window.far:g} m"
-    return {
-        "turbo": f"Colour is distance from the camera: red {near} or nearer, through yellow, green and blue to dark "
-        f"violet {far} or farther, black no reading.",
-        "gray": f"Brightness is distance from the camera: white {near} or nearer, dark grey {far} or farther, black no "
-        "reading.",
-        "height": f"Colour is height: dark violet {-100 * HEIGHTS[0]:g} cm or more below the board, blue the board, "
-        f"through green and yellow to red {100 * HEIGHTS[1]:g} cm or more above it, black no reading.",
-        "packed": "Distance from the camera in millimetres is 256 R + 4 G + B / 8 of a pixel's red, green and blue, "
-        "black no reading.",
-    }[kind]
+    if kind == "height":
+        return (
+            f"Colour is height: dark violet {-100 * HEIGHTS[0]:g} cm or more below the board, blue the board, "
+            f"through green and yellow to red {100 * HEIGHTS[1]:g} cm or more above it, black no reading."
+        )
+    return (
+        f"Colour is distance from the camera: red {window.near:g} m or nearer, through yellow, green and blue to dark "
+        f"violet {window.far:g} m or farther, black no reading."
+    )
 
 
 def to_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:

@@ -33,21 +33,8 @@ _Image = NDArray[np.float64]
 _Places = NDArray[np.float64]
 _File = NDArray[np.uint8] | NDArray[np.uint16]
 
-_GREY = np.full(3, 1 / 3)
 _DISC = 0.12
 """Size of the soft disc that is looked at, as a share of the way from position 0 to position 1."""
-
-_DIM = 0.15
-"""Sum of red, green and blue, 0 to 3, below which a colour is hardly told from grey."""
-
-_ROUNDS = 4
-"""Iterations of the plane fit to the board, each without the points that stand out of it."""
-
-_FARTHEST, _SPAN = 2.0, 0.14
-"""Metres: nothing farther is read from packed depth, and what counts as one there, as the usual window does."""
-
-_BLACK = 0.5 / 255
-"""Greys up to this are no reading."""
 
 _GAZES = ((0.0, 0.0), (0.25, 0.5), (0.5, 0.25), (0.75, 0.75))
 """Offsets of the coarse pixels with which an acuity is tried."""
@@ -64,7 +51,7 @@ _FEW, _MARGIN = 1 / 16, 1.25
 _SHARP = 0.3
 """Coarse pixels up to this share of a handle's way show how far the view has moved."""
 
-_STEPS, _FARTHEST_SHIFT, _USUAL_SHIFT = 12, 0.6, 0.35
+_STEPS, _FARTHEST, _USUAL_SHIFT = 12, 0.6, 0.35
 """Shifts of the view that are tried in each direction, the farthest, and their usual size, as shares of the way."""
 
 _FAINT = {"rgb": 0.04, "depth": 0.03}
@@ -144,7 +131,7 @@ def needed_acuity(pictures: Sequence[Picture], handles: Handles, least: int) -> 
 
 def _cue(kind: PictureKind, file: _File, handles: _Places, acuity: int, gaze: tuple[float, float]) -> _Image:
     """The cue of one picture for each joint, from -1 to 1, shape (joints,)."""
-    fine = _unpacked(file) if kind == "depth" else file / 255.0
+    fine = file / 255.0
     size, gaze = max(fine.shape[1] / acuity, 1.0), gaze if acuity < fine.shape[1] else (0.0, 0.0)
     image = shrunk(fine, acuity, gaze)
     places = (handles + 0.5) / size + gaze - 0.5
@@ -175,7 +162,7 @@ def _view_error(strange: _Image, places: _Places, apart: float, disc: float) -> 
     from scipy.ndimage import gaussian_filter
 
     smooth = gaussian_filter(np.clip(strange, 0, None), disc, mode="constant")
-    steps = np.arange(-_STEPS, _STEPS + 1) * (_FARTHEST_SHIFT * apart / _STEPS)
+    steps = np.arange(-_STEPS, _STEPS + 1) * (_FARTHEST * apart / _STEPS)
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     columns, rows = np.rint(places + shifts[:, None, None]).astype(np.int64).transpose(3, 0, 1, 2)
     inside = (columns >= 0) & (rows >= 0) & (columns < strange.shape[1]) & (rows < strange.shape[0])
@@ -205,22 +192,12 @@ def _around(values: _Image, places: _Places, size: float) -> _Image:
 
 def _strangeness(image: _Image) -> _Image:
     """The distance of each pixel's chromaticity from all mixtures of the board's colour and grey."""
-    brightness = image.sum(axis=-1, keepdims=True)
-    chromaticity = (image + _DIM / 3) / (brightness + _DIM)
-    across = np.median(chromaticity.reshape(-1, 3), axis=0) - _GREY
-    along = np.clip((chromaticity - _GREY) @ across / max(float(across @ across), 1e-9), 0, 1)
-    distance: _Image = np.linalg.norm(chromaticity - _GREY - along[..., None] * across, axis=-1)
+    brightness, dim = image.sum(axis=-1, keepdims=True), 0.15  # below which a colour is hardly told from grey
+    chromaticity = (image + dim / 3) / (brightness + dim)
+    away, across = chromaticity - 1 / 3, np.median(chromaticity.reshape(-1, 3), axis=0) - 1 / 3
+    along = np.clip(away @ across / max(float(across @ across), 1e-9), 0, 1)
+    distance: _Image = np.linalg.norm(away - along[..., None] * across, axis=-1)
     return distance
-
-
-def _unpacked(fine: _File) -> _Image:
-    """A depth picture as values that can be averaged: metres if packed, else grey or colours, 0 to 1."""
-    if fine.ndim == 2:
-        return fine[..., None] / 255.0
-    if not (fine % (4, 8, 8)).any():
-        metres = (256.0 * fine[..., 0] + 4.0 * fine[..., 1] + fine[..., 2] / 8.0) / 1000
-        return np.where(metres > 0, np.clip((_FARTHEST - metres) / _SPAN, 0, None), 0)[..., None]
-    return fine / 255.0
 
 
 def _board(image: _Image, first: NDArray[np.int64]) -> _Image:
@@ -232,7 +209,7 @@ def _board(image: _Image, first: NDArray[np.int64]) -> _Image:
     sample = near[known]
     board = np.zeros(3)
     left = np.ones(sample.shape, dtype=bool)
-    for _ in range(_ROUNDS if sample.size else 0):
+    for _ in range(4 if sample.size else 0):  # each without the points that stand out of it
         board = np.linalg.lstsq(terms[left], sample[left], rcond=None)[0]
         away = np.abs(sample - terms @ board)
         left = away <= max(float(np.median(away)), 1e-4)
@@ -241,8 +218,6 @@ def _board(image: _Image, first: NDArray[np.int64]) -> _Image:
 
 def _nearness(image: _Image) -> tuple[_Image, NDArray[np.bool_]]:
     """The nearness (or height) at each pixel of a depth picture, and whether the pixel has a reading."""
-    if image.shape[-1] == 1:
-        return image[..., 0], image[..., 0] > _BLACK
     from scipy.spatial import KDTree
 
     nearest = np.asarray(KDTree(np.concatenate([turbo() / 255.0, np.zeros((1, 3))])).query(image)[1])
