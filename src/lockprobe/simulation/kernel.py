@@ -1,16 +1,14 @@
-"""The kernel: one policy on one box in as many trials as asked, one row each, without records.
+"""The kernel: boxes and policies as arrays with one row a trial, for as many trials as asked, without records.
 
 It is the loop of :mod:`lockprobe.trial.loop` on arrays, for a box that follows its rules and reports on which nothing
 but flips acts. Positions are numbers with one bit a joint: configurations in the order of the panel, what is told in
-the order in which a trial lists the joints. Luck has addresses (:mod:`lockprobe.trial.luck`), so a row is the trial of
-that number, alone or among a million.
+the order in which a trial lists the joints.
 """
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
@@ -29,7 +27,6 @@ from lockprobe.interventions.conditions import blind
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip, told_by
 from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.studies.modality import shown
-from lockprobe.trial.luck import numbers
 from lockprobe.trial.record import STATES
 from lockprobe.trial.source import source_of
 
@@ -148,7 +145,7 @@ class _Mind(NamedTuple):
     sums: Sequence[float]
 
 
-class _Minds:
+class Minds:
     """The memories that a policy has had so far, by number: what each chooses, and what reports make of it.
 
     Many trials share a memory, so the policy is asked once for all of them.
@@ -202,55 +199,3 @@ class _Minds:
             )
             self._after[heard] = self._number(view, self._policy.remember(view, memory, told))
         return self._after[heard]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Played:
-    """The outcomes of trials, one a row.
-
-    Attributes:
-        solved, steps: Whether the target moved, and the steps played, shape (trials,).
-        actions: Joints attempted, by index in panel order, -1 after the end, shape (trials, budget).
-        moved, told_moved: Whether each joint moved, and is reported to have, the same shape; False after the end.
-    """
-
-    solved: Flags
-    steps: NDArray[np.int32]
-    actions: NDArray[np.int8]
-    moved: Flags
-    told_moved: Flags
-
-
-def play(policy: Policy[Any], world: World, orders: Whole, *, seed: int, repetition: int, first: int = 1) -> Played:
-    """Play trials of a study, the ``first`` of which has this number, from 1.
-
-    ``orders`` are the joints, by index in panel order, as each trial lists them, shape (trials, joints).
-    """
-    trials, flip, space = len(orders), world.flip, world.space
-    found = Played(
-        np.zeros(trials, bool),
-        np.full(trials, world.budget, np.int32),
-        np.full((trials, world.budget), -1, np.int8),
-        *(np.zeros((trials, world.budget), bool) for _ in range(2)),
-    )
-    boxes, minds = Boxes(space.may_move, space.start, [flip], orders.copy()), _Minds(policy, world)
-    start, mind, rows = boxes.told.copy(), minds.begin(orders), np.arange(trials)
-    for step in range(1, world.budget + 1):
-        luck = partial(numbers, world.box.name, seed=seed, repetition=repetition, trial=first + rows, step=step)
-        places = minds.choose(mind, luck("agent")[:, 0])
-        count = flip.numbers(space.joints)
-        drawn = luck(f"{flip.stream}-0", places=count).T if flip.p else np.ones((count, 1))
-        last = boxes.told[rows]
-        joints, moved, outcome = boxes.attempt(rows, places, [drawn])
-        told = boxes.told[rows]
-        said = ((told ^ last) >> places & 1).astype(bool) if world.states_only else outcome
-        at = (rows, step - 1)
-        found.actions[at], found.moved[at], found.told_moved[at] = joints, moved, said
-        done = moved & (joints == space.target)
-        found.solved[rows[done]], found.steps[rows[done]] = True, step
-        on = ~done
-        rows = rows[on]
-        if not rows.size:
-            break
-        mind = minds.remember(mind[on], places[on], said[on], told[on] ^ start[rows])
-    return found

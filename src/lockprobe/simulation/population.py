@@ -1,11 +1,13 @@
 """Populations: many simulated trials of one agent under one condition, without records.
 
-Precise curves need thousands of trials per point. Trial i equals that of :func:`lockprobe.run_trial`.
+Precise curves need thousands of trials per point. Trial i equals that of :func:`lockprobe.run_trial`, alone or among a
+million, since luck has addresses (:mod:`lockprobe.trial.luck`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -18,7 +20,7 @@ from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
-from lockprobe.simulation.kernel import Played, Whole, World, play, policy_of, what_is_told, world_of
+from lockprobe.simulation.kernel import Boxes, Flags, Minds, Whole, World, policy_of, what_is_told, world_of
 from lockprobe.statistics.loops import onset
 from lockprobe.trial.luck import numbers
 from lockprobe.trial.plan import drawn_orders, orders_of_study
@@ -31,12 +33,22 @@ PIECE = 8_192
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Population(Played):
+class Population:
     """The outcomes of many trials of one agent under one condition; columns have one row per trial.
 
-    ``agent`` is its spec, or the name of its class; ``world`` has the box, its reports and the budget.
+    Attributes:
+        solved, steps: Whether the target moved, and the steps played, shape (trials,).
+        actions: Joints attempted, by index in panel order, -1 after the end, shape (trials, budget).
+        moved, told_moved: Whether each joint moved, and is reported to have, the same shape; False after the end.
+        agent: Its spec, or the name of its class.
+        world: The box, its reports and the budget.
     """
 
+    solved: Flags
+    steps: NDArray[np.int32]
+    actions: NDArray[np.int8]
+    moved: Flags
+    told_moved: Flags
     agent: str
     world: World
 
@@ -102,16 +114,43 @@ def population(
     world = world_of(box, flip=like.at_rate(p), max_steps=max_steps, tell=tell)
     if trials * max_steps > MOST_STEPS:
         raise BadValue("steps of all trials", trials * max_steps, f"at most {MOST_STEPS}")
-    parts = []
-    for first in range(1, trials + 1, PIECE):
-        rows = np.arange(first, min(first + PIECE, trials + 1))
-        orders = _orders(world.box, shuffle, seed, repetition, rows)
-        parts.append(play(policy, world, orders, seed=seed, repetition=repetition, first=first))
-    return Population(
-        **{one.name: np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Played)},
-        agent=agent if isinstance(agent, str) else type(policy).__name__,
-        world=world,
-    )
+    rows = (np.arange(first, min(first + PIECE, trials + 1)) for first in range(1, trials + 1, PIECE))
+    parts = [_played(policy, world, shuffle, seed, repetition, one) for one in rows]
+    name = agent if isinstance(agent, str) else type(policy).__name__
+    solved, steps, actions, moved, told_moved = map(np.concatenate, zip(*parts, strict=True))
+    return Population(solved, steps, actions, moved, told_moved, name, world)
+
+
+def _played(
+    policy: Policy[Any], world: World, shuffle: Shuffle, seed: int, repetition: int, trials: Whole
+) -> tuple[NDArray[Any], ...]:
+    """The columns of the trials with these numbers."""
+    flip, space, budget, box = world.flip, world.space, world.budget, world.box
+    shape, rows = (len(trials), budget), np.arange(len(trials))
+    solved, ends = np.zeros(len(trials), bool), np.full(len(trials), budget, np.int32)
+    actions, moves, told_moves = np.full(shape, -1, np.int8), np.zeros(shape, bool), np.zeros(shape, bool)
+    orders = _orders(box, shuffle, seed, repetition, trials)
+    boxes, minds = Boxes(space.may_move, space.start, [flip], orders.copy()), Minds(policy, world)
+    start, mind = boxes.told.copy(), minds.begin(orders)
+    for step in range(1, budget + 1):
+        luck = partial(numbers, box.name, seed=seed, repetition=repetition, trial=trials[rows], step=step)
+        places = minds.choose(mind, luck("agent")[:, 0])
+        count = flip.numbers(space.joints)
+        drawn = luck(f"{flip.stream}-0", places=count).T if flip.p else np.ones((count, 1))
+        last = boxes.told[rows]
+        joints, moved, outcome = boxes.attempt(rows, places, [drawn])
+        told = boxes.told[rows]
+        said = ((told ^ last) >> places & 1).astype(bool) if world.states_only else outcome
+        at = (rows, step - 1)
+        actions[at], moves[at], told_moves[at] = joints, moved, said
+        done = moved & (joints == space.target)
+        solved[rows[done]], ends[rows[done]] = True, step
+        on = ~done
+        rows = rows[on]
+        if not rows.size:
+            break
+        mind = minds.remember(mind[on], places[on], said[on], told[on] ^ start[rows])
+    return solved, ends, actions, moves, told_moves
 
 
 def _orders(box: Lockbox, shuffle: Shuffle, seed: int, repetition: int, trials: Whole) -> Whole:
