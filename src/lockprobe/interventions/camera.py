@@ -12,9 +12,9 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_choices
+from lockprobe.foundation.validation import check_choices, check_probability
 from lockprobe.interventions.words import places_said, rows_of
-from lockprobe.trial.pictures.degrading import Damage, degraded
+from lockprobe.trial.pictures.degrading import degraded
 from lockprobe.trial.pictures.depth import DepthKind, Window, encode, from_millimetres, legend, to_millimetres
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture
@@ -23,6 +23,9 @@ from lockprobe.trial.record import Moment, Percept, Task
 
 Depth = Literal["none", DepthKind]
 """How depth is shown, if at all; :mod:`lockprobe.trial.pictures.depth` describes the kinds."""
+
+_STOPS = 20
+"""Most stops of exposure in either direction: more make every picture black, or white."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +64,12 @@ class CameraChannel:
     def __post_init__(self) -> None:
         check_choices(self)
         Window(near=self.near, far=self.far)
-        self._damage()
+        for name in ("blur", "noise"):
+            if not 0 <= (value := getattr(self, name)) < float("inf"):
+                raise BadValue(name, value, "a number from 0")
+        check_probability("occlude", self.occlude)
+        if not -_STOPS <= self.exposure <= _STOPS:
+            raise BadValue("exposure", self.exposure, f"a number from {-_STOPS} to {_STOPS}")
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept as pictures."""
@@ -71,7 +79,8 @@ class CameraChannel:
             raise BadValue("modality", modality, "symbolic, or a plant with a camera: fast-twin or twin")
         if percept.positions is None:
             return replace(percept, outcome=None, text="")
-        frame = degraded(percept.look(percept.positions), self._damage(), luck)
+        damage = {name: getattr(self, name) for name in ("blur", "noise", "occlude", "exposure")}
+        frame = degraded(percept.look(percept.positions), luck, **damage)
         where = places_said(task, rows_of(task)) if percept.joint is None and not frame.labelled else []
         places = frame.camera.project(frame.handles)[..., :2].tolist()
         return replace(
@@ -90,9 +99,6 @@ class CameraChannel:
         Without positions there is neither picture nor text.
         """
         return None if percept.positions is None else (percept.positions, percept.joint, percept.look)
-
-    def _damage(self) -> Damage:
-        return Damage(blur=self.blur, noise=self.noise, occlude=self.occlude, exposure=self.exposure)
 
     def _pictures(self, frame: Frame) -> tuple[Picture, ...]:
         colours = Picture(kind="rgb", png=to_png(frame.rgb))

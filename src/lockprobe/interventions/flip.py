@@ -240,20 +240,12 @@ def told_by(flips: Sequence[OutcomeFlip], now: Any, last: Any, bit: Any, moved: 
     return outcome, told
 
 
-_LIKE: Mapping[str, tuple[Inverts, Others]] = {
-    "transient": ("position", "fresh"),
-    "sticky": ("position", "kept"),
-    "outcome-only": ("outcome", "fresh"),
-    "memoryless": ("position", "fresh"),
-    "latched": ("position", "kept"),
-    "independent": ("position", "noisy"),
-    "re-observed": ("outcome", "fresh"),
-    "integrated": ("outcome", "kept"),
-}
+_WORDS = {"transient": "memoryless", "sticky": "latched", "outcome-only": "re-observed"}
 
 
 def flip_of(kind: FlipKind, p: float = 0.0) -> OutcomeFlip:
     """The flip that a word of ``--flip`` means, at this rate."""
     check_choice("flip", kind, get_args(FlipKind))
-    inverts, others = _LIKE[kind]
+    name = _WORDS.get(kind, kind)
+    inverts, others = next(key for key, reading in READINGS.items() if reading.startswith(f"{name} "))
     return OutcomeFlip(p=p, inverts=inverts, others=others)

@@ -10,7 +10,7 @@ import pytest
 from depth_pictures import decode
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.trial.pictures.degrading import Damage, degraded
+from lockprobe.trial.pictures.degrading import degraded
 from lockprobe.trial.pictures.depth import (
     Window,
     encode,
@@ -105,7 +105,7 @@ LUCK = np.array([0.3, 0.8, 0.5])
 def test_the_patch_hides_its_share_of_the_panel_and_what_a_smaller_one_hides():
     hidden = []
     for share in (0.1, 0.4, 0.9, 1.0):
-        worse = degraded(FRAME, Damage(occlude=share), LUCK)
+        worse = degraded(FRAME, LUCK, occlude=share)
         gone = worse.depth == 0
         assert (worse.rgb[gone] == 128).all()
         np.testing.assert_array_equal(worse.rgb[~gone], FRAME.rgb[~gone])
@@ -119,6 +119,6 @@ def test_the_patch_hides_its_share_of_the_panel_and_what_a_smaller_one_hides():
     places = FRAME.camera.project(FRAME.handles)[..., :2].reshape(-1, 2).round().astype(int)
     assert all(hidden[-1][row, column] for column, row in places)
     # Where the patch lies is luck.
-    here, there = (degraded(FRAME, Damage(occlude=0.2), np.array(luck)) for luck in ((0, 0, 0), (0.9, 0.9, 0)))
+    here, there = (degraded(FRAME, np.array(luck), occlude=0.2) for luck in ((0, 0, 0), (0.9, 0.9, 0)))
     assert not ((here.depth == 0) & (there.depth == 0)).all()
     assert (here.depth == 0).sum() == pytest.approx((there.depth == 0).sum(), rel=0.05)

@@ -161,15 +161,10 @@ class Belief:
         return hash(self.key)
 
 
-def begin(interlocks: Interlocks, noise: Noise) -> Belief:
-    """The belief before the first report: the prior at the initial configuration."""
-    return _prior_at(interlocks, noise, 0)
-
-
-def _prior_at(
-    interlocks: Interlocks, noise: Noise, configuration: int, positions: int | None = 0, restarts: int = 0
+def begin(
+    interlocks: Interlocks, noise: Noise, configuration: int = 0, positions: int | None = 0, restarts: int = 0
 ) -> Belief:
-    """The prior at a configuration, with the reported positions."""
+    """The belief before the first report, or after a restart: the prior at a configuration, with reported positions."""
     solvable = interlocks.distance[:, configuration] < NEVER
     return Belief(
         interlocks=interlocks,
@@ -188,11 +183,11 @@ def update(belief: Belief, report: ReportedAttempt) -> Belief:
     if (found := _conditioned(belief, report)) is not None:
         return found
     before = belief.likeliest if report.positions is None else report.positions ^ (report.moved << report.joint)
-    again = _prior_at(belief.interlocks, belief.noise, before & ~1, belief.positions, belief.restarts + 1)
+    again = begin(belief.interlocks, belief.noise, before & ~1, belief.positions, belief.restarts + 1)
     if (found := _conditioned(again, report)) is not None:
         return found
     now = before & ~1 ^ (report.moved << report.joint) & ~1  # the target stays in place
-    fresh = _prior_at(again.interlocks, again.noise, now, report.positions, again.restarts)
+    fresh = begin(again.interlocks, again.noise, now, report.positions, again.restarts)
     fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
     blocked = ~fresh.interlocks.moves(fresh.configuration, 0)
     weights = fresh.weights * blocked
@@ -233,9 +228,8 @@ def _conditioned(belief: Belief, report: ReportedAttempt) -> Belief | None:
         return None
     weights: Floats = np.exp(logs - most) * possible.sum(axis=0)
     weights /= weights.sum()
-    return Belief(
-        interlocks=belief.interlocks,
-        noise=noise,
+    return replace(
+        belief,
         possible=possible & (weights > 0.0),
         configuration=belief.configuration ^ (moves << report.joint),
         false=false,
@@ -244,7 +238,6 @@ def _conditioned(belief: Belief, report: ReportedAttempt) -> Belief | None:
         positions=report.positions,
         states_only=report.states_only and report.positions is not None,
         moved=float(weights @ moves),
-        restarts=belief.restarts,
     )
 
 
