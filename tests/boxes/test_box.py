@@ -1,4 +1,4 @@
-"""Laws of the puzzle."""
+"""Laws of the puzzle, and what is no puzzle that can be played."""
 
 import itertools
 
@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.boxes.state_space import fault_of
 from lockprobe.foundation.errors import BadValue
 
 
@@ -45,3 +46,25 @@ def test_contradictions_are_refused_with_the_reason(change, message):
     }
     with pytest.raises(BadValue, match="^" + message):
         Lockbox(**(facts | change))
+
+
+@pytest.mark.parametrize(
+    ("interlock", "reason"),
+    [
+        (
+            {"a": ({"b": True},), "b": ({"c": True},), "c": ({"a": True},)},
+            "unsolvable: nothing moves, every joint is locked at the start",
+        ),
+        ({"a": ({"b": True},), "b": ({"a": True},)}, "unsolvable: no sequence of attempts moves a"),
+        (
+            {"a": ({"b": True}, {"c": True, "b": False}), "c": ({"b": True},), "b": ({"c": False},)},
+            "contradictory: {c = 1, b = 0} of target a holds in no configuration that can be reached",
+        ),
+        ({}, "too short: solved in 1 of at least 2 steps"),
+        ({"a": ({"b": True},)}, None),
+    ],
+)
+def test_reasons(interlock, reason):
+    joints = tuple(Joint(name=name, kind="revolute") for name in "abc")
+    box = Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * 3, target="a")
+    assert fault_of(box, shortest=2) == reason

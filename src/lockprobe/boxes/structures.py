@@ -120,16 +120,3 @@ STRUCTURES: Mapping[str, Callable[[], Lockbox]] = {
     "branched": _branched,
 }
 """Box by name."""
-
-FAMILIES: Mapping[str, str] = {
-    "chain": "every joint needs its right neighbour open; the rightmost is free",
-    "bichain": "as the chain, and a joint is locked while the one that needs it is open",
-    "fork": "the target needs both sliders open; the right joint is a distractor",
-    "converge": "the target needs a joint that needs two others open",
-    "reset": "a chain whose first joint has to be closed again before the target moves",
-    "gray-code": "every joint needs its right neighbour open and all further right closed (Chinese rings)",
-    "common-cause": "one lever frees the others, any of which opens the door (OpenLock)",
-    "common-effect": "any of several levers frees the one that opens the door (OpenLock)",
-    "branched": "a chain of five, and a branch of two that is locked while the chain is half open",
-}
-"""Family -> description."""

@@ -1,0 +1,145 @@
+"""Boxes by name: the published ones, those of the literature, and a thousand that are drawn, valid or refused with the reason."""
+
+import hashlib
+import json
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+
+from lockprobe.boxes.box import MAX_JOINTS, Lockbox
+from lockprobe.boxes.families import box, named_boxes
+from lockprobe.boxes.generate import Recipe, generate
+from lockprobe.boxes.solve import optimum, random_no_repeat_success, random_success
+from lockprobe.boxes.state_space import fault_of
+from lockprobe.boxes.structures import STRUCTURES
+from lockprobe.foundation.errors import BadValue, UnknownName
+
+
+def test_random_boxes_are_pinned():
+    """A name in a paper has to mean the same box in every release: this must not be changed."""
+    text = json.dumps([box(f"random-{n}-{seed}").as_data() for n in range(2, 9) for seed in (0, 17)], sort_keys=True)
+    assert hashlib.sha256(text.encode()).hexdigest()[:16] == "de7a24a27339c780"
+
+
+@pytest.mark.parametrize(
+    ("name", "mistake", "message"),
+    [
+        ("chain-9", UnknownName, r"no box is called 'chain-9' \(did you mean 'chain-8'\?\); .*chain-2.*random-N-SEED"),
+        ("random-5", UnknownName, "no box is called 'random-5'"),
+        ("random-5-x", UnknownName, "no box is called 'random-5-x'"),
+        ("random-5--1", UnknownName, "no box is called"),
+        ("random-٣-1", UnknownName, "no box is called"),
+        ("random-9-1", BadValue, "random-9-1: got 9, expected 2 to 8 joints"),
+        ("random-1-1", BadValue, "random-1-1: got 1, expected 2 to 8 joints"),
+        ("random-4-1000000000", BadValue, "got 1000000000, expected a seed of at most 999999999"),
+    ],
+)
+def test_other_names_are_refused(name, mistake, message):
+    with pytest.raises(mistake, match=message):
+        box(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "steps", "random", "no_repeat"),
+    [
+        ("chain-4", 4, 0.39, 0.69),
+        ("bichain-4", 4, 0.33, 0.55),
+        ("fork", 3, 0.56, 0.73),
+        ("converge", 4, 0.38, 0.64),
+        ("reset", 5, 0.23, 0.48),
+        ("gray-code", 8, 0.02, 0.09),
+    ],
+)
+def test_the_candidate_structures_are_as_hard_as_published(name, steps, random, no_repeat):
+    assert optimum(box(name)) == steps
+    assert round(random_success(box(name)), 2) == random
+    assert round(random_no_repeat_success(box(name)), 2) == no_repeat
+
+
+def test_chain_4_is_byte_for_byte_what_studies_were_played_on():
+    assert box("chain-4").as_data() == {
+        "name": "chain-4",
+        "joints": [
+            {"name": "revolute-left", "kind": "revolute", "place": [0.125, 0.5]},
+            {"name": "slider-1", "kind": "prismatic", "place": [0.375, 0.5]},
+            {"name": "slider-2", "kind": "prismatic", "place": [0.625, 0.5]},
+            {"name": "revolute-right", "kind": "revolute", "place": [0.875, 0.5]},
+        ],
+        "interlock": {
+            "revolute-left": [{"slider-1": 1}],
+            "slider-1": [{"slider-2": 1}],
+            "slider-2": [{"revolute-right": 1}],
+        },
+        "initial": "0000",
+        "target": "revolute-left",
+    }
+
+
+@pytest.mark.parametrize("name", named_boxes())
+def test_every_named_box_can_be_played(name):
+    assert fault_of(box(name), shortest=2) is None
+    assert STRUCTURES[name]() == STRUCTURES[name]()
+
+
+LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
+RANDOM = tuple(f"random-{joints}" for joints in range(2, 9))
+FAMILIES = (*STRUCTURES, *RANDOM * 4)
+
+
+def spread(i):
+    """Recipe number i of a set that goes through everything."""
+    return Recipe(
+        family=FAMILIES[i % len(FAMILIES)],
+        layout=LAYOUTS[i // 7 % 6],
+        dealt=i % 2 == 0,
+        alternatives=1 + i // 5 % 4,
+        literals=1 + i // 11 % 4,
+        negative=i // 13 % 5 / 5,
+        shortest=1 + i // 17 % 3,
+        seed=i,
+    )
+
+
+def test_a_thousand_boxes_are_valid_or_refused_with_the_reason(brute_optimum):
+    """The optimum of each is that of a solver that shares nothing with the library's."""
+    counts = Counter()
+    for i in range(0, 3_000, 3):
+        recipe = spread(i)
+        found = generate(recipe)
+        if isinstance(found, Lockbox):
+            counts["made"] += 1
+            assert 2 <= len(found.joints) <= MAX_JOINTS
+            steps = optimum(found)
+            assert steps >= recipe.shortest
+            assert steps == brute_optimum(found)
+        else:
+            kind = found.partition(":")[0]
+            counts[kind] += 1
+            easier = generate(replace(recipe, shortest=1))
+            assert isinstance(easier, Lockbox) == (kind == "too short")
+            if isinstance(easier, Lockbox):
+                assert brute_optimum(easier) < recipe.shortest
+    assert set(counts) == {"made", "too short", "unsolvable", "contradictory"}
+    assert counts["made"] > 500
+
+
+@pytest.mark.parametrize(
+    ("change", "mistake", "message"),
+    [
+        ({"family": "chian"}, UnknownName, "no family is called 'chian'.*random-2 to random-8"),
+        ({"family": "random-9"}, UnknownName, "no family is called 'random-9'"),
+        ({"family": "random-5-17"}, UnknownName, "no family is called 'random-5-17'"),
+        ({"layout": "round"}, UnknownName, "no layout is called 'round'; there are: serial, zigzag, ngram, grid"),
+        ({"alternatives": 0}, BadValue, "alternatives: got 0, expected a whole number from 1 to 4"),
+        ({"literals": 8}, BadValue, "literals: got 8, expected a whole number from 1 to 7"),
+        ({"negative": 1.1}, BadValue, "negative: got 1.1, expected a number from 0 to 1"),
+        ({"negative": float("nan")}, BadValue, "negative"),
+        ({"shortest": 0}, BadValue, "shortest: got 0"),
+        ({"seed": -1}, BadValue, "seed: got -1"),
+        ({"seed": 2**31}, BadValue, "seed: got 2147483648"),
+    ],
+)
+def test_recipes_out_of_range_are_refused(change, mistake, message):
+    with pytest.raises(mistake, match=message):
+        Recipe(**change)
