@@ -101,11 +101,8 @@ def redealt(box: Lockbox, rng: np.random.Generator, *, neutral: bool = False) ->
     Brock, Adaptive Behavior 2025). Joints and initial configuration are in the new panel order. A single panel that is
     to give nothing away is drawn ``neutral``: see :func:`neutral_order`.
     """
-    count = len(box.joints)
-    order = (
-        neutral_order(locking_pairs(box), neighbours(box), count, rng) if neutral else _shuffled(count, rng).tolist()
-    )
-    dealt = permuted(box, order)
+    near = neighbours(box) if neutral else set()  # without any, every order is as good
+    dealt = permuted(box, neutral_order(locking_pairs(box), near, len(box.joints), rng))
     places = zip(dealt.joints, box.joints, strict=True)
     return replace(dealt, joints=tuple(replace(joint, place=there.place) for joint, there in places))
 
@@ -142,18 +139,20 @@ def locking_pairs(box: Lockbox) -> set[tuple[int, int]]:
 
 def neighbours(box: Lockbox) -> set[tuple[int, int]]:
     """Pairs of joints (indices in panel order, ascending) in which one is a nearest neighbour of the other."""
-    spots = np.array([joint.place for joint in box.joints])
-    far = np.hypot(*(spots[:, None] - spots[None]).transpose(2, 0, 1))
+    far = _distances([joint.place for joint in box.joints])
     np.fill_diagonal(far, np.inf)
     near = far < far.min(axis=1, keepdims=True) + 1e-6
     return {(int(min(pair)), int(max(pair))) for pair in np.argwhere(near)}
 
 
+def _distances(spots: Sequence[Place]) -> NDArray[np.float64]:
+    here = np.array(spots)
+    return np.asarray(np.hypot(*(here[:, None] - here[None]).transpose(2, 0, 1)))
+
+
 def _misleading(box: Lockbox, spots: Sequence[Place], rng: np.random.Generator) -> list[int]:
     """The spot of each joint: a random order among those with the largest total distance of locking pairs."""
-    here = np.array(spots)
-    far = np.hypot(*(here[:, None] - here[None]).transpose(2, 0, 1))
-    deals = orders(len(spots))
+    far, deals = _distances(spots), orders(len(spots))
     apart = np.zeros(len(deals))
     for first, second in sorted(locking_pairs(box)):
         apart += far[deals[:, first], deals[:, second]]

@@ -73,7 +73,6 @@ class PlantSource:
         options: The options that a condition may change -> the value of each, in words; None for any, of a package that
             does not say which there are.
         doses: Those of them that are doses: numbers over which curves can be drawn.
-        draws: Whether it draws anything; else no stream is made for it.
     """
 
     spec: str
@@ -90,7 +89,6 @@ class PlantSource:
     ships: bool = True
     options: Mapping[str, str] | None = None
     doses: tuple[str, ...] = ()
-    draws: bool = True
 
     @property
     def has_camera(self) -> bool:
@@ -98,12 +96,7 @@ class PlantSource:
         return self.picture_size is not None or self.photographs
 
 
-_SYMBOLIC = PlantSource(
-    spec="symbolic", make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, options={}, draws=False
-)
-
-_UNDRAWN = np.random.default_rng(0)
-"""What a plant gets that draws nothing."""
+_SYMBOLIC = PlantSource(spec="symbolic", make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, options={})
 
 
 _HERE = {
@@ -130,8 +123,7 @@ def _of_robot(plant: str) -> Plugin:
 
 def plant_of(plan: Plan, labels: tuple[str, ...]) -> Plant:
     """The plant of one trial; ``labels`` are those of its joints, in panel order."""
-    source = resolve_plant(plan.plant)
-    return source.make(plan.box, labels, plan.luck.physics() if source.draws else _UNDRAWN)
+    return resolve_plant(plan.plant).make(plan.box, labels, plan.luck.physics())
 
 
 def resolve_plant(spec: str | Spec) -> PlantSource:

@@ -103,11 +103,6 @@ class Plan:
         return self.condition.modality
 
     @property
-    def p(self) -> float | None:
-        """Flip probability, [0, 1], if only flips act; else None."""
-        return self.condition.p
-
-    @property
     def luck(self) -> Luck:
         """The luck of the trial. It depends on seed, box, repetition and trial, not on the condition."""
         return Luck(seed=self.seed, box=self.box.name, repetition=self.repetition, trial=self.trial)
