@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import NamedTuple, Protocol
@@ -20,7 +20,7 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.blocks import TIE, blocks_of, contrast
 from lockprobe.statistics.clustered import share_of, student
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.design import Crossed, Design, Factor
+from lockprobe.statistics.design import Crossed, Design
 from lockprobe.statistics.differences import DifferenceAt, each_difference
 from lockprobe.statistics.every_look import share_at_every_look
 from lockprobe.statistics.idle import idle_interventions
@@ -189,10 +189,10 @@ def _can_differ(cells: Cells, agent: str, names: Sequence[str]) -> bool:
     return not plays_alike([trial for cell in found for trial in cell.trials])
 
 
-def against_first(cells: Cells, factors: Iterable[Factor], design: Design) -> Iterator[Effect]:
+def against_first(cells: Cells, design: Design) -> Iterator[Effect]:
     """Every level of a factor against the first one; all groups of conditions that differ in it are one family."""
     cells = acting(cells, design)
-    for factor in factors:
+    for factor in design.factors:
         asked = [one for one in product(design.agents, factor.groups) if _can_differ(cells, *one)]
         sizes = Counter(is_baseline(design.spec_of(agent)) for agent in {agent for agent, _ in asked})
         for agent, group in asked:

@@ -39,9 +39,6 @@ AGENT = "agent"
 READING_FACTORS = ("flip others", "flip inverts")
 """Factors that are readings of a false report."""
 
-NO_FEEDBACK = "no feedback"
-"""The factor of false reports against no report at all."""
-
 _FEWEST = 3
 """Fewest doses, 0 included, that make a series."""
 
@@ -249,8 +246,13 @@ class Factor(NamedTuple):
     groups: tuple[tuple[str, ...], ...]
 
 
-def factors_of(arms: Sequence[SeriesArm], controls: Collection[str]) -> Iterator[Factor]:
-    """Every factor of a study, in the order of its conditions; with ``controls`` others are compared already."""
+def factors_of(
+    arms: Sequence[SeriesArm], controls: Collection[str], dosed: Collection[Collection[str]] = ()
+) -> Iterator[Factor]:
+    """Every factor of a study, in the order of its conditions.
+
+    With ``controls`` others are compared already, and so are those that are ``dosed``, together on one axis.
+    """
     levels: dict[tuple[str, str], dict[tuple[object, ...], dict[str, str]]] = {}
     options = {(spec.full_name, option) for arm in arms for spec in arm.specs for option in spec.options}
     for arm in arms:
@@ -263,9 +265,10 @@ def factors_of(arms: Sequence[SeriesArm], controls: Collection[str]) -> Iterator
                     own.setdefault(spec.options.get(option, ""), arm.label)
     for (name, _), groups in levels.items():
         kept = [own for own in groups.values() if len(own) > 1 and not all(map(_is_number, own))]
-        without_first = [tuple(own[level] for level in sorted(own, key=bool)) for own in kept]
-        if apart := tuple(group for group in without_first if group[0] not in controls):
-            yield Factor(name, apart)
+        first_without = [tuple(own[level] for level in sorted(own, key=bool)) for own in kept]
+        new = [one for one in first_without if one[0] not in controls and not any({*one} <= {*of} for of in dosed)]
+        if new:
+            yield Factor(name, tuple(new))
 
 
 def _is_number(text: str) -> bool:
@@ -383,23 +386,6 @@ class Design:
 
         Those on the axis of a dose are none, nor what the arms of a study of controls say first and last.
         """
-        dosed = [set(one.doses) for one in self.series if not one.agent]
-        dosed += [set(arms[1].values()) for shown in self._shown.values() if (arms := arms_of(shown))]
-        found = []
-        for name, groups in factors_of(self.arms, self.controls):
-            if apart := tuple(group for group in groups if not any(of >= {*group} for of in dosed)):
-                found.append(Factor(name, apart))
-        return tuple(found)
-
-    @property
-    def no_feedback(self) -> list[Factor]:
-        """False reports alone against every report withheld, in each modality that has both."""
-        found = []
-        for shown in self._shown.values():
-            one_acts = [(arm, arm.acting[0]) for arm in shown if len(arm.acting) == 1]
-            alone = [(arm.label, arm.specs[place], arm.dose(place)) for arm, place in one_acts]
-            none = [label for label, spec, p in alone if spec.full_name == "drop" and p == 1 == len(spec.options)]
-            flipped = [label for label, spec, _ in alone if spec.full_name == "flip"]
-            if none and flipped:
-                found.append(Factor(NO_FEEDBACK, ((none[0], *flipped),)))
-        return found
+        dosed: list[Collection[str]] = [one.doses for one in self.series if not one.agent]
+        dosed += [arms[1].values() for shown in self._shown.values() if (arms := arms_of(shown))]
+        return tuple(factors_of(self.arms, self.controls, dosed))

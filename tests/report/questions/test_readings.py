@@ -1,4 +1,4 @@
-"""What a false report is: the shares that were false, what the reading changes, and no feedback at all beside it."""
+"""What a false report is: the shares that were false, what the reading changes."""
 
 import pytest
 from builders import write_study
@@ -58,23 +58,12 @@ def test_readings_are_compared_in_pairs_at_the_same_rate(found):
     assert found.where("success_difference", agent=BLIND, control="flip?p=0.4") == []  # it plays alike
 
 
-def test_no_feedback_is_what_false_reports_are_compared_with_too(found):
-    rows = found.where("success_difference", agent=AGENT, axis="no feedback")
-    assert [(row.condition, row.control) for row in rows] == [
-        (name, "no-feedback") for name in ("flip?p=0.4", "flip?p=0.6", KEPT, "flip?p=0.6&others=kept")
-    ]
-    gap = found.one("success_difference", agent=AGENT, condition="flip?p=0.4", axis="no feedback")
-    lied, none = (found.one("success", agent=AGENT, condition=name) for name in ("flip?p=0.4", "no-feedback"))
-    assert (gap.value, gap.corrected_for) == (pytest.approx(lied.value - none.value), 4)
-
-
 def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     (part,) = SECTIONS[0].show(found)
     said = " ".join(block for block in part.blocks if isinstance(block, str))
     inverted = "The reported outcome is inverted; a false position is corrected when another joint is attempted."
     assert part.answer.startswith(inverted)
     assert "The paper does not say which of these false reports it has" in said
-    assert f"Against no feedback at all, the success of {AGENT} changed with " in said
     assert f"False reports that stay lower the success of {AGENT}" in said or "No effect of false reports that" in said
     assert f"false reports that stay, {AGENT} solved fewer trials than with flip rate 0." in part.answer
     assert found.answer.startswith(f"False reports raise the success of {AGENT}")

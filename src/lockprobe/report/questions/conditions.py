@@ -76,7 +76,7 @@ def _effects(numbers: OpenedStudy) -> Iterator[Row]:
     if not numbers.study.of_flips:
         cells, design = numbers.by_name, numbers.design
         yield from compared_rows(against_control(cells, design), numbers)
-        yield from compared_rows(against_first(cells, design.factors, design), numbers)
+        yield from compared_rows(against_first(cells, design), numbers)
 
 
 def _compared(found: Results) -> list[Estimate]:

@@ -9,19 +9,16 @@ from typing import Any
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, listed
-from lockprobe.foundation.grouping import grouped
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.report.answer import headline
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import cause, condition_words, false_reports, interval_kind, inverted, who
-from lockprobe.report.questions.conditions import compared_rows
 from lockprobe.report.rows import Course, Estimate, Fact, Results, Row, detected_said
 from lockprobe.report.rows.primary import dose_lines
 from lockprobe.report.section import Block, Figure, Note, Part, Section
 from lockprobe.statistics.arms import arms_of
-from lockprobe.statistics.contrast import against_first
-from lockprobe.statistics.design import NO_FEEDBACK, READING_FACTORS
+from lockprobe.statistics.design import READING_FACTORS
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
 
 _NAME = "readings"
@@ -31,14 +28,12 @@ _BOTH_FIT = "The paper does not say which of these false reports it has; its num
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
-    study, design = numbers.study, numbers.design
+    study = numbers.study
     positions = any(map(tells_positions, study.modalities))
     if not any(study.p) or not positions:
         return
     said = f"The flip rate is the probability that {inverted(study.flip, positions=positions)}."
     yield Fact(about=_NAME, name="what", text=said)
-    if not study.of_flips:
-        yield from compared_rows(against_first(numbers.by_name, design.no_feedback, design), numbers)
     if said := untested(numbers):
         yield Fact(about=_NAME, name="untested", text=said)
 
@@ -63,16 +58,6 @@ def untested(numbers: OpenedStudy) -> str:
 def _compared(found: Results) -> list[Estimate]:
     """Success under one reading minus success under another at the same flip rate."""
     return [row for row in found.where("success_difference", of="") if row.axis in READING_FACTORS and not row.versus]
-
-
-def _against_none_said(found: Results) -> Iterator[str]:
-    """Success with false reports minus success without any report, for each agent that the study is about."""
-    words, rows = condition_words(found), found.where("success_difference", of="", axis=NO_FEEDBACK)
-    for agent, own in grouped(rows, lambda row: row.agent).items():
-        if agent in found.subjects:
-            clear = [f"{words[row.condition]} ({entry_text(row)} points)" for row in own if row.detected]
-            said = f"changed with {listed(clear)}" if clear else "was in no case shown to change"
-            yield f"Against no feedback at all, the success of {who(agent)} {said}."
 
 
 def _answer(found: Results) -> str:
@@ -130,12 +115,10 @@ _FIGURE = Figure(
 )
 
 _NOTE = Note(
-    "Differences are within pairs of trials at the same flip rate. A positive difference from no feedback: false "
-    "reports are better than none. Strategies that ship learn from reports alone what they have tried: without any, "
-    "round-robin and human-inspired repeat one joint.",
+    "Differences are within pairs of trials at the same flip rate.",
     Markup(
         "<i>P</i> is the larger of McNemar's exact one and that of the interval, corrected for all flip rates and for "
-        "the agents (baselines apart); the contrasts with no feedback are a family of their own."
+        "the agents (baselines apart)."
     ),
 )
 
@@ -146,11 +129,10 @@ def _show(found: Results) -> Iterator[Part]:
     compared, several = _compared(found), len(found.readings) > 1
     others = [one for one, options in found.readings if options] * several
     effects = [headline(dose_lines(found, one), cause(one.axis)) for one in others]
-    said = [_BOTH_FIT * bool(compared), *effects, found.fact(_NAME, "untested"), *_against_none_said(found)]
+    said = [_BOTH_FIT * bool(compared), *effects, found.fact(_NAME, "untested")]
     blocks: list[Block] = [*filter(None, said), *[_FIGURE] * several]
     blocks += [detected_said(compared, "differences between readings")] if compared else []
-    noted = compared or found.where("success_difference", of="", axis=NO_FEEDBACK)
-    yield Part("What is a false report here?", _answer(found), [*blocks, *[_NOTE] * bool(noted)], _NAME)
+    yield Part("What is a false report here?", _answer(found), [*blocks, *[_NOTE] * bool(compared)], _NAME)
 
 
 SECTIONS = (Section(name=_NAME, title="What a false report is", rows=_rows, show=_show, figures=(_FIGURE,)),)
