@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lockprobe.statistics.betting import SHARES, confidence_sequence, log_wealth
-from lockprobe.statistics.every_look import Numbers, adjusted, at_every_look, log_thresholds, share_at_every_look
+from lockprobe.statistics.every_look import Numbers, at_every_look, closed_tests, share_at_every_look
 
 STUDIES = [
     ((0.0,), {}),
@@ -90,7 +90,7 @@ def evidence(many, looks=12):
 def test_adjusted_e_values_and_thresholds_are_those_of_all_sets_of_hypotheses(many):
     """The smallest mean of all sets with a hypothesis, and what the hardest of all sets asks for."""
     log_e = evidence(many)
-    adjusted_e, thresholds = np.exp(adjusted(log_e)), np.exp(log_thresholds(log_e, 0.05))
+    adjusted_e, thresholds = map(np.exp, closed_tests(log_e, 0.05))
     for row, limits, e in zip(adjusted_e, thresholds, np.exp(log_e), strict=True):
         for i in range(many):
             sets = [e[list(part)] for part in sets_with(i, many)]
@@ -100,10 +100,11 @@ def test_adjusted_e_values_and_thresholds_are_those_of_all_sets_of_hypotheses(ma
 
 def test_a_threshold_is_reached_exactly_where_closed_testing_rejects():
     log_e, level = evidence(4, looks=400), 0.01
-    rejected = adjusted(log_e) >= np.log(1 / level)
-    assert (rejected == (log_e >= log_thresholds(log_e, level))).all()
+    adjusted, needed = closed_tests(log_e, level)
+    rejected = adjusted >= np.log(1 / level)
+    assert (rejected == (log_e >= needed)).all()
     assert 0.02 < rejected.mean() < 0.98
-    assert (log_thresholds(log_e, level) >= np.log(1 / level) - 1e-12).all()
+    assert (needed >= np.log(1 / level) - 1e-12).all()
 
 
 def test_the_interval_is_the_last_of_the_sequence_in_the_order_of_trials():

@@ -168,7 +168,7 @@ def success_in_pairs(blocks: Blocks, first: int, second: int) -> Difference:
             over = at_one_dose(solved[:, 1].astype(np.float64) - solved[:, 0], person, unit=1.0)
             low, high = (-1.0, 1.0) if over.low is None or over.high is None else (over.low, over.high)
             p_value = 1.0 if over.p_value is None else over.p_value
-    return Difference(value=found.value, low=low, high=high, p_value=p_value, n=found.n, clusters=found.n)
+    return Difference(value=found.value, low=low, high=high, p_value=p_value, n=found.n)
 
 
 def numbers_of(differences: Array, blocks: Blocks, bound: float = 1.0) -> Numbers:

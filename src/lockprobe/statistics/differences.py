@@ -152,16 +152,13 @@ def _held(found: Found, low: Found, high: Found) -> Found:
     lows, highs, held = {one.dose: one for one in low}, {one.dose: one for one in high}, []
     for one in found:
         least, most = lows[one.dose], highs[one.dose]
-        made = bounded(one, least, most)
+        made, courses = bounded(one, least, most), [course for end in (one, least, most) if (course := end.course)]
         held.append(
             replace(
                 made,
                 first=between(one.first, most.first, least.first),
                 second=between(one.second, least.second, most.second),
-                course=one.course
-                and least.course
-                and most.course
-                and held_at_both_ends(one.course, least.course, most.course),
+                course=held_at_both_ends(*courses) if courses else None,
                 exchange=1.0 if made.p_value == 1 else max(least.exchange, most.exchange),
                 bounds=(least.value, most.value),
             )
@@ -233,17 +230,15 @@ def _by_dose(outcomes: Outcomes, rng: np.random.Generator, permutations: int, ag
     groups = [outcomes.at(outcomes.dose == dose) for dose in values]
     if outcomes.order is not None and not outcomes.crossed:
         return tuple(replace(one, dose=float(values[int(one.dose)])) for one in _at_every_look(groups, agents))
-    patterns = _patterns(outcomes, place)
-    apart = not any(len(set(labels)) > 1 for labels in patterns)
-    if apart and not (outcomes.crossed and len(values) > 1):
-        return ()
-    n = np.bincount(place).astype(np.float64)
-    if apart:
-        solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
-        away = compared = error = np.empty(0)
-    else:
-        solved, away, compared, error = _permuted_within_clusters(patterns, len(values), permutations, rng)
+    clusters = outcomes.cluster
+    n, met = np.bincount(place).astype(np.float64), np.unique(np.column_stack([clusters, place]), axis=0)
+    if len(met) > len(np.unique(clusters)):
+        solved, away, compared, error = _permuted_within_clusters(outcomes, place, len(values), permutations, rng)
         size = np.broadcast_to(n, solved.shape)
+    elif outcomes.crossed and len(values) > 1:
+        solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
+    else:
+        return ()
     if outcomes.crossed:
         away, compared = solved / size - (solved / size)[:, :1], n
         # with one more trial that differs at either dose: a dose with few trials, whose differences are large by
@@ -261,21 +256,8 @@ def _by_dose(outcomes: Outcomes, rng: np.random.Generator, permutations: int, ag
     return tuple(found)
 
 
-_Patterns = dict[tuple[int, ...], list[NDArray[np.bool_]]]
-
-
-def _patterns(outcomes: Outcomes, place: NDArray[np.intp]) -> _Patterns:
-    """Clusters grouped by the doses at which they have trials: one array of outcomes per cluster."""
-    clusters = outcomes.cluster
-    order = np.lexsort((place, clusters))
-    found: _Patterns = {}
-    for rows in np.split(order, np.flatnonzero(np.diff(clusters[order])) + 1):
-        found.setdefault(tuple(place[rows].tolist()), []).append(outcomes.solved[rows])
-    return found
-
-
 def _permuted_within_clusters(
-    patterns: _Patterns, places: int, permutations: int, rng: np.random.Generator
+    outcomes: Outcomes, place: NDArray[np.intp], places: int, permutations: int, rng: np.random.Generator
 ) -> tuple[Array, Array, Array, Array]:
     """Outcomes permuted within clusters; the first row is as observed.
 
@@ -284,10 +266,14 @@ def _permuted_within_clusters(
         the clusters that have both, of the same shape; number of such clusters, shape (doses,); standard error of
         these differences, with one more cluster that differs, of the same shape.
     """
+    clusters = outcomes.cluster
+    order, alike = np.lexsort((place, clusters)), dict[tuple[int, ...], list[NDArray[np.bool_]]]()
+    for rows in np.split(order, np.flatnonzero(np.diff(clusters[order])) + 1):  # those at the same doses together
+        alike.setdefault(tuple(place[rows].tolist()), []).append(outcomes.solved[rows])
     solved, away = np.zeros((2, 1 + permutations, places))
     both, variance = np.zeros((2, places))
-    for labels, rows in patterns.items():
-        members, at = np.array(rows), list(labels)
+    for labels, of in alike.items():
+        members, at = np.array(of), list(labels)
         varied = members[members.any(axis=1) & ~members.all(axis=1)].astype(np.uint8)
         many = max(1, _AT_ONCE // max(1, varied.size))
         shuffled = (

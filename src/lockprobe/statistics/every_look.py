@@ -158,8 +158,9 @@ def _tested(family: Sequence[Numbers], agents: float, margin: float | None) -> t
     def wealth(one: Numbers, mean: float, side: Side = "both") -> Array:
         return log_wealth(one.values, mean, low=-one.bound, high=one.bound, side=side)
 
-    def p_values(log_e: Array) -> Array:
-        return np.minimum(1.0, np.exp(-adjusted(log_e, least)) * agents)
+    def tested(log_e: Array) -> tuple[Array, Array]:
+        adjusted, needed = closed_tests(log_e, ALPHA / agents, least)
+        return np.minimum(1.0, np.exp(-adjusted) * agents), needed
 
     e = least = _by_block([wealth(one, 0.0) for one in family], family)
     small = np.ones_like(e)
@@ -167,8 +168,9 @@ def _tested(family: Sequence[Numbers], agents: float, margin: float | None) -> t
         both = [np.minimum(wealth(one, margin, "below"), wealth(one, -margin, "above")) for one in family]
         of_small = _by_block(both, family)
         least = np.minimum(e, of_small)
-        small = p_values(of_small)
-    return p_values(e), small, log_thresholds(e, ALPHA / agents, least)
+        small, _ = tested(of_small)
+    p_values, needed = tested(e)
+    return p_values, small, needed
 
 
 def _by_block(processes: Sequence[Array], family: Sequence[Numbers]) -> Array:
@@ -213,46 +215,27 @@ def _first(seen: NDArray[np.int64], p_values: Array) -> int | None:
     return int(found[0]) + 1 if len(found) else None
 
 
-def adjusted(log_e: Array, others: Array | None = None) -> Array:
-    """The e-values adjusted for each other: the smallest mean of a set with the hypothesis, as logarithms.
+def closed_tests(log_e: Array, level: float, others: Array | None = None) -> tuple[Array, Array]:
+    """The e-values adjusted for each other, and the e-value that each needs to be rejected, as logarithms.
+
+    An adjusted one is the smallest mean of a set with the hypothesis. What it needs takes the place of 1 / level in the
+    interval of one parameter among several: the interval then excludes the hypothesis if and only if closed testing
+    rejects it, and it still covers its own parameter with 1 - level.
 
     Args:
         log_e: Logarithms of e-values at each look, shape (looks, hypotheses).
+        level: Of the tests.
         others: The e-values that each hypothesis is judged beside, of the same shape; the same if None. Of several
             hypotheses of one parameter that exclude each other it is the smallest.
 
-    >>> np.exp(adjusted(np.log([[40.0, 10.0]]))).round(1).tolist()
-    [[25.0, 10.0]]
+    >>> [np.exp(one).round(1).tolist() for one in closed_tests(np.log([[40.0, 10.0]]), 0.05)]
+    [[[25.0, 10.0]], [[30.0, 20.0]]]
     """
-    found = np.empty_like(log_e)
-    for i, (own, sums) in enumerate(_each(log_e, others)):
-        sizes = np.arange(1, sums.shape[1] + 1)
-        found[:, i] = np.log(((own[:, None] + sums) / sizes).min(axis=1))
-    return found
-
-
-def log_thresholds(log_e: Array, level: float, others: Array | None = None) -> Array:
-    """The e-value that each hypothesis needs to be rejected beside the others, as a logarithm.
-
-    It takes the place of 1 / level in the interval of one parameter among several: the interval then excludes the
-    hypothesis if and only if closed testing rejects it, and it still covers its own parameter with 1 - level. E-values
-    are as in :func:`adjusted`.
-
-    >>> np.exp(log_thresholds(np.log([[40.0, 10.0]]), 0.05)).round(6).tolist()
-    [[30.0, 20.0]]
-    """
-    found = np.empty_like(log_e)
-    for i, (_, sums) in enumerate(_each(log_e, others)):
-        sizes = np.arange(1, sums.shape[1] + 1)
-        found[:, i] = np.log((sizes / level - sums).max(axis=1))
-    return found
-
-
-def _each(log_e: Array, others: Array | None) -> list[tuple[Array, Array]]:
-    """Each e-value, and the sums of the 0, 1, 2, … smallest others, shape (looks, hypotheses)."""
     e, beside = (np.exp(np.minimum(one, _LARGEST)) for one in (log_e, log_e if others is None else others))
-    found = []
+    adjusted, needed = np.empty((2, *log_e.shape))
     for i in range(e.shape[1]):
-        sums = np.sort(np.delete(beside, i, axis=1), axis=1).cumsum(axis=1)
-        found.append((e[:, i], np.concatenate([np.zeros((len(e), 1)), sums], axis=1)))
-    return found
+        sums = np.sort(np.delete(beside, i, axis=1), axis=1).cumsum(axis=1)  # of the 1, 2, … smallest others
+        sums, sizes = np.pad(sums, ((0, 0), (1, 0))), np.arange(1, e.shape[1] + 1)
+        adjusted[:, i] = np.log(((e[:, [i]] + sums) / sizes).min(axis=1))
+        needed[:, i] = np.log((sizes / level - sums).max(axis=1))
+    return adjusted, needed

@@ -22,14 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.statistics.blocks import blocks_of
+from lockprobe.statistics.blocks import blocks_of, success_in_pairs
 from lockprobe.statistics.broken_trials import whatever_broke, worst
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.distributions import holm, student_tails
 from lockprobe.statistics.modalities import by_fidelity, fidelity
 from lockprobe.statistics.outcomes import Outcomes, joined
-from lockprobe.statistics.pairs import Paired, paired
-from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.proportions import ALPHA, Difference
 
 Array = NDArray[np.float64]
 
@@ -114,18 +113,6 @@ def solving(first: Outcomes, second: Outcomes) -> Hazard:
     return whatever_broke(compared, (first, second), (False, True), worst)
 
 
-class ModalityPair(NamedTuple):
-    """Two modalities, the second, of higher fidelity, over or less the first, whatever became of broken trials.
-
-    Attributes:
-        hazard: Of solving; its P value is corrected for the pairs (Holm) and for agents.
-        final: The difference in final success over the trials that both have.
-    """
-
-    first: str
-    second: str
-    hazard: Hazard
-    final: Paired
 
 
 class ModalityEffect(NamedTuple):
@@ -135,14 +122,15 @@ class ModalityEffect(NamedTuple):
         modalities: From low to high fidelity.
         trend: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), corrected for agents. Variants of a
             modality (``rgbd?depth=height``) have equal fidelity. None with one fidelity or too few clusters.
-        pairs: Every two modalities.
+        pairs: Every two modalities, the second of higher fidelity: how soon the box is solved in it, corrected for the
+            pairs (Holm) and for agents, and its final success less that in the first, over the trials that both have.
         agents: Number of agents that are judged together.
     """
 
     agent: str
     modalities: tuple[str, ...]
     trend: Hazard
-    pairs: tuple[ModalityPair, ...]
+    pairs: tuple[tuple[str, str, Hazard, Difference], ...]
     agents: int
 
 
@@ -173,8 +161,8 @@ def _effect(shown: dict[str, Outcomes], agent: str, agents: int) -> ModalityEffe
     def corrected(p_value: float | None) -> float | None:
         return None if p_value is None else min(1.0, agents * p_value)
 
-    def final(groups: Sequence[Outcomes]) -> Paired:
-        return paired(*blocks_of(groups).whole([0, 1])[0].T)
+    def final(groups: Sequence[Outcomes]) -> Difference:
+        return success_in_pairs(blocks_of(groups), 0, 1)
 
     # those that broke at the lowest fidelity against all others
     over = whatever_broke(trend, [of for _, of in ranked.values()], [rank > min(ranks) for rank in ranks], worst)
@@ -186,12 +174,7 @@ def _effect(shown: dict[str, Outcomes], agent: str, agents: int) -> ModalityEffe
         modalities=tuple(shown),
         trend=replace(over, p_value=corrected(over.p_value)),
         pairs=tuple(
-            ModalityPair(
-                first,
-                second,
-                replace(hazard, p_value=p_value),
-                whatever_broke(final, (one, two), (False, True)),
-            )
+            (first, second, replace(hazard, p_value=p_value), whatever_broke(final, (one, two), (False, True)))
             for ((first, one), (second, two)), hazard, p_value in zip(pairs, hazards, tested, strict=True)
         ),
         agents=agents,

@@ -118,8 +118,7 @@ def _difference(one: AgentPair, quantity: str, dose: float | None = None) -> dic
     alike = one.plays_alike if dose is None else dose in one.alike
     note = "; ".join(filter(None, (_WORST * one.bounded, _ALIKE * alike)))
     columns = {"quantity": quantity, "unit": "steps" if quantity == STEPS else "points", "note": note}
-    clusters = {"clusters": None} if dose is not None and quantity == SUCCESS else {}
-    return columns | {"test": _test(one, quantity, dose) * (not alike)} | measured(one.mean(quantity, dose)) | clusters
+    return columns | {"test": _test(one, quantity, dose) * (not alike)} | measured(one.mean(quantity, dose))
 
 
 def _test(one: AgentPair, quantity: str, dose: float | None = None) -> str:

@@ -205,11 +205,11 @@ def _of_modalities(numbers: OpenedStudy) -> Iterator[Estimate]:
             note="" if len(ranks) > 1 else "equal fidelity",
         )  # fmt: skip
         tested = {"test": "log-rank", "corrected_for": len(effect.pairs) * effect.agents}
-        for pair in effect.pairs:
-            of = {"agent": effect.agent, "modality": pair.second, "family": _PAIRS}
-            of |= {"versus": effect.agent, "versus_modality": pair.first}
-            yield measured_row("hazard_ratio", pair.hazard, **of, of="modalities", unit="ratio", **tested)
-            yield measured_row("success_difference", pair.final, **of, unit="points", test="McNemar")
+        for first, second, hazard, final in effect.pairs:
+            of = {"agent": effect.agent, "modality": second, "family": _PAIRS}
+            of |= {"versus": effect.agent, "versus_modality": first}
+            yield measured_row("hazard_ratio", hazard, **of, of="modalities", unit="ratio", **tested)
+            yield measured_row("success_difference", final, **of, unit="points", test="McNemar")
 
 
 def _modalities(found: Results) -> Lines:
