@@ -21,7 +21,7 @@ SETTINGS = ["flips", "--p", "0,0.3,0.6", "--repetitions", "2", "--trials", "4"]
 STORE = ("study.json", "study.db")
 LOGS = (*STORE, "study.db-wal", "study.db-shm", "study.db-journal")
 REPORT = ("report.html", "figures/box.svg", "figures", "tables")
-FORKS = ("forks", "forks/study.db", "forks/study.db-wal", "forks/study.json", "forks/next_choices.json")
+FORKS = ("forks", "forks/study.db", "forks/study.db-wal", "forks/study.json")
 PEOPLE = ("people", "people/experiment.json")
 
 WRITE = {

@@ -49,7 +49,7 @@ def test_as_json_it_has_every_effect_with_its_interval(directory):
     changes = {one["of"].partition(", ")[0]: one for one in effects if one["quantity"] == "fork_change"}
     places = {(one["condition"], one["of"].partition(", ")[2]) for one in effects}
     assert places == {("flip?p=0.4", "lie, 5, later reports as in the condition")}
-    assert changes.keys() >= {"success", "steps", "repeats", "next choice"}
+    assert changes.keys() >= {"success", "steps", "repeats"}
     assert all(one["clusters"] <= 4 for one in changes.values())
 
 

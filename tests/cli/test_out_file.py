@@ -4,7 +4,6 @@ import pytest
 
 from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.foundation.errors import BadFile
-from lockprobe.studies.branch import FORKS
 
 STORES = ("study.db", "study.db-wal", "study.db-shm", "study.db-journal", "study.db.rescued", "study.db.rescued-2")
 KEPT = (*STORES, "results.json", "people/experiment.json", "pictures/new.png")
@@ -13,7 +12,7 @@ KEPT = (*STORES, "results.json", "people/experiment.json", "pictures/new.png")
 def test_what_a_study_keeps_is_refused_and_other_files_beside_it_are_not(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "link.csv").symlink_to(tmp_path / "study.db")
-    kept = ("study.json", *KEPT, "report.html", f"{FORKS}/next_choices.json", "link.csv")
+    kept = ("study.json", *KEPT, "report.html", "link.csv")
     for name in kept:
         refuse_study_file(tmp_path / "elsewhere" / name)  # there is no study
         refuse_study_file(tmp_path / name)

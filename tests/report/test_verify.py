@@ -29,7 +29,7 @@ from lockprobe.cli import build
 from lockprobe.interfaces.mcp.session import ToolSession
 from lockprobe.report.verify import NOT_SHOWN, verify
 from lockprobe.report.write import write_report
-from lockprobe.studies.branch import FORKS, branching, play_forks, write_choices
+from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
@@ -77,7 +77,6 @@ def forked(directory):
     asked = branching(planned, load(directory), at=["2"], told=["truth", "lie"], times=2)
     with Journal.open(directory / FORKS, planned) as journal:
         play_forks(asked, journal)
-    write_choices(directory, asked, {fork.key for fork in load(directory / FORKS)})
 
 
 def local(directory):

@@ -84,19 +84,6 @@ def test_outcomes_of_the_next_action():
     assert only(effects, "steps").change.value == 0
 
 
-def test_chances_of_the_next_choice_are_compared_without_sampling():
-    parents = [trial(1), trial(2)]
-    bare = [
-        replace(one, steps=tuple(replace(s, decision=replace(s.decision, probabilities=None)) for s in one.steps))
-        for one in both(parents)
-    ]
-    chances = {one.key: {"truth": (0.7, 0.1, 0.1, 0.1), "lie": (0.2, 0.6, 0.1, 0.1)}[one.fork.arm] for one in bare}
-    change = only(effects_of(bare, parents, chances=chances), "next choice").change
-    assert change.value == pytest.approx(0.5)
-    assert change.p_value is None
-    assert "next choice" not in {one.outcome for one in effects_of(bare, parents)}
-
-
 def test_p_values_of_success_are_corrected_for_all_of_an_agent():
     parents = [trial(number) for number in range(1, 7)]
     alone = [fork(parent, arm, solved=arm == "lie") for parent in parents for arm in ("truth", "lie")]

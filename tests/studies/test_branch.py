@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation.exact import propagate
 from lockprobe.statistics.arms import CROSSED
 from lockprobe.statistics.branch import branch_effects
-from lockprobe.studies.branch import FORKS, TOLD, branching, play_forks, read_choices, write_choices
+from lockprobe.studies.branch import FORKS, TOLD, branching, play_forks
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
@@ -149,28 +149,3 @@ def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path,
     forks = load(tmp_path / FORKS)
     assert {fork.ending for fork in forks} == {"error"}
     assert all(fork.owed_again and "step 1 cannot be replayed" in fork.error.message for fork in forks)
-
-
-def test_chances_of_next_choices_are_those_on_record_and_of_policies_alone(tmp_path):
-    planned = study("flips", agent=["cognitive:insistent", "human-inspired"], p=[0.4], trials=4, repetitions=1)
-    wanted = branching(planned, run_study(planned, tmp_path), at=["2", "5"], told=["truth", "lie", "remark"], times=2)
-    with Journal.open(tmp_path / FORKS, planned) as journal:
-        play_forks(wanted, journal)
-    forks = {fork.key: fork for fork in load(tmp_path / FORKS)}
-    assert read_choices(tmp_path) == write_choices(tmp_path, wanted, ()) == {}
-    some = write_choices(tmp_path, wanted, list(forks)[:3])
-    found = write_choices(tmp_path, wanted, forks)
-    assert some.keys() < found.keys()
-    assert read_choices(tmp_path) == found
-    assert found.keys() == {key for key in forks if key.endswith("time=1")}
-    for key, chances in found.items():
-        at = 2 if "/at=2/" in key else 5
-        on_record = forks[key].steps[at].decision.probabilities
-        assert sum(chances) == 1 or abs(sum(chances) - 1) < 1e-12
-        assert on_record in (None, chances)
-        chosen = forks[key].listing.index(forks[key].steps[at].decision.joint)
-        assert chances[chosen] > 0
-    assert any(forks[key].steps[2].decision.probabilities for key in found)
-    (tmp_path / FORKS / "next_choices.json").write_text('{"a": [NaN]}')
-    with pytest.raises(BadFile, match="not the probabilities of next choices"):
-        read_choices(tmp_path)

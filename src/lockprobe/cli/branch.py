@@ -24,7 +24,7 @@ from lockprobe.report.questions.forks import fork_rows, fork_said, fork_table
 from lockprobe.report.rows import Estimate
 from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.rules import Rules
-from lockprobe.studies.branch import FORKS, Branching, branching, play_forks, write_choices
+from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
 from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
@@ -100,7 +100,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
         reached = progress.watch(partial(play_forks, asked, journal, limits=limits, observer=progress), journal)
         owed = sum(map(journal.owes, planned))
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
-    effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
+    effects = branch_effects(forks, asked.trials, asked.at)
     rows = fork_rows(effects, asked.study)
     rules = rules_broken_said(*Rules(*asked.study.boxes).broken(forks))
     progress.tell("effects", effects=[row.plain() for row in rows])
@@ -146,7 +146,4 @@ def _print_effects(rows: Sequence[Estimate], rules: str) -> None:
     for said in filter(None, (fork_said(rows), rules)):
         print(printable(said))
     several = "; P and intervals for the number of agents" if any(row.corrected_for > 1 for row in rows) else ""
-    print(
-        f"P is corrected for all effects on success of one agent (Holm){several}. next choice: exact change of its "
-        "choice probabilities, 0 to 1. --json has every interval."
-    )
+    print(f"P is corrected for all effects on success of one agent (Holm){several}. --json has every interval.")

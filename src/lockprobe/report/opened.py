@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import product
 from os.path import lexists
@@ -27,7 +27,7 @@ from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, outcomes
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Rules
-from lockprobe.studies.branch import read_choices, read_forks
+from lockprobe.studies.branch import read_forks
 from lockprobe.studies.decisions import Answer, answers_by_agent, block_orders, broken_by_agent, counted
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.directory import read_study
@@ -128,7 +128,6 @@ class OpenedStudy:
         diaries: What participants did, in the order in which they joined.
         withdrawn: Number of participants who withdrew.
         forks: Forks of these trials on record (``lockprobe branch``).
-        choices: Key of a fork -> probability of each joint at its first choice, where that is known.
         measured: What installed packages measure, if it is given instead of measured; None otherwise.
     """
 
@@ -139,7 +138,6 @@ class OpenedStudy:
     diaries: tuple[Diary, ...]
     withdrawn: int
     forks: tuple[Trial, ...] = ()
-    choices: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     measured: Sequence[Row] | None = None
 
     @cached_property
@@ -320,7 +318,6 @@ def open_study(directory: Path) -> OpenedStudy:
 
         diaries, gone = read_diaries(directory), withdrawn(directory)
     study = read_study(directory)
-    forks, choices = read_forks(directory), read_choices(directory)
     trials = sorted(load(directory, study), key=study.place_of)
     return OpenedStudy(
         directory=directory,
@@ -329,6 +326,5 @@ def open_study(directory: Path) -> OpenedStudy:
         replaced=len(replaced_records(directory)),
         diaries=tuple(diaries),
         withdrawn=gone,
-        forks=tuple(forks),
-        choices=choices,
+        forks=tuple(read_forks(directory)),
     )

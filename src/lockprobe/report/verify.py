@@ -19,9 +19,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.agents.llm.settings import Model
-from lockprobe.agents.policy import Policy
 from lockprobe.foundation.errors import LockprobeError, UserMistake
 from lockprobe.foundation.inputs import is_there, read_input
 from lockprobe.foundation.plugins import no_foreign_code
@@ -31,7 +29,7 @@ from lockprobe.people.journey import acts_of_steps
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.replay import AgentKind, ReplayedTrial, is_foreign, kind_of, played_again
 from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
-from lockprobe.studies.branch import FORKS, fork_plan, next_choice
+from lockprobe.studies.branch import FORKS, fork_plan
 from lockprobe.studies.costs.call_log import kept_replies, logged_calls
 from lockprobe.studies.decisions import due
 from lockprobe.studies.records.attempt_log import AttemptLog
@@ -294,17 +292,17 @@ def _unlike(trial: Trial, attempts: Sequence[RecordedAttempt]) -> str:
 
 
 def _forks(of: _PlayedAgain) -> Iterator[Check]:
-    """Forks follow from the records of their trials, their choices and the seed, and next choices from strategies."""
+    """Forks follow from the records of their trials, their choices and the seed."""
     opened, own, directory = of.opened, of.study, of.directory / FORKS
     if not opened.forks:
         return
-    there, chances, failed = read_study(directory), dict(opened.choices), list[str]()
+    there, failed = read_study(directory), list[str]()
     if list(map(there.record_identity, there.conditions)) != list(map(own.record_identity, own.conditions)):
         failed.append(f"{FORKS}/study.json: the settings of another study")
     again, kept, kept_before = list[ReplayedTrial](), _kept(directory), _kept(of.directory)
     with asyncio.Runner() as runner:
         for fork in opened.forks:
-            name, chosen = fork.fork, chances.pop(fork.key, None)
+            name = fork.fork
             try:
                 assert name is not None
                 plan = fork_plan(own, of.trials[name.parent], name)
@@ -315,11 +313,6 @@ def _forks(of: _PlayedAgain) -> Iterator[Check]:
             again.append(one := runner.run(played_again(plan, fork, *replies)))
             if why := one.luck or one.choices * (one.kind != "hosted"):  # those have a check of their own
                 failed.append(f"{one.key}: {why}")
-            if chosen is not None:
-                policy = resolve(fork.agent).make() if is_strategy(fork.agent) else None
-                if not isinstance(policy, Policy) or runner.run(next_choice(plan, policy, name.at)) != chosen:
-                    failed.append(f"{fork.key}: another next choice than its strategy has")
-    failed += (f"{key}: a next choice, but no fork on record has it" for key in chances)
     yield Check("forks", f"all {len(opened.forks)} forks follow from their trials, their choices and the seed", failed)
     yield from _replies_held("fork replies", directory, {one.key: one for one in opened.forks}, again)
 

@@ -16,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.blocks import TIE, Array, exchanged, rare_block
-from lockprobe.statistics.clustered import student
+from lockprobe.statistics.blocks import Array, exchanged, rare_block
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.outcomes import ended
@@ -38,15 +37,10 @@ OUTCOMES: Mapping[str, str] = {
     "steps": "steps",
     "leaves loop": "points",
     "repeats": "points",
-    "next choice": "total variation",
 }
 """Outcome -> the unit of its change. The box is solved; steps that the whole trial takes, its budget where it is not
 solved; the next action is not the one that continues the loop (in a loop alone); the next action repeats that of the
-fork; how far the probabilities of the next choice are from those after a true report (0 if they are equal, at most 1),
-not sampled."""
-
-Chances = Mapping[str, Sequence[float]]
-"""Key of a fork -> the exact probabilities of its next choice, by joint."""
+fork."""
 
 _LOOP = 3
 """Actions that are in a loop if they have stood in this order before, without overlap."""
@@ -119,7 +113,6 @@ def branch_effects(
     forks: Sequence[Trial],
     parents: Mapping[str, Trial],
     rules: Sequence[str] | None = None,
-    chances: Chances | None = None,
 ) -> list[ForkEffect]:
     """The effect of every arm at every fork point, compared with a true report there.
 
@@ -130,9 +123,8 @@ def branch_effects(
         parents: Key -> recorded trial.
         rules: Places as they were asked for, ``every`` for each step apart. If not given, every step and rule, for
             arms in which all trials are forked there that are forked anywhere and go on there.
-        chances: Key of a fork -> probabilities of its next choice, where they are known and not on record.
     """
-    known, budget = chances or {}, max((fork.budget for fork in forks), default=0)
+    budget = max((fork.budget for fork in forks), default=0)
     placed: dict[tuple[str, str, bool], dict[tuple[str, int], dict[str, dict[int, Trial]]]] = {}
     for fork in ended(forks):
         if (name := fork.fork) and (parent := parents.get(name.parent)):
@@ -152,7 +144,7 @@ def branch_effects(
                 if len(forked) < (len(points) if rules is None else 2):
                     continue
                 for outcome in OUTCOMES:
-                    pairs = [_pairs(there[point], parents[point[0]], point[1], arm, outcome, known) for point in forked]
+                    pairs = [_pairs(there[point], parents[point[0]], point[1], arm, outcome) for point in forked]
                     if len(own := [one for one in pairs if one is not None]) > 1:
                         of = _effect(own, outcome, budget, agents)
                         found.append(ForkEffect(agent, condition, where, arm, truthful, outcome, *of, agents))
@@ -163,9 +155,7 @@ def branch_effects(
     return found
 
 
-def _pairs(
-    arms: Mapping[str, Mapping[int, Trial]], parent: Trial, at: int, arm: str, outcome: str, chances: Chances
-) -> Array | None:
+def _pairs(arms: Mapping[str, Mapping[int, Trial]], parent: Trial, at: int, arm: str, outcome: str) -> Array | None:
     """Outcomes of an arm and of a true report, one row per continuation; None if either is missing.
 
     If continuations share no luck, one true report may serve several rows: it is the recorded trial.
@@ -173,11 +163,6 @@ def _pairs(
     told, changed = arms.get(TRUTH), arms.get(arm)
     if not told or not changed:
         return None
-    if outcome == "next choice":  # known before anything else is attempted next
-        both = [next(iter(one.values())) for one in (told, changed)]
-        one, other = (fork.steps[at].decision.probabilities or chances.get(fork.key) for fork in both)
-        apart = None if one is None or other is None else sum(abs(a - b) for a, b in zip(one, other, strict=True)) / 2
-        return None if apart is None else np.array([[apart, 0.0]])
     base = {time: _outcome(fork, parent, at, outcome) for time, fork in told.items()}
     only = next(iter(base.values())) if len(base) == 1 else math.nan
     pairs = np.array([(_outcome(fork, parent, at, outcome), base.get(time, only)) for time, fork in changed.items()])
@@ -204,11 +189,6 @@ def _effect(trials: Sequence[Array], outcome: str, budget: int, agents: int) -> 
     for row, pairs in zip(differences, trials, strict=True):
         row[: len(pairs)] = pairs[:, 0] - pairs[:, 1]
     changed, told = np.concatenate(trials).T
-    if outcome == "next choice":  # that chances differ is known
-        change = Difference(value=float(changed.mean()), n=len(changed), clusters=len(changed))
-        if np.ptp(changed) > TIE:
-            change = student(change, float(changed.var(ddof=1)) / len(changed), len(changed), choices=agents)
-        return float(told.mean()), replace(change, p_value=None)
     unit, rare = (float(budget), rare_block(told, changed, budget)) if outcome == "steps" else (1.0, None)
     change = exchanged(differences, unit=unit, choices=agents, rare=rare)
     return float(told.mean()), replace(change, p_value=min(1.0, agents * (change.p_value or 0.0)))

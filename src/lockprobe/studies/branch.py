@@ -6,30 +6,23 @@ name no trial of the study, so they are never counted as its trials.
 
 from __future__ import annotations
 
-import asyncio
-import json
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
-
-from pydantic import FiniteFloat, TypeAdapter, ValidationError
+from typing import TYPE_CHECKING
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.policy import Policy
-from lockprobe.foundation.errors import BadFile, BadValue, ModelFault, UnknownName
-from lockprobe.foundation.inputs import is_there, read_input
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
-from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import takes_rates
 from lockprobe.interventions.told import Correction
-from lockprobe.plants.catalogue import plant_of
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.modality import interventions_for, is_pictured
@@ -40,15 +33,14 @@ from lockprobe.studies.running.executor import Limits, Observer
 from lockprobe.studies.running.runner import run
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
-from lockprobe.trial.loop import play
-from lockprobe.trial.plan import Fork, Names, Plan
+from lockprobe.trial.plan import Fork, Plan
 from lockprobe.trial.protocols import Intervention
-from lockprobe.trial.record import Decision, Fact, Situation, Trial
+from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import false_reports
 from lockprobe.trial.trial_name import ForkName
 
 if TYPE_CHECKING:
-    from numpy.random import Generator
+    pass
 
 FORKS = "forks"
 """The directory of forks in that of their study."""
@@ -240,66 +232,3 @@ def read_forks(directory: Path | str) -> list[Trial]:
     """
     forks = Path(directory) / FORKS
     return load(forks) if is_there(forks / STORE) else []
-
-
-_CHOICES = "next_choices.json"
-"""The file of exact probabilities of next choices, beside the forks, because a report plays no agent."""
-
-
-def read_choices(directory: Path | str) -> dict[str, tuple[float, ...]]:
-    """Key of a fork -> the exact probability of each joint, as listed, at its next choice; empty without a file.
-
-    Raises:
-        BadFile: If the file is damaged.
-    """
-    path = Path(directory) / FORKS / _CHOICES
-    try:
-        return TypeAdapter(dict[str, tuple[FiniteFloat, ...]]).validate_json(
-            read_input(path) if path.exists() else "{}"
-        )
-    except ValidationError:
-        raise BadFile(path, "not the probabilities of next choices; delete it and run the same branch again") from None
-
-
-def write_choices(directory: Path, asked: Branching, keys: Container[str]) -> dict[str, tuple[float, ...]]:
-    """Add the next choices after these forks to the file in a study's directory, and return the file's contents.
-
-    They are those of policies: local models have recorded probabilities, and hosted models have unknown ones.
-    """
-    found = read_choices(directory)
-    for spec in () if asked.study.simulated else asked.agents:
-        source = resolve(spec)
-        agent = source.make() if source.engine == "inline" else None
-        if isinstance(agent, Policy):
-            own = {plan.key: (plan, plan.fork) for plan in asked.plans(spec) if plan.key in keys}
-            for key, (plan, fork) in own.items():
-                if fork is not None and fork.name.time == 1:
-                    found[key] = asyncio.run(next_choice(plan, agent, fork.name.at))
-    write_file(directory / FORKS / _CHOICES, json.dumps(found))
-    return found
-
-
-async def next_choice(plan: Plan, policy: Policy[Any], at: int) -> tuple[float, ...]:
-    """The choice probabilities at a fork, found by replaying it up to the choice after the changed report."""
-    asked = _ChoiceProbe(policy, at)
-    plant = plant_of(plan, Names(plan).labels)
-    await play(plan, plant=plant, interventions=interventions_for(plan.condition), agent=asked)
-    return asked.chances
-
-
-class _ChoiceProbe:
-    """A policy that plays up to a step, then keeps its choice probabilities and stops."""
-
-    facts: ClassVar[Mapping[str, Fact]] = {}
-
-    def __init__(self, policy: Policy[Any], at: int) -> None:
-        self._policy, self._left = policy, at
-        self.chances: tuple[float, ...] = ()
-
-    async def decide(self, situation: Situation, rng: Generator) -> Decision:
-        if self._left:
-            self._left -= 1
-            return await self._policy.decide(situation, rng)
-        known = self._policy.recall(situation)
-        self.chances = self._policy.chances(known.view, known.memory)
-        raise ModelFault("its chances are known: the trial ends here")

@@ -26,7 +26,7 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     if not numbers.forks:
         return
     parents = {trial.key: trial for trial in numbers.trials}
-    rows = fork_rows(branch_effects(numbers.forks, parents, chances=numbers.choices), numbers.study)
+    rows = fork_rows(branch_effects(numbers.forks, parents), numbers.study)
     yield from rows
     if rows and (rules := rules_broken_said(*numbers.rules.broken(numbers.forks))):
         yield Fact(about="forks", name="rules", text=rules)
@@ -152,8 +152,7 @@ _NOTE = Note(
         "record. That report, or the action after it, is changed, and the agent continues, with the same random "
         "numbers in every arm if it is seeded. Each trial counts once, with all its continuations. <i>steps</i>: "
         "number of steps, with the budget for unsolved trials. <i>leaves loop</i>, <i>repeats</i>: the next action "
-        "does not continue the current loop, or repeats the last one. <i>next choice</i>: total variation distance "
-        "between the probabilities of the next choice, from 0 to 1; it is exact.</p>"
+        "does not continue the current loop, or repeats the last one.</p>"
     ),
 )
 

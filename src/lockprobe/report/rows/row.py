@@ -80,7 +80,7 @@ UNITS = (
     *("share", "points", "ratio", "yes or no", "direction", "order", "dose"),
     *("steps", "trials", "people", "claims", "reports", "decisions", "ms", "records", "lines"),
     *("boxes", "blocks", "restarts", "interlocks", "permutations"),
-    *("bits", "logits", "score", "coefficient", "r", "z", "total variation"),
+    *("bits", "logits", "score", "coefficient", "r", "z"),
 )
 """The units of Lockprobe's numbers."""
 
