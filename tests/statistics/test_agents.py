@@ -138,17 +138,6 @@ def some(n, seed):
     return set(np.random.default_rng(seed).permutation(40)[:n].tolist())
 
 
-def test_an_agent_whose_failures_break_is_not_called_better():
-    """Both solve 20 of 40. Of the second all failures but two break: it solved 20 of 22."""
-    second, first = some(20, 2), with_broken("llm:a", some(20, 1))
-    failures = sorted(set(range(40)) - second)
-    assert not pair(with_broken("llm:b", second), first).bounded
-    found = pair(with_broken("llm:b", second, failures[2:]), first)
-    assert found.bounded
-    assert found.shares[1] > 0.85
-    assert not found.mean(SUCCESS).clear
-
-
 def test_intervals_hold_however_the_broken_trials_of_both_agents_ended_at_both_doses():
     def of(ways):
         return pair(
@@ -193,14 +182,6 @@ def moved_by(first, second, blocks=30, seed=0):
         for i, chances in enumerate((first, second), start=1)
     )
     return changes_of(P, two - one, np.random.default_rng([seed, 3]), blocks_of([outcomes([])]))
-
-
-def test_noise_that_helps_one_agent_only_is_found_and_where():
-    helped = moved_by((0.5, 0.5, 0.5), (0.1, 0.2, 0.9), blocks=60)
-    assert helped.keys() == {0.2, 0.4, None}
-    assert helped[0.4].p_value < 0.01
-    assert helped[0.4].low < 0.8 < helped[0.4].high
-    assert helped[None].p_value is None
 
 
 @pytest.mark.parametrize(("first", "second"), [((0.2,) * 3, (0.9,) * 3), ((0.1, 0.3, 0.5), (0.4, 0.6, 0.8))])

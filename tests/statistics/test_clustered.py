@@ -37,16 +37,6 @@ def test_the_clustered_interval_covers_where_wilsons_does_not(k):
     assert naive < 0.85
 
 
-def test_clusters_at_the_edge():
-    assert clustered_proportion([3], [10]) == clustered_proportion([3, 0], [10, 0])
-    one = clustered_proportion([3], [10])
-    assert (one.value, one.low, one.high, one.clusters) == (0.3, 0.0, 1.0, 1)
-    none = clustered_proportion([0] * 5, [6] * 5)
-    assert (none.low, none.design_effect) == (0.0, pytest.approx(6.0))
-    assert none.high > proportion(0, 5).high
-    assert math.isnan(clustered_proportion([], []).value)
-
-
 def ends(counts, sizes):
     found = clustered_proportion(counts, sizes)
     return found.low, found.high

@@ -51,12 +51,3 @@ def test_it_is_the_plain_share_without_early_censoring_and_the_librarys_with_it(
     assert censored.share == pytest.approx(library.evaluate(np.arange(21.0)).tolist(), abs=1e-12)
     low, share, high = map(np.array, (censored.low, censored.share, censored.high))
     assert np.all((low >= 0) & (low <= share) & (share <= high) & (high <= 1))
-
-
-def test_a_design_effect_widens_the_band_as_fewer_trials_would():
-    steps, happened = np.repeat([5, 10, 20], 10), np.repeat([True, True, False], 10)
-    alone, together = incidence(steps, happened, 20), incidence(steps, happened, 20, design_effect=2.0)
-    fewer = incidence(steps[::2], happened[::2], 20)
-    assert together.share == alone.share
-    assert together.low == pytest.approx(fewer.low)
-    assert together.high == pytest.approx(fewer.high)

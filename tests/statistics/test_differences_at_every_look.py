@@ -7,7 +7,6 @@ import pytest
 from solved import drawn, people, rng, study
 
 from lockprobe.statistics.differences import any_difference, each_difference
-from lockprobe.statistics.every_look import Numbers, at_every_look
 from lockprobe.statistics.outcomes import BlockOrder
 
 ORDER = BlockOrder(plans=((3, 20),))
@@ -21,18 +20,6 @@ def watched(success=(0.2, 0.25, 0.7), order=ORDER, seed=1, shape=(3, 3, 20)):
 
 def by_dose(found):
     return [found.at(found.dose == p) for p in np.unique(found.dose)]
-
-
-def test_differences_are_those_of_the_pairs_in_the_order_of_the_plan():
-    found, solved = watched()
-    pairs = solved[1:].astype(float) - solved[0]
-    asked = at_every_look([Numbers(values=one, block=np.arange(60)) for one in pairs], agents=2)
-    changes = [one for _, one in each_difference(by_dose(found), rng(), agents=2)]
-    for change, one in zip(changes, asked, strict=True):
-        assert (change.low, change.high, change.p_value) == (one.low, one.high, one.p_value)
-        assert change.value == pytest.approx(one.value)
-        assert (change.course.lows == one.lows).all()
-    assert (changes[1].first.count, changes[1].second.count) == (solved[0].sum(), solved[2].sum())
 
 
 def test_no_decision_depends_on_the_order_of_arrival():

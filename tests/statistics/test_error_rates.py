@@ -8,8 +8,7 @@ from known_truth import WORLDS, Design, simulated
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.differences import any_difference
-from lockprobe.statistics.hazards import looping
-from lockprobe.statistics.steps import steps_over_doses
+from lockprobe.statistics.hazards import looping, steps_over_doses
 from lockprobe.statistics.two_lines import later_and_sooner, rise_and_fall
 
 STUDIES = 100

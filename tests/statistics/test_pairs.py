@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 from scipy.special import gammaln, xlogy
-from scipy.stats import binom, norm
+from scipy.stats import norm
 
 from lockprobe.statistics.pairs import FEW, equivalence, paired, score, score_interval
 
@@ -64,13 +64,3 @@ def test_few_differing_pairs_have_no_finding_by_the_interval_alone():
         for table in tables(min(pairs, FEW + 3)):
             found = paired(*made(*table, pairs))
             assert (found.interval_p < 0.05) == (found.low > 0 or found.high < 0), (table, pairs)
-
-
-def test_mcnemar_looks_at_pairs_that_differ_alone():
-    first, second = np.zeros(30, dtype=bool), np.zeros(30, dtype=bool)
-    first[:9] = second[8:20] = True
-    found = paired(first, second)
-    assert (found.only_first, found.only_second) == (8, 11)
-    assert found.p_value == pytest.approx(2 * binom.cdf(8, 19, 0.5))
-    assert paired(first, first).p_value == 1.0
-    assert paired(second, first).p_value == found.p_value

@@ -23,9 +23,3 @@ def test_wilsons_interval_is_that_of_scipy(n, share, level):
 def test_the_peak_of_the_paper_against_its_baseline():
     away = difference(BASE, BEST)
     assert [round(value, 3) for value in (away.value, away.low, away.high)] == [0.433, 0.182, 0.616]
-
-
-@pytest.mark.parametrize("solved", [0, 9])
-def test_nothing_differs_or_nothing_is_there(solved):
-    assert difference(proportion(solved, 9), proportion(solved, 9)).p_value == 1.0
-    assert difference(proportion(0, 0), BEST) is None

@@ -8,9 +8,8 @@ from builders import SOLUTION, make_trial
 from scipy import stats
 from solved import columns
 
-from lockprobe.statistics.hazards import log_rank
+from lockprobe.statistics.hazards import log_rank, steps_over_doses
 from lockprobe.statistics.outcomes import outcomes
-from lockprobe.statistics.steps import steps_over_doses
 
 BUDGET = 20
 

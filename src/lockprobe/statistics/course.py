@@ -9,6 +9,7 @@ from math import nan
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
@@ -17,7 +18,7 @@ from lockprobe.statistics.design import FLIPS, Axis
 from lockprobe.statistics.idle import never_acted
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, Point, outcomes, plays_alike, points
-from lockprobe.statistics.trend import Resamples, resample
+from lockprobe.statistics.trend import Quantity, resample
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
 _BASELINES = ("random", "random-no-repeat", "round-robin", "right-to-left", "human-inspired", "ideal-observer")
@@ -151,7 +152,7 @@ class Course:
         return points(self.tested.ended)
 
     @cached_property
-    def draws(self) -> Resamples:
+    def draws(self) -> Mapping[Quantity, NDArray[np.float64]]:
         """Bootstrap resamples of these points."""
         return resample(self.tested.ended, self.stream("bootstrap"))
 

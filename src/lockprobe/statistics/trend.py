@@ -141,19 +141,11 @@ def _pearson(x: Array, y: Array) -> Array:
     return np.where(constant, math.nan, np.clip(np.sum(x * y, axis=1) / scale, -1.0, 1.0))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Resamples:
-    """Shares solved, and shares with an action loop, of resampled points, shape (resamples, points).
-
-    Zero rows if a repetition has a single cluster. Points are those of :func:`lockprobe.statistics.outcomes.points`.
-    """
-
-    success: Array
-    loop_rate: Array
-
-
-def resample(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLES) -> Resamples:
+def resample(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLES) -> dict[Quantity, Array]:
     """Draw the clusters of one agent's trials with replacement, within every repetition; people from all.
+
+    The shares of resampled points (:func:`lockprobe.statistics.outcomes.points`) have the shape (resamples, points), of
+    zero rows if a repetition has a single cluster.
 
     Where nothing of a point was drawn, its observed share stands. Some resamples are drawn at a time, since how often
     each cluster is drawn would take gigabytes for all; the counts are whole numbers, so that no sum depends on it.
@@ -162,7 +154,7 @@ def resample(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAM
     cluster, repetition = counted.cluster, np.zeros_like(counted.repetition) if counted.crossed else counted.repetition
     strata = [np.unique(cluster[repetition == number]) for number in np.unique(repetition)]
     if any(len(members) < 2 for members in strata):
-        return Resamples(success=np.empty((0, len(kinds))), loop_rate=np.empty((0, len(kinds))))
+        return {"success": np.empty((0, len(kinds))), "loop_rate": np.empty((0, len(kinds)))}
     tables, drawn = np.zeros((3, int(cluster.max(initial=-1)) + 1, len(kinds))), np.zeros((3, resamples, len(kinds)))
     for table, event in zip(tables, (np.ones(len(counted)), counted.solved, counted.looped), strict=True):
         np.add.at(table, (cluster, point.reshape(-1)), event)
@@ -176,4 +168,4 @@ def resample(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAM
     success, loop_rate = (
         np.where(n > 0, many / np.maximum(n, 1), total / all_) for many, total in zip(happened, observed, strict=True)
     )
-    return Resamples(success=success, loop_rate=loop_rate)
+    return {"success": success, "loop_rate": loop_rate}

@@ -65,10 +65,10 @@ def _over_doses(course: played.Course) -> Iterator[Row]:
     found, shares, of = course.tested.ended, course.points, of_course(course)
     if not len(found):
         return
-    if fit := trend(shares, "loop_rate", course.draws.loop_rate):
+    if fit := trend(shares, "loop_rate", course.draws["loop_rate"]):
         yield from fit_rows("loop_fit", fit, course)
     loops, success = (np.array([getattr(one, name) for one in shares]) for name in ("loop_rate", "success"))
-    if (r := correlation(loops, success, (course.draws.loop_rate, course.draws.success))) is not None:
+    if (r := correlation(loops, success, (course.draws["loop_rate"], course.draws["success"]))) is not None:
         of_shares: dict[str, Any] = of | {"quantity": "loop_success", "n": len(shares)}
         value, low, high, p_value = r
         test: dict[str, Any] = {"p_value": p_value, "test": "Student's t", "unit": "r"}

@@ -22,11 +22,10 @@ from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.report.table_rows import played_subjects
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
-from lockprobe.statistics.hazards import modality_effects
+from lockprobe.statistics.hazards import modality_effects, steps_over_doses
 from lockprobe.statistics.modalities import fidelity, spoken
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
-from lockprobe.statistics.steps import steps_over_doses
 
 _HIGHER = "higher"
 """Part of a difference: all higher doses together less the lowest."""

@@ -54,7 +54,7 @@ def two_lines_rows(what: str, found: TwoLines, course: Course) -> Iterator[Estim
 
 
 def _of_course(course: Course) -> Iterator[Row]:
-    if fit := trend(course.points, "success", course.draws.success):
+    if fit := trend(course.points, "success", course.draws["success"]):
         for criterion, order in fit.orders.items():
             of, n = of_course(course) | {"of": f"order by {criterion}"}, len(course.points)
             yield Estimate(quantity="success_fit", **of, value=order, n=n, unit="order")
