@@ -37,18 +37,19 @@ QUICK = {"uniform": ((20, 10), (4, 12)), "no-repeat": ((20, 10), (4, 14))}
 SOURCE = r"""
 #include <stdint.h>
 enum { MOST = 20 };
-static int order[MOST + 1], longest, labels, no_repeat, lag;
+enum { LAG = 5 };
+static int order[MOST + 1], longest, labels, no_repeat;
 static uint32_t met[MOST][MOST];
 static int64_t (*counts)[MOST + 1];
 
 /* t actions stand in order[], `used` of them distinct. Of a word of three that would start at t - 2,
-   met[] knows the copies that start at t - lag or before: two of three (overlap) or none share an action. */
+   met[] knows the copies that start at t - 5 or before, of which none shares an action with it. */
 static void walk(int t, int used) {
     uint32_t *cell = 0, before = 0, barred = 0;
-    if (t >= lag) {
-        cell = &met[order[t - lag]][order[t - lag + 1]];
+    if (t >= LAG) {
+        cell = &met[order[t - LAG]][order[t - LAG + 1]];
         before = *cell;
-        *cell |= 1u << order[t - lag + 2];
+        *cell |= 1u << order[t - LAG + 2];
     }
     if (t >= 2) barred = met[order[t - 2]][order[t - 1]];
     if (t >= 1 && no_repeat) barred |= 1u << order[t - 1];
@@ -68,8 +69,8 @@ static void walk(int t, int used) {
     if (cell) *cell = before;
 }
 
-void count(int length, int distinct, int without_repeats, int overlap, int64_t *into) {
-    longest = length; labels = distinct; no_repeat = without_repeats; lag = overlap ? 3 : 5;
+void count(int length, int distinct, int without_repeats, int64_t *into) {
+    longest = length; labels = distinct; no_repeat = without_repeats;
     counts = (int64_t (*)[MOST + 1]) into;
     counts[0][0] = 1;
     walk(0, 0);
@@ -86,37 +87,30 @@ def compiled(directory: Path) -> ctypes.CDLL:
     return ctypes.CDLL(str(library))
 
 
-def patterns(
-    walk: ctypes.CDLL, null: str, reach: tuple[tuple[int, int], ...], *, overlap: bool
-) -> list[list[int | None]]:
+def patterns(walk: ctypes.CDLL, null: str, reach: tuple[tuple[int, int], ...]) -> list[list[int | None]]:
     """Loop-free patterns: row n (0..20), column k (0..n) distinct actions; None where not counted."""
     rows: list[list[int | None]] = [[None] * (n + 1) for n in range(LONGEST + 1)]
     for labels, length in reach:
         begun = time.process_time()
         cells = (ctypes.c_int64 * (LONGEST + 1) ** 2)()
-        walk.count(length, labels, int(null == "no-repeat"), int(overlap), cells)
+        walk.count(length, labels, int(null == "no-repeat"), cells)
         for n in range(length + 1):
             for k in range(min(n, labels) + 1):
                 rows[n][k] = cells[n * (LONGEST + 1) + k]
-        sys.stderr.write(
-            f"{null} overlap={overlap}: up to {labels} actions, length {length}: {time.process_time() - begun:.1f} s\n"
-        )
+        sys.stderr.write(f"{null}: up to {labels} actions, length {length}: {time.process_time() - begun:.1f} s\n")
     return rows
 
 
 def main() -> None:
-    """Counts all four tables and writes them as one JSON file."""
+    """Counts both tables and writes them as one JSON file."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="short lengths only (a second)")
     parser.add_argument("--out", type=Path, default=TABLE)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as directory:
         walk = compiled(Path(directory))
-        table = {
-            f"{null}/{'overlap' if overlap else 'apart'}": patterns(walk, null, reach, overlap=overlap)
-            for null, reach in (QUICK if options.quick else REACH).items()
-            for overlap in (False, True)
-        }
+        asked = QUICK if options.quick else REACH
+        table = {null: patterns(walk, null, reach) for null, reach in asked.items()}
     lines = [
         f' "{name}": [\n' + ",\n".join(f"  {json.dumps(row)}" for row in rows) + "\n ]" for name, rows in table.items()
     ]

@@ -23,18 +23,18 @@ def patterns(actions: int, longest: int) -> Iterator[tuple[int, ...]]:
         layer = [(*p, a) for p in layer for a in range(min(len(set(p)) + 1, actions))]
 
 
-def copies(trial: Sequence[int], min_length: int, overlap: bool) -> dict[tuple[int, ...], list[int]]:
+def copies(trial: Sequence[int], min_length: int) -> dict[tuple[int, ...], list[int]]:
     """Every run that stands twice, and all places where it stands."""
     places: dict[tuple[int, ...], list[int]] = {}
     for start, end in combinations(range(len(trial) + 1), 2):
         if end - start >= min_length:
             places.setdefault(tuple(trial[start:end]), []).append(start)
-    return {word: at for word, at in places.items() if at[-1] - at[0] >= (1 if overlap else len(word))}
+    return {word: at for word, at in places.items() if at[-1] - at[0] >= len(word)}
 
 
-def truth(trial: tuple[int, ...], overlap: bool, min_length: int = 3) -> Truth:
+def truth(trial: tuple[int, ...], min_length: int = 3) -> Truth:
     """Tries every set of disjoint pieces."""
-    words = copies(trial, min_length, overlap)
+    words = copies(trial, min_length)
     if not words:
         return Truth(0, 0, 0)
     pieces = sorted((start, start + len(word)) for word, at in words.items() for start in at)
@@ -50,10 +50,5 @@ def truth(trial: tuple[int, ...], overlap: bool, min_length: int = 3) -> Truth:
                 choose(k + 1, stop, covered + stop - start, chosen + 1)
 
     choose(0, 0, 0, 0)
-    ends = [
-        b + len(word)
-        for word, at in words.items()
-        for a, b in combinations(at, 2)
-        if b - a >= (1 if overlap else len(word))
-    ]
+    ends = [b + len(word) for word, at in words.items() for a, b in combinations(at, 2) if b - a >= len(word)]
     return Truth(best, fewest, min(ends))

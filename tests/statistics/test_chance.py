@@ -20,19 +20,16 @@ from lockprobe.statistics.loops.chance import Null, chance_level, expected_loop_
 
 ROOT = Path(__file__).parents[2]
 NULLS: tuple[Null, ...] = ("uniform", "no-repeat")
-EITHER = pytest.mark.parametrize("overlap", [False, True])
 
 
 def test_the_level_of_the_papers_trials() -> None:
     assert chance_level(20).probability == 1 - 219_018_772_080 / 4**20
     assert chance_level(20, null="no-repeat").probability == pytest.approx(0.9470, abs=5e-5)
-    assert chance_level(20, null="no-repeat", overlap=True).probability == pytest.approx(0.9741, abs=5e-5)
 
 
 @pytest.mark.parametrize("null", NULLS)
-@EITHER
 @pytest.mark.parametrize(("actions", "longest"), [(2, 9), (3, 8), (4, 7), (5, 6)])
-def test_every_short_trial_counted_by_hand(null: Null, overlap: bool, actions: int, longest: int) -> None:
+def test_every_short_trial_counted_by_hand(null: Null, actions: int, longest: int) -> None:
     for length in range(longest + 1):
         trials = {
             trial: perm(actions, len(set(trial)))
@@ -40,8 +37,8 @@ def test_every_short_trial_counted_by_hand(null: Null, overlap: bool, actions: i
             if len(trial) == length and (null == "uniform" or all(a != b for a, b in pairwise(trial)))
         }
         for min_length in (2, 3):
-            looping = sum(n for trial, n in trials.items() if onset(trial, overlap=overlap, min_length=min_length))
-            level = chance_level(length, actions, null=null, overlap=overlap, min_length=min_length)
+            looping = sum(n for trial, n in trials.items() if onset(trial, min_length=min_length))
+            level = chance_level(length, actions, null=null, min_length=min_length)
             assert (level.probability, level.method) == (looping / sum(trials.values()), "exact"), length
 
 
@@ -69,7 +66,7 @@ def test_the_program_makes_the_shipped_table(tmp_path: Path) -> None:
             for cell, kept in zip(row, shipped, strict=True):
                 assert cell is None or cell == kept
                 counted += cell is not None
-    assert counted > 250
+    assert counted > 150
 
 
 def test_the_level_of_trials_is_the_mean_over_their_lengths() -> None:

@@ -21,29 +21,25 @@ TRIALS = st.integers(2, 4).flatmap(lambda k: st.lists(st.integers(0, k - 1), max
 
 
 @pytest.mark.parametrize(
-    ("actions", "longest", "overlap", "least"),
-    [
-        *[(2, 10, False, 3), (3, 9, False, 3), (4, 7, False, 3), (2, 9, True, 3), (3, 7, True, 3), (4, 7, True, 3)],
-        *[(3, 7, False, 1), (3, 7, False, 2), (3, 9, False, 4)],
-    ],
+    ("actions", "longest", "least"), [(2, 10, 3), (3, 9, 3), (4, 7, 3), (3, 7, 1), (3, 7, 2), (3, 9, 4)]
 )
-def test_every_short_trial_is_as_brute_force_has_it(actions: int, longest: int, overlap: bool, least: int) -> None:
+def test_every_short_trial_is_as_brute_force_has_it(actions: int, longest: int, least: int) -> None:
     trials = list(patterns(actions, longest))
-    covered, pieces, first = np.array([truth(trial, overlap, least) for trial in trials]).T
-    how = {"overlap": overlap, "min_length": least}
+    covered, pieces, first = np.array([truth(trial, least) for trial in trials]).T
+    how = {"min_length": least}
     assert [cover(trial, **how).covered for trial in trials] == covered.tolist()
     assert [onset(trial, **how) for trial in trials] == first.tolist()
     full = [trial for trial in trials if len(trial) == longest]
-    assert np.array_equal(onset_batch(np.array(full), overlap=overlap, min_length=least), first[-len(full) :])
-    if (actions, least, overlap) == (2, 3, False):
+    assert np.array_equal(onset_batch(np.array(full), min_length=least), first[-len(full) :])
+    if (actions, least) == (2, 3):
         assert [len(cover(trial).intervals) for trial in trials] == pieces.tolist()
 
 
-def assert_lawful(trial: Sequence[int], found: LoopCover, overlap: bool, min_length: int) -> None:
+def assert_lawful(trial: Sequence[int], found: LoopCover, min_length: int) -> None:
     """What holds of every cover: disjoint pieces, each a copy of a loop."""
-    words = copies(trial, min_length, overlap)
+    words = copies(trial, min_length)
     assert found.n == len(trial)
-    assert found.any_loop == bool(words) == (onset(trial, overlap=overlap, min_length=min_length) > 0)
+    assert found.any_loop == bool(words) == (onset(trial, min_length=min_length) > 0)
     assert found.covered == sum(length for _, length in found.intervals)
     ends = [0] + [start + length for start, length in found.intervals]
     assert all(start >= end for (start, _), end in zip(found.intervals, ends, strict=False))
@@ -53,13 +49,13 @@ def assert_lawful(trial: Sequence[int], found: LoopCover, overlap: bool, min_len
 
 
 @settings(deadline=None, max_examples=60)
-@given(trial=TRIALS, overlap=st.booleans(), min_length=st.integers(1, 5), names=st.permutations("wxyz"))
-def test_both_solvers_cover_equally_much_whatever_actions_are_called(trial, overlap, min_length, names) -> None:
-    how = {"overlap": overlap, "min_length": min_length}
+@given(trial=TRIALS, min_length=st.integers(1, 5), names=st.permutations("wxyz"))
+def test_both_solvers_cover_equally_much_whatever_actions_are_called(trial, min_length, names) -> None:
+    how = {"min_length": min_length}
     exact, literal = (cover(trial, solver=solver, **how) for solver in SOLVERS)
     assert exact.covered == literal.covered
     for found in (exact, literal):
-        assert_lawful(trial, found, overlap, min_length)
+        assert_lawful(trial, found, min_length)
     assert cover([names[action] for action in trial], **how).intervals == exact.intervals
     assert cover(trial[::-1], **how).covered == exact.covered
     assert onset(trial, **how) == onset(np.array(trial, dtype=np.int8), **how)
@@ -72,7 +68,6 @@ def test_worked_examples(solver: Solver) -> None:
     for trial, pieces in {"AABBBAABABBBABBB": 4, "BBBABBBBABBAAB": 3, "AABABBABABBBBB": 2}.items():
         assert len(cover(trial, solver=solver).intervals) == pieces  # as few as any greatest cover
     assert cover("ABCDE" * 3, solver=solver).intervals == ((0, 5), (5, 5), (10, 5))  # a cycle as its period
-    assert cover("AAAA", solver=solver, overlap=True).intervals == ((0, 3),)
 
 
 def test_sequences_far_beyond_a_trial() -> None:

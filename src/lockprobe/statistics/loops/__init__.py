@@ -2,8 +2,8 @@
 
 An *action loop* is a run of three or more consecutive actions that stands at least twice in one trial. The paper
 reports the share of trials that hold one, and covers a trial by disjoint loops of greatest total length, by a binary
-integer linear programme. It does not say whether the two copies may overlap (here by default not: ``A A A A`` holds no
-loop), which changes how many trials loop.
+integer linear programme. It does not say whether the two copies may overlap, which changes how many trials loop; here
+they may not: ``A A A A`` holds no loop.
 
 Choosing disjoint pieces of greatest total length is interval scheduling: the best cover of the trial from action i on
 follows from the best covers from later actions on.
@@ -42,21 +42,21 @@ def _letters(trial: Sequence[Hashable], min_length: int) -> str:
     return "".join([names.setdefault(action, chr(len(names))) for action in trial])
 
 
-def onset(trial: Sequence[Hashable], *, min_length: int = 3, overlap: bool = False) -> int:
+def onset(trial: Sequence[Hashable], *, min_length: int = 3) -> int:
     """The step at which the first loop of a trial is complete, from 1; 0 if it holds none.
 
     >>> onset("ABCDABC")
     7
     """
-    text, apart = _letters(trial, min_length), 1 if overlap else min_length
+    text = _letters(trial, min_length)
     first: dict[str, int] = {}
     for start in range(len(text) - min_length + 1):
-        if start - first.setdefault(text[start : start + min_length], start) >= apart:
+        if start - first.setdefault(text[start : start + min_length], start) >= min_length:
             return start + min_length
     return 0
 
 
-def onset_batch(trials: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False) -> NDArray[np.int64]:
+def onset_batch(trials: NDArray[np.integer[Any]], *, min_length: int = 3) -> NDArray[np.int64]:
     """:func:`onset` of many trials, integers of shape (trials, n); shape (trials,).
 
     A trial of length L holds a loop exactly if its onset is at most L, so one call answers every length.
@@ -66,7 +66,7 @@ def onset_batch(trials: NDArray[np.integer[Any]], *, min_length: int = 3, overla
     steps = np.ascontiguousarray(trials.T)
     n = len(steps)
     first = np.full(len(trials), n + 1)
-    for distance in range(1 if overlap else min_length, n - min_length + 1):
+    for distance in range(min_length, n - min_length + 1):
         run, size = steps[:-distance] == steps[distance:], 1
         while size < min_length:  # runs of equal steps, each made of two shorter ones
             more = min(size, min_length - size)
@@ -106,7 +106,7 @@ class LoopCover:
         return self.covered / self.n if self.n else 0.0
 
 
-def cover(trial: Sequence[Hashable], *, solver: Solver = "dp", overlap: bool = False, min_length: int = 3) -> LoopCover:
+def cover(trial: Sequence[Hashable], *, solver: Solver = "dp", min_length: int = 3) -> LoopCover:
     """Cover as much of a trial as possible by disjoint copies of its action loops (maximum coverage).
 
     Of several greatest covers it is one of fewest pieces. A piece that is itself a repetition is then written as its
@@ -115,7 +115,6 @@ def cover(trial: Sequence[Hashable], *, solver: Solver = "dp", overlap: bool = F
     Args:
         trial: The actions in order.
         solver: Our exact solver, or the paper's integer linear programme, of at most ``LONGEST_ILP`` actions.
-        overlap: Whether the two copies that make a loop may share actions. Chosen pieces never do.
         min_length: Fewest actions in a loop (at least 1; 3 in the paper).
 
     >>> found = cover("ABCABCABC")
@@ -127,28 +126,27 @@ def cover(trial: Sequence[Hashable], *, solver: Solver = "dp", overlap: bool = F
     text = _letters(trial, min_length)
     if solver == "ilp" and len(text) > LONGEST_ILP:
         raise BadValue("actions for the solver ilp", len(text), f"at most {LONGEST_ILP}; dp has no limit")
-    chosen = (_programme if solver == "ilp" else _scheduled)(text, min_length, overlap=overlap)
+    chosen = (_programme if solver == "ilp" else _scheduled)(text, min_length)
     pieces = [part for piece in chosen for part in _copies(text, piece, min_length)]
     words = dict.fromkeys(tuple(trial[start : start + length]) for start, length in pieces)
     return LoopCover(n=len(text), words=tuple(words), intervals=tuple(pieces))
 
 
-def _loops(text: str, min_length: int, *, overlap: bool, below: int) -> dict[str, list[int]]:
+def _loops(text: str, min_length: int, below: int) -> dict[str, list[int]]:
     """All loops of less than ``below`` actions with the starts of all their copies, short ones first."""
     loops: dict[str, list[int]] = {}
     for length in range(min_length, min(below, len(text))):
         starts: dict[str, list[int]] = {}
         for start in range(len(text) - length + 1):
             starts.setdefault(text[start : start + length], []).append(start)
-        apart = 1 if overlap else length
-        found = {word: at for word, at in starts.items() if at[-1] - at[0] >= apart}
+        found = {word: at for word, at in starts.items() if at[-1] - at[0] >= length}
         if not found:
             break
         loops.update(found)
     return loops
 
 
-def _programme(text: str, min_length: int, *, overlap: bool) -> list[Interval]:
+def _programme(text: str, min_length: int) -> list[Interval]:
     """The pieces of a greatest cover by the paper's binary integer linear programme, solved by HiGHS: the reference.
 
     Each action is covered at most once. The gain is the covered length, less a bit per piece, plus a smaller bit for
@@ -158,7 +156,7 @@ def _programme(text: str, min_length: int, *, overlap: bool) -> list[Interval]:
     from scipy.optimize import Bounds, LinearConstraint, milp
     from scipy.sparse import csr_array
 
-    n, loops = len(text), _loops(text, min_length, overlap=overlap, below=len(text))
+    n, loops = len(text), _loops(text, min_length, len(text))
     if not (choices := [(start, len(word)) for word, starts in loops.items() for start in starts]):
         return []
     rows, columns = zip(*((start + k, c) for c, (start, size) in enumerate(choices) for k in range(size)), strict=True)
@@ -186,7 +184,7 @@ def _copies(text: str, piece: Interval, min_length: int) -> list[Interval]:
     return [piece]
 
 
-def _longest_loops(text: str, min_length: int, *, overlap: bool) -> list[int]:
+def _longest_loops(text: str, min_length: int) -> list[int]:
     """For each start the length of the longest loop there that may be a piece, 0 for none.
 
     Every part of a loop (of ``min_length`` or more) is a loop. So as the start goes left the end of the longest never
@@ -194,23 +192,23 @@ def _longest_loops(text: str, min_length: int, *, overlap: bool) -> list[int]:
     """
     reach, end = [0] * len(text), len(text)
     if len(text) > TRIAL_LENGTH:
-        for word, starts in _loops(text, min_length, overlap=overlap, below=2 * min_length).items():
+        for word, starts in _loops(text, min_length, 2 * min_length).items():
             for start in starts:
                 reach[start] = len(word)
         return reach
     for start in range(len(text) - min_length, -1, -1):
         while end - start >= min_length:
             word = text[start:end]
-            if text.rfind(word) > text.find(word) if overlap else text.count(word) > 1:
+            if text.count(word) > 1:
                 reach[start] = len(word)
                 break
             end -= 1
     return reach
 
 
-def _scheduled(text: str, min_length: int, *, overlap: bool) -> list[Interval]:
+def _scheduled(text: str, min_length: int) -> list[Interval]:
     """The pieces of a greatest cover of fewest pieces, the first of them as early and as long as they can be."""
-    reach = _longest_loops(text, min_length, overlap=overlap)
+    reach = _longest_loops(text, min_length)
     n, length = len(text), [0] * len(text)
     worth = [0] * (n + 1)  # of what is covered from an action on; one action counts more than all pieces together
     for start in range(n - 1, -1, -1):

@@ -53,9 +53,7 @@ class Chance(NamedTuple):
         return "simulation" if self.error else "exact"
 
 
-def chance_level(
-    length: int, actions: int = 4, *, null: Null = "uniform", overlap: bool = False, min_length: int = 3
-) -> Chance:
+def chance_level(length: int, actions: int = 4, *, null: Null = "uniform", min_length: int = 3) -> Chance:
     """The chance level of an action loop, given the length of the trial.
 
     Exact for loops of three over 4 actions or fewer up to length 20 (5: 18, 6: 17, more: 16; without repeats
@@ -66,7 +64,6 @@ def chance_level(
         length: Steps in the trial (at least 0).
         actions: Actions to choose from (at least 1; ``no-repeat`` needs 2).
         null: How the blind agent chooses.
-        overlap: Whether the two copies of a loop may share actions.
         min_length: Fewest actions in a loop (at least 1; 3 in the paper).
 
     >>> chance_level(20).probability == 1 - 219_018_772_080 / 4**20
@@ -82,21 +79,21 @@ def chance_level(
     ):
         if value < least:
             raise BadValue(name, value, f"at least {least}")
-    starts, apart = length - min_length + 1, 1 if overlap else min_length
-    if starts <= apart:
+    starts = length - min_length + 1
+    if starts <= min_length:
         return Chance(0.0)
     others = actions - (null == "no-repeat")
-    if starts > apart * actions * others ** (min_length - 1):
-        # Copies of one word in a loop-free trial all start within `apart` steps of each other.
+    if starts > min_length * actions * others ** (min_length - 1):
+        # Copies of one word in a loop-free trial all start within `min_length` steps of each other.
         return Chance(1.0)
     total = actions * others ** (length - 1)
-    if min_length == 3 and (free := _loop_free(length, actions, null, overlap=overlap)) is not None:
+    if min_length == 3 and (free := _loop_free(length, actions, null)) is not None:
         return Chance((total - free) / total)
     if actions**length <= ENUMERABLE:
         sequences = np.arange(actions**length)[:, None] // actions ** np.arange(length) % actions
         if null == "no-repeat":
             sequences = sequences[(sequences[:, 1:] != sequences[:, :-1]).all(axis=1)]
-        looping = np.count_nonzero(onset_batch(sequences, min_length=min_length, overlap=overlap))
+        looping = np.count_nonzero(onset_batch(sequences, min_length=min_length))
         return Chance(looping / total)
     # simulated trials are the same for all lengths up to 20, 40, 80 ... steps; beyond about n = 6.5 sqrt(words) steps,
     # where n^2 / 2 pairs of words match with a probability of 1 / words each, none is without a loop (below 1e-9)
@@ -104,19 +101,14 @@ def chance_level(
     while steps < length:
         steps *= 2
     decisive = 2 * min_length + int(6.5 * sqrt(min(actions**min_length, 10**300)))  # a float ends at 10**308
-    onsets = _onsets(min(steps, decisive), actions, null, min_length, overlap=overlap)
+    onsets = _onsets(min(steps, decisive), actions, null, min_length)
     found = ((onsets > 0) & (onsets <= length)).astype(np.float64)
     error = np.append(found, (0.0, 1.0)).std() / sqrt(len(found))  # with one trial of each kind more: never 0
     return Chance(float(found.mean()), float(error))
 
 
 def expected_loop_rate(
-    sequences: Sequence[Sequence[Hashable]],
-    null: Null,
-    *,
-    actions: int,
-    overlap: bool = False,
-    min_length: int = 3,
+    sequences: Sequence[Sequence[Hashable]], null: Null, *, actions: int, min_length: int = 3
 ) -> Chance:
     """The loop rate of a blind agent in trials of exactly these lengths (at least one trial), the mean over them.
 
@@ -127,7 +119,7 @@ def expected_loop_rate(
     if actions < (seen := len({action for sequence in sequences for action in sequence})):
         raise BadValue("actions", actions, f"at least the {seen} that the trials hold")
     levels = [
-        (count / len(sequences), chance_level(length, actions, null=null, overlap=overlap, min_length=min_length))
+        (count / len(sequences), chance_level(length, actions, null=null, min_length=min_length))
         for length, count in Counter(map(len, sequences)).items()
     ]
     probability, error = (sum(share * level[of] for share, level in levels) for of in (0, 1))
@@ -136,16 +128,16 @@ def expected_loop_rate(
 
 @cache
 def _table() -> dict[str, list[list[int | None]]]:
-    """Loop-free patterns under ``null/overlap|apart``: by length, then by number of distinct actions."""
+    """Loop-free patterns under each null: by length, then by number of distinct actions."""
     return json.loads(files("lockprobe.statistics.loops").joinpath("chance_table.json").read_text("utf-8"))  # type: ignore[no-any-return]
 
 
-def _loop_free(length: int, actions: int, null: Null, *, overlap: bool) -> int | None:
+def _loop_free(length: int, actions: int, null: Null) -> int | None:
     """Loop-free sequences, or None where not all of their patterns were counted.
 
     A pattern of k distinct actions stands for actions!/(actions - k)! sequences.
     """
-    rows = _table()[f"{null}/{'overlap' if overlap else 'apart'}"]
+    rows = _table()[null]
     row = rows[length][: actions + 1] if length < len(rows) else [None]
     counted = [patterns for patterns in row if patterns is not None]
     if len(counted) < len(row):
@@ -154,7 +146,7 @@ def _loop_free(length: int, actions: int, null: Null, *, overlap: bool) -> int |
 
 
 @cache
-def _onsets(steps: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> NDArray[np.int64]:
+def _onsets(steps: int, actions: int, null: Null, min_length: int) -> NDArray[np.int64]:
     """Steps at which seeded trials complete their first loop. The trials do not depend on the definition of a loop.
 
     Most loop early: of each trial 20 steps are examined, then 40, 80 ...
@@ -169,7 +161,7 @@ def _onsets(steps: int, actions: int, null: Null, min_length: int, *, overlap: b
         sequences = sequences.astype(np.min_scalar_type(actions))
         onsets, undecided, examined = np.zeros(chunk, dtype=np.int64), np.arange(chunk), FIRST
         while True:
-            onsets[undecided] = onset_batch(sequences[undecided, :examined], min_length=min_length, overlap=overlap)
+            onsets[undecided] = onset_batch(sequences[undecided, :examined], min_length=min_length)
             undecided = undecided[onsets[undecided] == 0]
             if examined >= steps or not len(undecided):
                 break
