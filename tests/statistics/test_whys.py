@@ -11,19 +11,18 @@ from solved import columns
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.statistics.arms import ARMS, ON_REQUEST, PARTS, PLANNED, SeriesArm, arms_of
+from lockprobe.statistics.arms import ARMS, PLANNED, SeriesArm, arms_of
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.why import MARGIN, decide, whys
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study_design import design_of
 
-EVERY = {**ARMS, **PARTS, **ON_REQUEST}
 AGENT, BLOCKS = "cognitive:perseverant", 60
 
 
 def as_arms(arms=ARMS, p=0.4, reading=""):
     """These arms at a rate, as an analysis sees them."""
-    found = [read_condition(EVERY[arm].format(p=p, reading=reading), arm) for arm in arms]
+    found = [read_condition(ARMS[arm].format(p=p, reading=reading), arm) for arm in arms]
     return [
         SeriesArm(
             label=one.label,
@@ -44,9 +43,8 @@ def test_arms_are_known_by_what_acts_whatever_they_are_called(p, reading):
 
 def test_other_arms_may_be_missing_or_there_and_planned_ones_may_not():
     assert arms_of(as_arms(PLANNED)) == (0.4, {arm: arm for arm in PLANNED})
-    assert arms_of(as_arms(EVERY)) == (0.4, {arm: arm for arm in EVERY})
     for missing in PLANNED:
-        assert arms_of(as_arms([arm for arm in EVERY if arm != missing])) is None
+        assert arms_of(as_arms([arm for arm in ARMS if arm != missing])) is None
     rest = [arm for arm in ARMS if arm != "truth-lie"]
     assert arms_of([*as_arms(rest), *as_arms(["truth-lie"], 0.2)]) is None
     assert arms_of([*as_arms(rest), *as_arms(["truth-lie"], 0.4, "&others=kept")]) is None

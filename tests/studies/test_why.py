@@ -4,7 +4,7 @@ import pytest
 
 import lockprobe
 from lockprobe.foundation.errors import BadValue, UserMistake
-from lockprobe.statistics.arms import ARMS, CROSSED, PARTS
+from lockprobe.statistics.arms import ARMS, CROSSED
 from lockprobe.studies.options.studyfile import study
 
 
@@ -32,7 +32,14 @@ def test_the_lies_of_all_arms_are_of_the_kind_that_is_asked_for(flip):
 
 def test_parts_of_a_false_report_are_arms_on_request_in_reports_that_have_both_parts():
     planned = study("why", parts=True, agent="random")
-    assert [one.label for one in planned.conditions] == [*ARMS, *PARTS]
+    assert [one.label for one in planned.conditions] == [
+        *ARMS,
+        "false outcome",
+        "false position",
+        "phantom",
+        "hidden moves",
+        "invented moves",
+    ]
     assert {one.modality for one in planned.conditions} == {"symbolic"}
 
 

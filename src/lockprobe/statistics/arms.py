@@ -59,24 +59,11 @@ class SeriesArm:
         return *acts, tuple(sorted(self.without(*(at for at, _ in differ)))), self.modality
 
 
-_WHY = read_preset("why")
-
-ARMS: Mapping[str, str] = {one["name"]: one["spec"] for one in _WHY["condition"]}
+ARMS: Mapping[str, str] = {one["name"]: one["spec"] for one in read_preset("why")["condition"]}
 """Arm -> its condition, with the flip rate and what a false report is to be filled in."""
 
 CROSSED = ("truth-truth", "lie-truth", "truth-lie", "lie-lie")
 """The four arms of one form, by their first and last statement."""
-
-PARTS: Mapping[str, str] = {one["name"]: one["spec"] for one in _WHY["when"]["parts"]["condition"]}
-"""Parts of a false report, which ``run why --parts`` plays too (``docs/readings.md``)."""
-
-ON_REQUEST: Mapping[str, str] = {
-    "withheld": "drop?p={p}&luck=flip",
-    "nudge": "nudge",
-    "lie in loops": "flip?p={p}&while=looping",
-}
-"""More arms, which are named as conditions: no report; a sentence that names an action loop; a report that is inverted
-only where the agent is in an action loop."""
 
 PLANNED = ("truth", "lie", *CROSSED)
 """The arms without which there is no answer."""
@@ -99,11 +86,8 @@ def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | N
             rate = float(spec.options.get("p", 0))
             reading = "".join(f"&{name}={spec.options[name]}" for name in _READING if name in spec.options)
             if rate > 0 and spec.options.keys() <= {"p", *_READING}:
-                there = {
-                    arm: found[wanted]
-                    for arm, text in {**ARMS, **PARTS, **ON_REQUEST}.items()
-                    if (wanted := _wanted(text, rate, reading)) in found
-                }
+                wanted = {arm: _wanted(text, rate, reading) for arm, text in ARMS.items()}
+                there = {arm: found[acts] for arm, acts in wanted.items() if acts in found}
                 if there.keys() >= set(PLANNED):
                     return rate, there
     return None

@@ -246,21 +246,17 @@ def whys(cells: Cells, design: Design) -> tuple[Why, ...]:
     found = []
     for agent, modality in product(design.agents, design.modalities):
         p, names = arms_of(design.shown(modality)) or (0.0, {})
-        own = {arm: cells[agent, label] for arm, label in names.items() if (agent, label) in cells}
-        own = {
-            arm: one
-            for arm, one in own.items()
+        played = {arm: cells[agent, label] for arm, label in names.items() if (agent, label) in cells}
+        groups = {
+            arm: one.outcomes
+            for arm, one in played.items()
             if len(one.outcomes.ended) and (arm == "truth" or not never_acted(one.trials))
         }
-        if not own.keys() >= {*PLANNED}:
+        if not groups.keys() >= {*PLANNED}:
             continue
-        groups = {arm: one.outcomes for arm, one in own.items()}
         if len(blocks_of([groups[arm].ended for arm in PLANNED]).whole(range(len(PLANNED)))[0]) > 1:
-            found.append(
-                Why(
-                    agent=agent, baseline=is_baseline(design.spec_of(agent)), modality=own["truth"].trials[0].modality,
-                    p=p, conditions={arm: names[arm] for arm in own}, groups=groups,
-                )
-            )  # fmt: skip
+            shown = played["truth"].trials[0].modality
+            conditions, baseline = {arm: names[arm] for arm in groups}, is_baseline(design.spec_of(agent))
+            found.append(Why(agent=agent, baseline=baseline, modality=shown, p=p, conditions=conditions, groups=groups))
     sizes = Counter((one.modality, one.baseline) for one in found)
     return tuple(replace(one, agents=sizes[one.modality, one.baseline]) for one in found)
