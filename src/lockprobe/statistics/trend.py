@@ -1,8 +1,8 @@
 """The paper's trends over flip probability, with their limits (Figs. 4 and 5b), its correlation, and their resamples.
 
 The unit is one repetition of one condition: a :class:`Point`. The fits are least squares on shares, as in the paper.
-An order of two is *not* evidence of a decline: of 2000 simulated studies in which success only levels off, AIC and
-cross-validation both chose it in 53 %, with a maximum inside the range of p in 52 %.
+That a parabola fits best is *not* evidence of a decline: of 2000 simulated studies in which success only levels off,
+AIC and cross-validation both chose it in 53 %, with a maximum inside the range of p in 52 %. So no order is chosen.
 
 Intervals are those of a cluster bootstrap: the trials of equal luck over all doses are a cluster, drawn within their
 repetition, or all trials of one player.
@@ -11,7 +11,7 @@ repetition, or all trials of one player.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -30,9 +30,6 @@ _CONSTANT = 1e-12
 """Sum of squares below which a quantity is constant."""
 
 _GRID = 61
-_EXACT = 1e-12
-"""Mean squared residual below which a fit is exact."""
-
 Array = NDArray[np.float64]
 
 Quantity = Literal["success", "loop_rate"]
@@ -40,10 +37,9 @@ Quantity = Literal["success", "loop_rate"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trend:
-    """The second-order fit that the paper draws, with its band, and the orders that its criteria prefer.
+    """The second-order fit that the paper draws, with its band.
 
     Attributes:
-        orders: Criterion (``AIC``, ``cross-validation`` by leave-one-out error) -> order, 0 to 3, if it has a choice.
         dose: The doses at which the fit is evaluated.
         value: The fit there.
         low, high: 2.5th and 97.5th percentiles over bootstrap resamples; empty without resamples.
@@ -51,7 +47,6 @@ class Trend:
         kind: ``maximum`` or ``minimum``; empty without one.
     """
 
-    orders: Mapping[str, int]
     dose: tuple[float, ...]
     value: tuple[float, ...]
     low: tuple[float, ...]
@@ -61,19 +56,14 @@ class Trend:
 
 
 def trend(points: Sequence[Point], quantity: Quantity, draws: Array) -> Trend | None:
-    """Fit polynomials over doses as the paper does (Sec. 3.2); None with fewer than three doses.
+    """Fit a parabola over doses as the paper does (Sec. 3.2); None with fewer than three doses.
 
     ``draws`` are the quantity at the points in bootstrap resamples, shape (resamples, points).
     """
     x = np.array([point.dose for point in points], dtype=np.float64)
     y = np.array([getattr(point, quantity) for point in points], dtype=np.float64)
-    doses = len(set(x.tolist()))
-    if doses < 3:
+    if len(set(x.tolist())) < 3:
         return None
-    scores = [_scores(x, y, order) for order in range(min(3, doses - 1) + 1)]
-    aic = list(enumerate(score[0] for score in scores))
-    cv = [(order, score[1]) for order, score in enumerate(scores) if score[1] is not None]
-    chosen = {"AIC": _chosen(aic), "cross-validation": _chosen(cv)}
     first, last = float(x.min()), float(x.max())
     grid, fit = np.linspace(first, last, _GRID), np.linalg.pinv(np.vander(x, 3, increasing=True))
     basis, fitted = np.vander(grid, 3, increasing=True), fit @ y
@@ -82,7 +72,6 @@ def trend(points: Sequence[Point], quantity: Quantity, draws: Array) -> Trend | 
     where = -float(fitted[1]) / (2 * bend) if abs(bend) >= 1e-9 else math.nan
     inside = first + edge < where < last - edge
     return Trend(
-        orders={name: order for name, order in chosen.items() if order is not None},
         dose=tuple(grid.tolist()),
         value=tuple((basis @ fitted).tolist()),
         low=tuple(map(float, low)),
@@ -90,27 +79,6 @@ def trend(points: Sequence[Point], quantity: Quantity, draws: Array) -> Trend | 
         turning=where if inside else None,
         kind=("maximum" if bend < 0 else "minimum") if inside else "",
     )
-
-
-def _chosen(scores: Sequence[tuple[int, float | None]]) -> int | None:
-    """The order with the smallest score; an exact fit (None) beats all, and the lower order wins a tie."""
-    exact = [order for order, score in scores if score is None]
-    if exact or not scores:
-        return min(exact, default=None)
-    best = min(score for _, score in scores if score is not None)
-    return min(order for order, score in scores if score is not None and score <= best + 1e-9)
-
-
-def _scores(x: Array, y: Array, order: int) -> tuple[float | None, float | None]:
-    """Akaike's criterion under normal errors (None if the fit is exact), leave-one-out error (None of a lone point)."""
-    design = np.vander(x, order + 1, increasing=True)
-    pseudo = np.linalg.pinv(design)
-    residuals = y - design @ (pseudo @ y)
-    mean_square = float(np.mean(residuals**2))
-    leverage = np.einsum("ij,ji->i", design, pseudo)
-    aic = None if mean_square < _EXACT else len(y) * math.log(mean_square) + 2 * (order + 2)
-    fixed = bool(np.any(leverage > 1 - 1e-9))
-    return aic, None if fixed else math.sqrt(float(np.mean((residuals / (1 - leverage)) ** 2)))
 
 
 def correlation(

@@ -55,9 +55,6 @@ def two_lines_rows(what: str, found: TwoLines, course: Course) -> Iterator[Estim
 
 def _of_course(course: Course) -> Iterator[Row]:
     if fit := trend(course.points, "success", course.draws["success"]):
-        for criterion, order in fit.orders.items():
-            of, n = of_course(course) | {"of": f"order by {criterion}"}, len(course.points)
-            yield Estimate(quantity="success_fit", **of, value=order, n=n, unit="order")
         yield from fit_rows("success_fit", fit, course)
     yield from _differences(course)
     lines = rise_and_fall(course.tested, agents=course.family)
@@ -131,9 +128,9 @@ def _note(found: Results) -> Note:
         "Changes are points of success in the trials that were finished at both doses.",
         f"Interval and P {tested} They are corrected for all doses and agents that are judged together{broken}.",
         Markup(
-            "<em>Not detected</em> does not show that there is no change. The orders of the paper's fit by its two "
-            "criteria, where it turns, and the two-lines test of a rise and fall (each line must be significant) are "
-            "rows <code>success_fit</code> and <code>two_lines</code> of <code>results.json</code>."
+            "<em>Not detected</em> does not show that there is no change. Where the paper's fit turns, and the two-lines "
+            "test of a rise and fall (each line must be significant), are rows <code>success_fit</code> and "
+            "<code>two_lines</code> of <code>results.json</code>."
         ),
     )
 

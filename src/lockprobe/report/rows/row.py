@@ -77,7 +77,7 @@ PERMUTED = "permutation within blocks, and interval"
 """The test of success where outcomes are exchanged between conditions; its interval has to exclude 0 too."""
 
 UNITS = (
-    *("share", "points", "ratio", "yes or no", "direction", "order", "dose"),
+    *("share", "points", "ratio", "yes or no", "direction", "dose"),
     *("steps", "trials", "people", "claims", "reports", "decisions", "ms", "records", "lines"),
     *("boxes", "blocks", "restarts", "interlocks", "permutations"),
     *("bits", "logits", "score", "coefficient", "r", "z"),
