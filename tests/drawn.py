@@ -64,7 +64,10 @@ def written(figure):
     """Every text that is to be read, and where it stands in pixels."""
     found = [figure._supxlabel] if figure._supxlabel else []
     found += [text for legend in figure.legends for text in (legend.get_title(), *legend.get_texts())]
-    found += [text for axes in figure.axes for text in (*axes.texts, axes._left_title)]
+    for axes in figure.axes:
+        found += [*axes.texts, axes.title, axes._left_title]
+        for one in (axes.xaxis, axes.yaxis) if axes.axison else ():
+            found += [one.label, *one.get_ticklabels()]
     return [(text, text.get_window_extent()) for text in found if text.get_text().strip()]
 
 

@@ -10,7 +10,7 @@ from reported import found_in
 
 from lockprobe.report.answer import answer, needed_said
 from lockprobe.report.answer_list import AnswerList, said_lines
-from lockprobe.report.curve import curve_figure, drawable
+from lockprobe.report.curve import drawable
 from lockprobe.report.labels import placed
 from lockprobe.report.rows.primary import primary_lines
 
@@ -90,11 +90,3 @@ def test_no_two_names_overlap_and_none_leaves_the_axes(wanted, apart):
     assert max(found) <= 400 + 1e-6
     order = sorted(range(len(found)), key=lambda i: (found[i], i))
     assert order == sorted(range(len(found)), key=lambda i: (wanted[i], i))
-
-
-@pytest.mark.parametrize("solved", [16, 20, 24, 28])
-def test_the_name_of_the_band_lies_on_no_line(tmp_path, solved):
-    drawn = curve_figure(study_in(tmp_path, a={0: solved - 4, 0.4: solved + 4}), wide=True)
-    ((_, first), (_, second)) = re.findall(r"([\d.]+) ([\d.]+)", re.search('class="line" d="M([^"]*)"', drawn)[1])
-    (said,) = re.findall(r'y="([\d.]+)"[^>]*>random play<', drawn)
-    assert abs(float(said) - 5 - (float(first) + float(second)) / 2) > 12

@@ -225,8 +225,8 @@ def _draw(box: Lockbox, out: Path, *, arm: bool) -> None:
         return
     if out.suffix not in (".svg", ".png"):
         raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml")
-    from lockprobe.report.figures import render
     from lockprobe.report.figures.boxes import box_figure
+    from lockprobe.report.figures.drawing import render
 
     write_file(out, render(box_figure(box), "svg" if out.suffix == ".svg" else "png"))
 

@@ -7,7 +7,7 @@ This file says where everything stands, in pixels; ``templates/curve.html.jinja`
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
@@ -27,8 +27,6 @@ _BESIDE = 12
 
 _LONG = 28
 """Characters of a name at the end of a line."""
-
-Height = Callable[[float | None], float]
 
 
 def drawable(found: Results) -> list[Course]:
@@ -74,7 +72,6 @@ def curve_figure(found: Results, *, wide: bool) -> Any:
         for course, beside in zip(courses, shift, strict=True)
     ]
     random = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
-    chance = sorted(y(curve.value[-1]) for curve in random if curve)
     paper = ((0.0, SOLVED_AT_0), (PEAK, SOLVED_AT_40)) if courses[0].axis == "flip rate" and doses[0] == 0 else ()
     values = {
         "size": (880 if wide else 358, bottom + 72),
@@ -87,19 +84,10 @@ def curve_figure(found: Results, *, wide: bool) -> Any:
         "doses": list(zip(x, map("{:g}".format, doses), strict=True))[:: max(1, -(-len(doses) // 6))],
         "bottom": bottom,
         "lines": lines,
-        "band": chance,
-        "said": _clear(chance, courses, y) if chance and chance[-1] - chance[0] > _APART else None,
-        "between": (x[-2] + x[-1]) / 2,
+        "band": sorted(y(curve.value[-1]) for curve in random if curve),
         "stars": [(x[doses.index(dose)] + shift[0] - 16, y(one.value) - 6) for dose, one in paper if dose in doses],
     }
     return own_markup(rendered("curve", **values))
-
-
-def _clear(band: Sequence[float], courses: Sequence[Course], y: Height) -> float:
-    """Where the band has its name between the last two doses: at the end of it that is farther from all lines."""
-    ends = ([y(cell.value("success")) for cell in one.played[-2:]] for one in courses)
-    lines = [sum(end) / len(end) for end in ends]
-    return max((band[-1] - 8, band[0] + 18), key=lambda at: min(abs(at - 5 - line) for line in lines))
 
 
 def _names(

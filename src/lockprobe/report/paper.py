@@ -51,14 +51,11 @@ _EXAMPLE = r"""\documentclass[twocolumn]{article}
 """
 
 _CAPTION = (
-    "Success with 95 % intervals, and its change from the control. P values are corrected within their families; a "
-    "change is detected if P is below 0.05 and its interval excludes 0."
+    "Success with 95 % intervals, and its change from the control in the trials that were finished under both. P values"
+    " are corrected within their families; a change is detected if P is below 0.05 and its interval excludes 0."
 )
 
 _TABLE1 = "Misinterpretations as in Table 1 of Zenkri and Brock: mean rate per trial with its standard deviation."
-
-_COMMON = " Changes are of the trials that were finished under both conditions."
-"""What the caption of an unfinished study adds, in which a change is not the difference of two shares of the table."""
 
 
 def write_paper(found: Results, directory: Path) -> Path:
@@ -72,13 +69,13 @@ def write_paper(found: Results, directory: Path) -> Path:
 
 def paper_files(found: Results) -> Iterator[File]:
     """Every file, by its name in the directory."""
-    from lockprobe.report.figures import as_pdf
+    from lockprobe.report.figures.drawing import render
 
     shown = []
     for figure in (one for of in all_sections() for one in of.figures if one.applies(found)):
         made: Any = section(f"Figure {figure.name}", partial(figure.draw, found), lambda: None)
         if made is not None:
-            yield f"{figure.name}.pdf", as_pdf(made)
+            yield f"{figure.name}.pdf", render(made, "pdf")
             shown += [_float(found, figure, wide=bool(made.get_figwidth() > _COLUMN))] * (figure.name != "box")
     tables = {"results.tex": results_tex(found)}
     if table := tables_of(found).get("table1"):
@@ -112,18 +109,12 @@ def results_tex(found: Results) -> str:
     spread = r"\multicolumn{2}{l}"
     head = rf"agent & {where} & trials & {spread}{{solved, \%}} & {spread}{{change, points}} & \emph{{P}}"
     columns = rf"l{'l' if found.beside_flips else 'r'}rr@{{ }}lr@{{ }}lr"
-    trials = {(cell.agent, cell.condition): cell.trials for cell in found.cells}
-    control = {one.name: one.control for one in found.design.conditions}
-    fewer = any(  # trials than the shares of a condition and its control
-        (row.n or 0) < max(trials.get((row.agent, name), 0) for name in (row.condition, control.get(row.condition, "")))
-        for row in found.against_control()
-    )
     floats, every = list[str](), [*_rows(found)]
     for part in (every[i : i + _LINES] for i in range(0, len(every), _LINES)):
         both = pairwise([("", ""), *part])  # {} since a bracket would be an option of the row
         rows = [f"{{}}{agent if agent != last else ''} & {cells}" for (last, _), (agent, cells) in both]
         again = "\\addtocounter{table}{-1}\n" * bool(floats)  # a long table is several floats of one number
-        floats.append(again + _table(columns, head, rows, f"{_CAPTION}{_COMMON * fewer}"))
+        floats.append(again + _table(columns, head, rows, _CAPTION))
     return "\n".join(floats)
 
 

@@ -29,7 +29,7 @@ from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent
-from lockprobe.trial.record import Decision, Fact, Percept, Situation, Task, Trial
+from lockprobe.trial.record import Decision, Fact, Situation, Trial
 from lockprobe.trial.trial_json import trial_to_json
 
 AgentKind = Literal["strategy", "hosted", "local", "outside", "own"]
@@ -181,8 +181,7 @@ def _changed(before: Any, now: Any) -> list[str]:
 def _other_replies(trial: Trial, logged: Sequence[Call]) -> str:
     """Where decisions and errors of a trial that is not played again are not its replies in the log of calls.
 
-    Without the plant nobody knows the requests. But the words of every reply are on record twice, and a reply names a
-    joint and a claim, whatever it was asked.
+    Without the plant nobody knows the requests. But the words of every reply are on record twice.
     """
     recorded = [(step.step, reply) for step in trial.steps for reply in step.decision.replies]
     if trial.error is not None:

@@ -119,7 +119,7 @@ def _trials(opened: OpenedStudy, found: Results) -> str:
 
 def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes]:
     """A figure in its forms; none if there is nothing to draw."""
-    from lockprobe.report.figures import render
+    from lockprobe.report.figures.drawing import render
 
     made = figure.draw(found) if figure.applies(found) else None
     return {} if made is None else {form: render(made, form) for form in _FORMS[: 1 + figure.slide]}

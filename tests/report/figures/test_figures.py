@@ -16,9 +16,8 @@ from reported import found_in
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
-from lockprobe.report.figures import render
 from lockprobe.report.figures.boxes import box_figure
-from lockprobe.report.figures.drawing import COLOURS, agent_label, settable, sheet, style_of
+from lockprobe.report.figures.drawing import COLOURS, agent_label, render, settable, sheet, style_of
 from lockprobe.report.questions import crossings, loops, success
 from lockprobe.report.questions.speed import draw as fig3
 from lockprobe.report.results import results
@@ -92,7 +91,7 @@ def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made):
     drawn = pictures(found)[made.__name__]
     legible(made.__name__, drawn)
     for block in found.where("decided_at_block"):
-        assert any(f"an effect, block {block.value:g}" in text.get_text() for text in drawn.axes[0].texts)
+        assert f"an effect, block {block.value:g}" in drawn.axes[0].get_title()
 
 
 def test_equal_figures_are_equal_bytes(typical):
@@ -157,7 +156,7 @@ def test_dots_line_and_r_of_figure_5a(typical, model):
     (x, y), r = lines(axes)[0], model.value("loop_success", "correlation")
     slope = model.value("loop_success", "slope")
     assert np.allclose((y[1] - y[0]) / (x[1] - x[0]), slope)
-    assert f"r = {r:.2f}".replace("-", "\N{MINUS SIGN}") in "".join(text.get_text() for text in axes.texts)
+    assert f"r = {r:.2f}".replace("-", "\N{MINUS SIGN}") in axes.get_title()
 
 
 def test_people_stand_above_agents_under_each_condition(tmp_path):

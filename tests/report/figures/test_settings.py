@@ -9,8 +9,8 @@ from hashlib import sha256
 import pytest
 
 from lockprobe.boxes.families import box
-from lockprobe.report.figures import as_pdf, render
 from lockprobe.report.figures.boxes import box_figure
+from lockprobe.report.figures.drawing import render
 
 DRAW = """
 import hashlib, json, os, sys
@@ -23,12 +23,12 @@ for folder, environment in json.loads(sys.argv[1]):
         continue
     os.chdir(folder)
     os.environ.update(environment)
-    from lockprobe.report.figures import as_pdf, render
+    from lockprobe.report.figures.drawing import render
     from lockprobe.report.figures.boxes import box_figure
     import matplotlib as mpl
     left = mpl.rcParams["font.size"], mpl.rcParams["backend"], os.environ["MPLBACKEND"], "open" in vars(mpl)
     figure = box_figure(box("chain-4"))
-    drawn = render(figure, "png"), render(figure, "svg"), as_pdf(figure)
+    drawn = render(figure, "png"), render(figure, "svg"), render(figure, "pdf")
     print(json.dumps([[hashlib.sha256(one).hexdigest() for one in drawn], left]), flush=True)
     os._exit(0)
 """
@@ -70,7 +70,7 @@ def draw_elsewhere(tmp_path_factory):
 @pytest.fixture(scope="module")
 def drawn_here():
     figure = box_figure(box("chain-4"))
-    drawn = render(figure, "png"), render(figure, "svg"), as_pdf(figure)
+    drawn = render(figure, "png"), render(figure, "svg"), render(figure, "pdf")
     return [sha256(one).hexdigest() for one in drawn]
 
 

@@ -25,15 +25,11 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.legend import Legend
-from matplotlib.lines import Line2D
-from matplotlib.markers import TICKDOWN, TICKLEFT
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import Transform, offset_copy
-from PIL import Image
+from matplotlib.transforms import Bbox
 
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.labels import placed
@@ -118,10 +114,6 @@ _DIGITS, _TICKS = 20.0, 5
 _WIDE = 41
 """Characters in a line above a panel."""
 
-_POINTS, _HIGH, _ABOVE, _BEHIND = 5, 12, 5, 12
-"""Points between axes and the names of ticks, and between these and a label; of a line of names; up to a title; to
-names at the right edge."""
-
 
 def counts(sizes: Iterable[int | None]) -> str:
     """How many trials are behind every number of a panel.
@@ -184,40 +176,14 @@ def axis(
 ) -> None:
     """The axis below or on the left: names at places, a label, and with ``grid`` lines across the axes.
 
-    A tick may have an empty name; with ``bare`` names stand there without line and ticks. Matplotlib's own axis takes
-    twice as long: it has five parts for every tick, and measures all of them several times.
+    A tick may have an empty name; with ``bare`` names stand there without line and ticks.
     """
-    below = along == "x"
-    across = axes.get_xaxis_transform() if below else axes.get_yaxis_transform()
-    line: dict[str, Any] = {"color": "#888888", "linewidth": 0.7, "clip_on": False, "label": "_axis"}
-    if grid:
-        faint: dict[str, Any] = {"color": "#e6e6e6", "linewidth": 0.6, "zorder": 0.5, "label": "_axis"}
-        ends = [[(at, 0), (at, 1)] if below else [(0, at), (1, at)] for at in places]
-        axes.add_artist(LineCollection(ends, transform=across, **faint))
-    if not bare:
-        whole, ticks = ([0, 1], [0, 0]), (places, [0] * len(places))
-        axes.add_artist(Line2D(*(whole if below else whole[::-1]), transform=axes.transAxes, **line))
-        mark = {"marker": TICKDOWN if below else TICKLEFT, "markersize": 3, "markeredgewidth": 0.7, "linestyle": "none"}
-        axes.add_artist(Line2D(*(ticks if below else ticks[::-1]), transform=across, **line | mark))
-    side: dict[str, Any] = {"ha": "center", "va": "top"} if below else {"ha": "right", "va": "center"}
-    beside = _offset(axes, across, y=-_POINTS) if below else _offset(axes, across, x=-_POINTS)
-    made = [
-        axes.text(*((place, 0.0) if below else (0.0, place)), name, transform=beside, **side)
-        for place, name in zip(places, names, strict=True)
-        if name
-    ]
-    if label and below:
-        deep = max((name.count("\n") + 1 for name in names if name), default=0)
-        axes.text(0.5, 0, label, transform=_offset(axes, axes.transAxes, y=-_POINTS - 1 - _HIGH * deep), **side)
-    elif label:
-        widest = max(made, key=lambda text: len(text.get_text()))
-        away = widest.get_window_extent().width * 72 / DPI + 2 * _POINTS
-        axes.text(0, 0.5, label, transform=_offset(axes, axes.transAxes, x=-away), rotation=90, **side)
-
-
-def _offset(axes: Axes, place: Transform, **points: float) -> Transform:
-    """A place and so many points beside it, along ``x`` or ``y``."""
-    return offset_copy(place, axes.get_figure(root=True), units="points", **points)
+    mine = axes.xaxis if along == "x" else axes.yaxis
+    mine.set_ticks(places, labels=names)
+    mine.set_label_text(label)
+    mine.grid(visible=grid)
+    mine.set_tick_params(length=0 if bare else 3)
+    axes.spines["bottom" if along == "x" else "left"].set_visible(not bare)
 
 
 def share_axis(axes: Axes, label: str, along: Literal["x", "y"] = "y", *, grid: bool = True) -> None:
@@ -266,10 +232,8 @@ def whole_axis(axes: Axes, last: float, label: str) -> None:
 def chance_band(axes: Axes, levels: Sequence[float]) -> None:
     """A grey band between the exact success of random agents with and without immediate repeats."""
     if levels:
-        axes.axhspan(min(levels), max(levels), color=FAINT, alpha=0.18, linewidth=0, zorder=0)
-        axes.text(
-            0.98, max(levels), "random play", color=FAINT, ha="right", va="bottom", transform=axes.get_yaxis_transform()
-        )
+        look: dict[str, Any] = {"color": FAINT, "alpha": 0.18, "linewidth": 0, "zorder": 0}
+        axes.axhspan(min(levels), max(levels), label="random play", **look)
 
 
 def title(axes: Axes, *lines: str) -> None:
@@ -277,19 +241,20 @@ def title(axes: Axes, *lines: str) -> None:
     space = "\N{NO-BREAK SPACE}"
     kept = [line.replace(" %", f"{space}%").replace("$P$ = ", f"$P${space}={space}") for line in lines]
     said = "\n".join(piece for line in kept for piece in textwrap.wrap(line, _WIDE))
-    axes.text(0, 1, said, transform=_offset(axes, axes.transAxes, y=_ABOVE), ha="left", va="bottom")
+    axes.set_title(said, loc="center", x=0, ha="left")
 
 
 def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]]) -> None:
     """Names (height, text, colour) at the right edge, near where their lines end, none on another one."""
     low, high = axes.get_ylim()
     ends = [min(1.0, max(0.0, (y - low) / (high - low))) for y, _, _ in labels]
-    beside = _offset(axes, axes.transAxes, x=_BEHIND)
     for end, height, (_, text, colour) in zip(ends, placed(ends, 0.0, 1.0, _GAP), labels, strict=True):
         if abs(height - end) > _BESIDE:  # a level line would run into the name as a dash
             leader: dict[str, Any] = {"linewidth": 0.7, "clip_on": False, "label": "_axis"}
             axes.plot([1.005, 1.04], [end, height], color=colour, transform=axes.transAxes, **leader)
-        axes.text(1, height, text, color=colour, va="center", ha="left", transform=beside)
+        axes.annotate(
+            text, (1, height), (12, 0), "axes fraction", textcoords="offset points", color=colour, va="center"
+        )
 
 
 def numbers(values: Iterable[float | None]) -> list[float]:
@@ -362,15 +327,11 @@ def published_by_p(cells: Sequence[Cell], first: Proportion, peak: Proportion) -
     return [place for place in places if len(played) > 1 and min(played) <= place[0] <= max(played)]
 
 
-COLUMN, HEIGHT = 3.5, 2.05
-"""Width of a panel and height of its axes, in inches."""
+COLUMN = 3.5
+"""Width of a panel, in inches."""
 
 _EDGE, _BETWEEN = 0.06, 0.14
 """Room at the edges of a picture and a panel, and between rows of axes, in inches."""
-
-_WITHIN, _NEAR = 0.75, 0.5 * DPI
-"""Part of a panel that its axes take, about, before it is laid out; pixels from their side at which texts may reach
-out."""
 
 _NOTE, _LINE = 45, 0.165
 """Characters in a line of a note, and its height in inches."""
@@ -379,36 +340,24 @@ Shown = TypeVar("Shown")
 
 
 @own_settings()
-def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
-    """The picture as a file. Equal figures give equal bytes.
-
-    A PNG has no transparency, which Matplotlib would write too: a tenth of the bytes and of the time.
-    """
+def render(figure: Figure, form: Literal["png", "svg", "pdf"]) -> bytes:
+    """The picture as a file of its size; a PDF has its fonts in it. Equal figures give equal bytes."""
     out = io.BytesIO()
-    if form == "svg":
-        figure.savefig(out, format="svg", dpi=DPI, transparent=True, metadata={"Date": None})
-        return out.getvalue()
-    figure.set_dpi(DPI)
-    canvas: Any = figure.canvas if isinstance(figure.canvas, FigureCanvasAgg) else FigureCanvasAgg(figure)
-    canvas.draw()
-    image = Image.frombytes("RGB", canvas.get_width_height(physical=True), canvas.buffer_rgba(), "raw", "RGBX")
-    image.save(out, "PNG", compress_level=3, dpi=(DPI, DPI))
-    return out.getvalue()
-
-
-@own_settings()
-def as_pdf(figure: Figure) -> bytes:
-    """A figure as a PDF of its size, with its fonts in it. Equal figures give equal bytes."""
-    out = io.BytesIO()
-    figure.savefig(out, format="pdf", metadata={"CreationDate": None, "ModDate": None})
+    options: dict[str, dict[str, Any]] = {
+        "png": {"dpi": DPI, "pil_kwargs": {"compress_level": 3}},
+        "svg": {"dpi": DPI, "transparent": True, "metadata": {"Date": None}},
+        "pdf": {"metadata": {"CreationDate": None, "ModDate": None}},
+    }
+    figure.savefig(out, format=form, **options[form])
     return out.getvalue()
 
 
 @own_settings()
 def sheet(
     shown: Sequence[Shown],
-    *draws: Callable[[Axes, Shown], None],
-    heights: Sequence[float] = (),
+    draw: Callable[[Axes, Shown], None],
+    *,
+    height: float = 2.05,
     note: str = "",
     width: float = COLUMN,
 ) -> Figure | None:
@@ -416,75 +365,47 @@ def sheet(
 
     Args:
         shown: What a panel shows each, such as the courses of agents.
-        draws: What draws on a panel's axes, from the top.
-        heights: Heights of these axes in inches, the same for all panels.
+        draw: Draws on a panel's axes.
+        height: Of the axes, in inches.
         note: A text below all panels; above the legend, where there is one.
         width: Of a panel, in inches.
     """
     if not shown:
         return None
-    columns = min(2, len(shown))
-    high = [*(heights or [HEIGHT] * len(draws))] * -(-len(shown) // columns)
-    figure = Figure(figsize=(width * columns, sum(high)), dpi=DPI)
+    columns, rows, note = min(2, len(shown)), -(-len(shown) // min(2, len(shown))), textwrap.fill(note, _NOTE)
+    figure = Figure(figsize=(width * columns, height * rows), dpi=DPI)
     FigureCanvasAgg(figure)  # it measures texts once; without a canvas a figure makes one whenever it measures
-    rows: list[list[Axes]] = [[] for _ in high]
-    for i, panel in enumerate(shown):
-        for j, draw in enumerate(draws):
-            axes = figure.add_axes((0, 0, _WITHIN / columns, 1))
-            axes.set_axis_off()
-            draw(axes, panel)
-            rows[i // columns * len(draws) + j].append(axes)
-    _lay_out(figure, rows, high, width, "\n".join(textwrap.wrap(note, _NOTE)))
-    return figure
-
-
-def _lay_out(figure: Figure, rows: Sequence[Sequence[Axes]], high: Sequence[float], width: float, note: str) -> None:
-    """Give every row of axes its height, and what stands around and below them the room that it takes."""
-    around = [[_around(axes) for axes in row] for row in rows]
-    left, right = (max(one[side] for row in around for one in row) + _EDGE for side in (0, 2))
-    legend, foot = _legend(figure, note), _EDGE
-    if legend:
+    for panel in shown:
+        draw(figure.add_axes((0, 0, 0.75 / columns, 1), xticks=[], yticks=[]), panel)
+    left, below, right, above = (max(sides) for sides in zip(*map(_around, figure.axes), strict=True))
+    foot, entries = _EDGE, dict[str, Artist]()
+    for axes in figure.axes:
+        for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(name, handle)
+    if entries:
+        spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2}
+        legend = legend_below(figure, entries, 4, loc="lower center", title=note, borderaxespad=0.2, **spaces)
+        legend.get_title().set(color=FAINT, fontsize=SMALL)
         foot += legend.get_window_extent().height / DPI
     elif note:
         figure.supxlabel(note, y=0.0, va="bottom", fontsize=SMALL, color=FAINT)
         foot += _LINE * (note.count("\n") + 1)
-    bottoms, y = list[float](), foot
-    for reach, tall in zip(reversed(around), reversed(high), strict=True):
-        bottoms.append(y + max(one[1] for one in reach))
-        y = bottoms[-1] + tall + max(one[3] for one in reach) + _BETWEEN
-    wide, whole = figure.get_figwidth(), y - _BETWEEN + _EDGE
+    row, wide = below + height + above + _BETWEEN, width * columns
+    whole = foot + rows * row - _BETWEEN + _EDGE
     figure.set_figheight(whole)
-    for row, bottom, tall in zip(rows, reversed(bottoms), high, strict=True):
-        for i, axes in enumerate(row):
-            axes.set_position(((i * width + left) / wide, bottom / whole, (width - left - right) / wide, tall / whole))
+    for i, axes in enumerate(figure.axes):
+        corner = (i % columns * width + left + _EDGE) / wide, (foot + below + (rows - 1 - i // columns) * row) / whole
+        axes.set_position((*corner, (width - left - right - 2 * _EDGE) / wide, height / whole))
+    return figure
 
 
 def _around(axes: Axes) -> tuple[float, float, float, float]:
     """How far texts reach out of axes: left, below, right, above, in inches; a title may be as wide as it is."""
-    box, reach = axes.bbox, [0.0] * 4
-    for text in axes.texts:
-        x, y = text.get_transform().transform(text.get_position())
-        if not (box.x0 + _NEAR < x < box.x1 - _NEAR and box.y0 < y < box.y1):
-            taken = text.get_window_extent()
-            beyond = [box.x0 - taken.x0, box.y0 - taken.y0, taken.x1 - box.x1, taken.y1 - box.y1]
-            reach = [max(pair) for pair in zip(reach, [0, 0, 0, beyond[3]] if y > box.y1 else beyond, strict=True)]
-    left, below, right, above = (float(one) / DPI for one in reach)
-    return left, below, right, above
-
-
-def _legend(figure: Figure, note: str) -> Legend | None:
-    """Every name once, below the axes and a note; None without a name."""
-    entries: dict[str, Artist] = {}
-    for axes in figure.axes:
-        for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
-            entries.setdefault(name, handle)
-    if not entries:
-        return None
-    spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2, "borderaxespad": 0.2}
-    head: dict[str, Any] = {"title": note, "title_fontproperties": {"size": SMALL}} if note else {}
-    legend = legend_below(figure, entries, 4, loc="lower center", **spaces, **head)
-    legend.get_title().set_color(FAINT)
-    return legend
+    names = [one.get_tightbbox() for one in (axes.xaxis, axes.yaxis)]
+    texts = [text.get_window_extent() for text in axes.texts]
+    box, taken = axes.bbox, Bbox.union([axes.bbox, *filter(None, names), *texts])
+    above = max(taken.y1, axes.title.get_window_extent().y1 if axes.get_title() else box.y1)
+    return (box.x0 - taken.x0) / DPI, (box.y0 - taken.y0) / DPI, (taken.x1 - box.x1) / DPI, (above - box.y1) / DPI
 
 
 def legend_below(figure: Figure, entries: Mapping[str, Artist], most: int, **settings: Any) -> Legend:

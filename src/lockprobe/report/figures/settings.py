@@ -15,7 +15,6 @@ from contextlib import contextmanager, suppress
 from importlib.util import find_spec, module_from_spec
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import read_input
@@ -28,17 +27,7 @@ SMALL = 9.0
 DPI = 200
 """Pixels per inch of PNG files, and of what is measured."""
 
-_STYLE: dict[str, Any] = {
-    "svg.hashsalt": "lockprobe",  # equal figures give equal bytes
-    "pdf.fonttype": 42,  # TrueType, which publishers take; the usual Type 3 many do not
-    "font.family": "DejaVu Sans",  # it comes with Matplotlib; a list of others would be looked for at every text
-    "font.size": SMALL,
-    "text.color": INK,
-    "axes.titlesize": SMALL,
-    "axes.titley": 1.0,  # else Matplotlib looks for ticks above the axes, of which there are none, four times a figure
-    "legend.frameon": False,
-}
-"""What figures look like, beyond Matplotlib's defaults."""
+_STYLE = Path(__file__).with_name("lockprobe.mplstyle")
 
 _NAME, _BACKEND = "matplotlib", "MPLBACKEND"
 
@@ -90,5 +79,5 @@ def own_settings() -> Iterator[None]:
     """A context, or a decorator of a function, in which Matplotlib has our settings instead of the user's."""
     with _MPL.rc_context():
         _MPL.rcdefaults()
-        _MPL.rcParams.update(_STYLE)
+        _MPL.rc_file(_STYLE, use_default_template=False)
         yield

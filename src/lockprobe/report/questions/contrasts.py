@@ -168,7 +168,7 @@ def draw(found: Results, axis: str) -> Any:
 
     shares = [row for row in found.where("success", of="", axis="") if row.condition in own.values()]
     agents = list(dict.fromkeys((row.agent, row.modality) for row in shares))
-    return figures.sheet(agents, on, heights=[0.35 + len(rows) * 0.155 * (lines + 0.9)])
+    return figures.sheet(agents, on, height=0.35 + len(rows) * 0.155 * (lines + 0.9))
 
 
 _CROSSINGS = Table("crossings", _crossings, 3, rare=("with",))

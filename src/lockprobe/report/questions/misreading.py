@@ -111,7 +111,7 @@ def draw(found: Results) -> Any:
         figures.axis(axes, "x", ticks, [f"{100 * share:g} %" for share in ticks], "share of claims", grid=True)
         figures.title(axes, figures.safe_name(_names(cells[0], asked)[0], 40))
 
-    return figures.sheet(panels, panel, heights=[0.47 * max(map(len, panels), default=0)], width=4.2)
+    return figures.sheet(panels, panel, height=0.47 * max(map(len, panels), default=0), width=4.2)
 
 
 def _varied(cells: list[Cell]) -> str:

@@ -216,7 +216,7 @@ def draw(found: Results) -> Any:
         figures.title(axes, f"{said} beside agents; bars: 95 % intervals")
 
     height = sum(_HEAD + _ROW * len(rows) for rows in groups.values())
-    return figures.sheet(found.where("people", agent=PEOPLE, of="", modality=""), on, heights=[height], width=5.0)
+    return figures.sheet(found.where("people", agent=PEOPLE, of="", modality=""), on, height=height, width=5.0)
 
 
 _FIGURE = Figure(

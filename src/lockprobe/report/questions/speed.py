@@ -127,7 +127,7 @@ def draw(found: Results) -> Any:
         figures.title(axes, f"{figures.counts(curve.n for curve, *_ in drawn)}; shade: 95 % band")
         figures.label_right(axes, labels)
 
-    return figures.sheet([shown] if (shown := [*_lines(found)]) else [], on, heights=(2.42,), width=5.6)
+    return figures.sheet([shown] if (shown := [*_lines(found)]) else [], on, height=2.42, width=5.6)
 
 
 def _lines(found: Results) -> Iterator[tuple[Cell, str, Any]]:

@@ -152,7 +152,7 @@ def draw(found: Results) -> Any:
     curves = [one for one in found.curves if one.quantity == "difference_by_block" and len(one.x) > 1]
     curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))
     wide, high = (5.6, 2.3) if len(curves) == 1 else (3.2, 1.45)
-    return figures.sheet(curves[:_MOST], on, heights=[high], width=wide)
+    return figures.sheet(curves[:_MOST], on, height=high, width=wide)
 
 
 FIGURE = Figure(
