@@ -11,8 +11,7 @@ from placeholders import undrawn
 from typed import in_process
 
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.report.methods import methods_tex
-from lockprobe.report.paper import results_tex, write_paper
+from lockprobe.report.paper import methods_tex, results_tex, write_paper
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 

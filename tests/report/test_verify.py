@@ -22,7 +22,6 @@ from typed import in_process
 from typer.testing import CliRunner
 
 from lockprobe import run_study, study
-from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.agents.local import LocalModel
 from lockprobe.cli import build
@@ -36,7 +35,6 @@ from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.trial.trial_json import trial_to_json
 from lockprobe.trial.trial_name import ForkName, TrialName
 
 LOCAL, HOSTED = "llm:local", "llm:openai-api/fake/model"
@@ -271,14 +269,6 @@ def then(*edits):
     return lambda files: [edit(files) for edit in edits]
 
 
-def errors_with_made_up_replies(files):
-    """Failures as early errors, with no call after them, and another last reply."""
-    for record in files.of(MODEL, "budget"):
-        relabelled(record, steps=2)
-        files.calls = [one for one in files.calls if one.key != record["key"] or one.answer["step"] <= 3]
-        files.calls_of(record)[-1]["reply"] = record["error"]["replies"][-1] = '{"move": "A"}'
-
-
 def faulty(record):
     relabelled(record)
     record["error"] = {"boundary": "model", "message": "no reply within 120 s", "step": record["error"]["step"]}
@@ -289,33 +279,9 @@ def an_error_as_a_success(files, record):
     played_by(record, deepcopy(solved))
 
 
-def perfect(record):
-    """The trial as the best player plays it."""
-    plan = PLANNED.plan(MODEL, PLANNED.labelled(record["condition"]), record["repetition"], record["trial"])
-    trial, _ = asyncio.run(play_timed(plan, resolve("ideal-observer").make()))
-    played_by(record, json.loads(trial_to_json(trial)))
-
-
 def said_so(decision):
     """Its last reply says what it decides."""
     decision["replies"][-1] = reply_of(decision)
-
-
-def calls_of_these_steps(files):
-    for record in files.of(MODEL):
-        own = files.calls_of(record)
-        for call, step in zip(own, record["steps"], strict=False):
-            call |= {"step": step["step"], "turn": 1, "reply": step["decision"]["replies"][0]}
-            step["decision"]["usage"] = call["usage"]
-        left = {id(call) for call in own[len(record["steps"]) :]}
-        files.calls = [call for call in files.calls if id(call.answer) not in left]
-
-
-def calls_of_these_replies(files):
-    for record in files.of(MODEL):
-        own = {(call["step"], call["turn"]): call for call in files.calls_of(record)}
-        for step in record["steps"][1:]:
-            own[step["step"], len(step["decision"]["replies"])]["reply"] = step["decision"]["replies"][-1]
 
 
 def facts(**changes):
@@ -343,13 +309,6 @@ def place_of(line):
 def of_another(agent=MODEL, **place):
     """Calls that are said to be of another agent, whose costs they then are, or of another place."""
     return lambda files: [said.update({"agent": agent} | place) for call in files.calls for said in call.said]
-
-
-def of_another_agent_and_owed(files, record):
-    files.drop(lambda one: one != record["key"])
-    for call in files.calls:
-        for said in call.said if call.key == record["key"] else ():
-            said["agent"] = "llm:openai-api/fake/cheap"
 
 
 def without_an_outcome(files, record):
@@ -380,19 +339,12 @@ def left_out(agent, *, calls=False):
     return edit
 
 
-def outcomes_left_out(files):
-    left_out(MODEL)(files)
-    for call in files.calls:
-        call.answer = None
-
-
 def a_second_record(files):
     files.records.append(deepcopy(files.of("random", "budget")[0]))
     files.records[-1]["steps"][0]["decision"]["hypothesis"] = "made up"
 
 
 flipped_claims = then(decisions(flipped, after=1), decisions(said_so, after=1))
-perfect_replies = then(each(perfect), decisions(lambda one: one.update(replies=[reply_of(one)])))
 
 EDITS = {
     "another outcome told": ("forked", one(lambda of: of["steps"][1].update(told_moved=not of["steps"][1]["told_moved"])), "luck", "step 2, told_moved"),
@@ -415,19 +367,13 @@ EDITS = {
     "a reply in the log there": ("bench", other_call, "replies", ""),
     "a reply of a fork dropped": ("branched", without_last_of_a_fork, "fork replies", ""),
     "failures as errors": ("sabotaged", each(relabelled, "budget"), "replies", ""),
-    "failures as errors, replies made up": ("sabotaged", errors_with_made_up_replies, "replies", ""),
     "failures as faults of the provider": ("sabotaged", each(faulty, "budget"), "complete", ""),
     "an error as a success": ("sabotaged", first(an_error_as_a_success, "error"), "replies", ""),
-    "a perfect player with calls": ("sabotaged", then(perfect_replies, calls_of_these_steps), "replies", ""),
     "flipped claims with replies": ("sabotaged", flipped_claims, "replies", ""),
-    "flipped claims with calls of another prompt": ("sabotaged", then(flipped_claims, calls_of_these_replies, facts(prompt="chat 0123456789ab", picture_prompt="chat 0123456789ab")), "replies", ""),
-    "repaired replies left out": ("sabotaged", decisions(lambda one: one.update(replies=one["replies"][-1:])), "replies", ""),
     "rewritten message of an error": ("sabotaged", first(lambda files, one: one["error"].update(message="no usable reply in 2 turns: not one JSON object"), "error"), "replies", ""),
     "another model": ("sabotaged", facts(model="openai-api/fake/large"), "agents", ""),
     "another top_p": ("sabotaged", facts(top_p=0.9), "replies", ""),
-    "another schema": ("sabotaged", facts(schema="none"), "replies", ""),
     "other repairs": ("sabotaged", facts(repairs=4), "agents", ""),
-    "a fact of one trial": ("sabotaged", first(lambda files, one: one["facts"].update(host="http://elsewhere")), "agents", ""),
     "another model answered": ("sabotaged", decisions(lambda one: one.update(served="fake-large")), "replies", ""),
     "cheaper calls": ("sabotaged", answers(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies", ""),
     "a call dropped": ("sabotaged", first(lambda files, one: files.calls.remove(sent(files, one, -1)), "solved"), "replies", ""),
@@ -435,14 +381,12 @@ EDITS = {
     "a call of another trial": ("sabotaged", first(lambda files, one: [said.update(place_of(files.of(MODEL)[1])) for said in sent(files, one, 0).said]), "replies", ""),
     "an outcome of another trial": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "records", ""),
     "calls of another agent": ("sabotaged", of_another("llm:openai-api/fake/cheap"), "replies", ""),
-    "calls of another agent for an owed trial": ("sabotaged", first(of_another_agent_and_owed), "replies", ""),
     "calls of another place": ("sabotaged", of_another(trial=1), "replies", ""),
     "edited calls": ("sabotaged", answers(lambda call: call.update(reply=call["reply"] and call["reply"].replace("in turn", "I see the plan"))), "replies", ""),
     "a call without an outcome": ("sabotaged", first(without_an_outcome), "replies", ""),
     "replies to be forgotten": ("sabotaged", first(forgotten, "budget"), "replies", ""),
     "trials dropped, number lowered": ("sabotaged", dropped(), "replies", ""),
     "the model left out": ("sabotaged", left_out(MODEL), "replies", ""),
-    "the model left out, outcomes too": ("sabotaged", outcomes_left_out, "replies", ""),
     "a second record": ("sabotaged", a_second_record, "records", ""),
 }  # fmt: skip
 """An edit with right columns -> the study, the edit, the check that finds it, and what it says of it."""

@@ -26,12 +26,8 @@ from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import camera_outcomes, source_of, verdict_outcomes
 
-_WORDS = 160
-"""Characters of what an agent says about the box in one step."""
-
-_ALL_WORDS = 600_000
-"""Characters of all such texts; beyond it, the explorer shows none."""
-
+_WORDS, _ALL_WORDS = 160, 600_000
+"""Characters of what an agent says about the box in one step, and of all such texts; beyond it, there are none."""
 
 _STEPS = 60_000
 """Steps of trials that a page holds, about 0.6 MB; of more, it holds a sample."""
@@ -71,41 +67,38 @@ def explorer_data(
     data = {
         "agents": [_text(f"{agent} ({spoken(modality)})" if several else agent) for agent, modality in agents],
         "conditions": [_text(called.get(condition, condition)) for condition in conditions],
-        "boxes": [
-            {"name": _text(name), "joints": [_text(str(joint)) for joint in own]} for name, own in joints.items()
-        ],
-        **({"budget": budget} if budget else {}),
-        **({"start": first[0]} if first else {}),
+        "boxes": [{"name": _text(name), "joints": [_text(str(one)) for one in own]} for name, own in joints.items()],
+        **_there(budget=budget, start=first[0] if first else ()),
         "trials": [
             {
                 "a": agents.index((trial.group, trial.modality)),
                 "c": conditions.index(trial.condition),
                 "r": trial.repetition,
                 "n": trial.trial,
-                **({"b": places[trial.box]} if places[trial.box] else {}),
-                **({"person": people.index(trial.player) + 1} if trial.player else {}),
+                **_there(b=places[trial.box], person=people.index(trial.player) + 1 if trial.player else 0),
                 **_course(trial, joints[trial.box], words=words),
             }
             for trial in shown
         ],
-        **({"of": len(counted)} if len(shown) < len(counted) else {}),
+        **_there(of=len(counted) if len(shown) < len(counted) else 0),
     }
     return json.dumps(data, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
+
+
+def _there(**values: Any) -> dict[str, Any]:
+    """What is not empty."""
+    return {name: value for name, value in values.items() if value}
 
 
 def _sample(trials: Sequence[Trial]) -> Sequence[Trial]:
     """Trials of whole blocks, in their order: those of the first ones, as many as a page holds, and at least one."""
     steps = Counter[tuple[int, int]]()
     for trial in trials:
-        steps[_block(trial)] += len(trial.steps)
+        steps[trial.trial, trial.repetition] += len(trial.steps)
     blocks = sorted(steps)
-    room = bisect_right(list(accumulate(steps[block] for block in blocks)), _STEPS)
-    kept = set(blocks[: max(1, room)])
-    return [trial for trial in trials if _block(trial) in kept]
-
-
-def _block(trial: Trial) -> tuple[int, int]:
-    return trial.trial, trial.repetition
+    room = bisect_right(list(accumulate(map(steps.__getitem__, blocks))), _STEPS)
+    kept = {*blocks[: max(1, room)]}
+    return [trial for trial in trials if (trial.trial, trial.repetition) in kept]
 
 
 def _text(said: str) -> str:
@@ -125,33 +118,30 @@ def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any
     moved = "".join(str(int(step.moved)) for step in steps)
     told = "".join("-" if step.told_moved is None else str(int(step.told_moved)) for step in steps)
     claims = "".join({"moved": "1", "blocked": "0"}.get(step.decision.claimed or "", "-") for step in steps)
-    loops = _loop_letters(trial.actions)
+    loops, truth = _loop_letters(trial.actions), [step.moved for step in trial.steps]
     statements = [{one.strip() for one in step.told.split(f"{CORRECTION} ")} for step in steps]  # two that differ
     taken = "".join(str(int(len(one) > 1)) for one in statements)
+    sensed = {  # what arm and camera took each step for, of those that differ from the truth; - is undecided
+        name: "".join("-" if one is None else str(int(one)) for one in found)
+        for name, found in (("verdict", verdict_outcomes(trial)), ("camera", camera_outcomes(trial)))
+        if any(name in step.sensed for step in steps) and found != truth
+    }
+    source = source_of(trial.modality)
     return {
         "solved": int(trial.solved),
         "did": "".join(letters[step.joint] for step in steps),
         "moved": moved,
-        **({"told": told} if told != moved else {}),
-        **({"said": claims} if claims[1:] != told[:-1] else {}),
-        **({"back": taken} if "1" in taken else {}),
-        **({"loop": loops} if loops.strip() else {}),
-        **({"chosen": chosen} if chosen.strip("-") else {}),
-        **({"words": said} if any(said) else {}),
-        **_sensed(trial),
+        **_there(
+            told=told if told != moved else "",
+            said=claims if claims[1:] != told[:-1] else "",
+            back=taken if "1" in taken else "",
+            loop=loops if loops.strip() else "",
+            chosen=chosen if chosen.strip("-") else "",
+            words=said if any(said) else [],
+            **sensed,
+            source=source.of if sensed and source is not None else "",
+        ),
     }
-
-
-def _sensed(trial: Trial) -> dict[str, str]:
-    """What arm and camera took each step for, of those that differ from the truth; ``-`` is undecided."""
-    truth = [step.moved for step in trial.steps]
-    found = {
-        name: "".join("-" if moved is None else str(int(moved)) for moved in outcomes)
-        for name, outcomes in (("verdict", verdict_outcomes(trial)), ("camera", camera_outcomes(trial)))
-        if any(name in step.sensed for step in trial.steps) and outcomes != truth
-    }
-    source = source_of(trial.modality)
-    return found | ({"source": source.of} if found and source is not None else {})
 
 
 def _loop_letters(actions: tuple[str, ...]) -> str:

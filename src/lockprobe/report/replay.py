@@ -29,7 +29,7 @@ from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent
-from lockprobe.trial.record import Decision, Fact, Situation, Trial
+from lockprobe.trial.record import Decision, Fact, Percept, Situation, Task, Trial
 from lockprobe.trial.trial_json import trial_to_json
 
 AgentKind = Literal["strategy", "hosted", "local", "outside", "own"]

@@ -119,8 +119,6 @@ def solving(first: Outcomes, second: Outcomes) -> Hazard:
     return whatever_broke(compared, (first, second), (False, True), worst)
 
 
-
-
 class ModalityEffect(NamedTuple):
     """The effect of the modality on one agent at its lowest flip rate (paper, Sec. 3.1, Fig. 3, Table 1).
 

@@ -34,51 +34,38 @@ for folder, environment in json.loads(sys.argv[1]):
 """
 """Matplotlib reads the environment and the folder when it is imported: each fork imports it anew."""
 
-FILES = {"a file": "utf-8", "UTF-16": "utf-16", "UTF-16 without a mark": "utf-16-le"}
-BACKENDS = {
-    "a file": "module://no.such",
-    "UTF-16": "nonsense",
-    "UTF-16 without a mark": "module://matplotlib_inline.backend_inline",
-    "a pipe": "svg",
-    "a pipe by name": "TkAgg",
-}
+CASES = {"a file": "module://no.such", "UTF-16": "nonsense", "a pipe": "svg", "a pipe by name": "TkAgg"}
+"""What lies in a folder -> the backend that the environment asks for."""
 
 
 @pytest.fixture(scope="module")
 def drawn_elsewhere(once, tmp_path_factory):
     """Checksums of a figure that new processes draw with files of settings and backends, and what the user then has."""
-    return once("drawn elsewhere", lambda: draw_elsewhere(tmp_path_factory))
+
+    def draw():
+        asked = []
+        for name, backend in CASES.items():
+            folder, rc = tmp_path_factory.mktemp(name.replace(" ", "-")), {}
+            if "pipe" in name:
+                os.mkfifo(folder / "matplotlibrc")
+            else:
+                coding = "utf-16" if name == "UTF-16" else "utf-8"
+                (folder / "matplotlibrc").write_text("font.size: 23\ntext.usetex: True\nsavefig.bbox: tight\n", coding)
+            if name == "a pipe by name":
+                folder, rc = folder.parent, {"MATPLOTLIBRC": str(folder / "matplotlibrc")}
+            asked.append((str(folder), {"MPLBACKEND": backend} | rc))
+        command = [sys.executable, "-c", DRAW, json.dumps(asked)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+        assert (done.returncode, done.stderr) == (0, "")
+        return dict(zip(CASES, map(json.loads, done.stdout.splitlines()), strict=True))
+
+    return once("drawn elsewhere", draw)
 
 
-def draw_elsewhere(tmp_path_factory):
-    pipe, plain = (tmp_path_factory.mktemp(name) for name in ("pipe", "plain"))
-    os.mkfifo(pipe / "matplotlibrc")
-    folders, asked = {"a pipe": pipe}, []
-    for name, coding in FILES.items():
-        folders[name] = tmp_path_factory.mktemp(coding)
-        settings = "font.size: 23\ntext.usetex: True\nsavefig.bbox: tight\n"
-        (folders[name] / "matplotlibrc").write_text(settings, coding)
-    for name, backend in BACKENDS.items():
-        rc = {"MATPLOTLIBRC": str(pipe / "matplotlibrc")} if name == "a pipe by name" else {}
-        asked.append((str(folders.get(name, plain)), {"MPLBACKEND": backend} | rc))
-    command = [sys.executable, "-c", DRAW, json.dumps(asked)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
-    assert (done.returncode, done.stderr) == (0, "")
-    return dict(zip(BACKENDS, map(json.loads, done.stdout.splitlines()), strict=True))
-
-
-@pytest.fixture(scope="module")
-def drawn_here():
-    figure = box_figure(box("chain-4"))
-    drawn = render(figure, "png"), render(figure, "svg"), render(figure, "pdf")
-    return [sha256(one).hexdigest() for one in drawn]
-
-
-@pytest.mark.parametrize("hostile", BACKENDS)
-def test_no_settings_of_a_user_change_or_prevent_a_figure_and_they_are_kept_for_the_user(
-    drawn_elsewhere, drawn_here, hostile
-):
+@pytest.mark.parametrize("hostile", CASES)
+def test_no_settings_of_a_user_change_or_prevent_a_figure_and_they_are_kept_for_the_user(drawn_elsewhere, hostile):
     drawn, (size, backend, asked_for, opens_pipes) = drawn_elsewhere[hostile]
-    assert drawn == drawn_here
-    assert (size, asked_for, opens_pipes) == (23.0 if hostile == "a file" else 10.0, BACKENDS[hostile], False)
-    assert backend == BACKENDS[hostile] or hostile in ("UTF-16", "a file")
+    figure = box_figure(box("chain-4"))
+    assert drawn == [sha256(render(figure, form)).hexdigest() for form in ("png", "svg", "pdf")]
+    assert (size, asked_for, opens_pipes) == (23.0 if hostile == "a file" else 10.0, CASES[hostile], False)
+    assert backend == CASES[hostile] or hostile in ("UTF-16", "a file")

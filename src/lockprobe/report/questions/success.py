@@ -128,8 +128,8 @@ def _note(found: Results) -> Note:
         "Changes are points of success in the trials that were finished at both doses.",
         f"Interval and P {tested} They are corrected for all doses and agents that are judged together{broken}.",
         Markup(
-            "<em>Not detected</em> does not show that there is no change. Where the paper's fit turns, and the two-lines "
-            "test of a rise and fall (each line must be significant), are rows <code>success_fit</code> and "
+            "<em>Not detected</em> does not show that there is no change. Where the paper's fit turns, and the "
+            "two-lines test of a rise and fall (each line must be significant), are rows <code>success_fit</code> and "
             "<code>two_lines</code> of <code>results.json</code>."
         ),
     )
