@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reported import found_in
 
-from lockprobe.report.answer import answer, needed_said
-from lockprobe.report.answer_list import AnswerList, said_lines
+from lockprobe.report.answer import AnswerList, answer, needed_said, said_lines
 from lockprobe.report.curve import drawable
 from lockprobe.report.labels import placed
 from lockprobe.report.rows.primary import primary_lines

@@ -36,7 +36,7 @@ def read_result(directory: Path) -> Results | None:
 
 def result_lines(found: Results, directory: Path) -> list[str]:
     """The answer, a line for every agent, and the next commands."""
-    from lockprobe.report.answer_list import known_of_broken, said_lines
+    from lockprobe.report.answer import known_of_broken, said_lines
     from lockprobe.report.rows.primary import primary_lines
 
     lines = [] if _all_broken(found) else primary_lines(found)
@@ -51,7 +51,7 @@ def result_lines(found: Results, directory: Path) -> list[str]:
 
 def result_facts(found: Results, directory: Path) -> dict[str, object]:
     """The same for programs."""
-    from lockprobe.report.answer_list import known_of_broken
+    from lockprobe.report.answer import known_of_broken
     from lockprobe.report.rows.primary import primary_lines
 
     return {

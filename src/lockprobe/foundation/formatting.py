@@ -15,6 +15,9 @@ MOST_NAMED = 3
 _LEVEL = 0.05
 """Below it a difference is detected."""
 
+_LEAST = 1e-3
+"""An end nearer to 0 is taken for it."""
+
 
 def percent(value: float | None, digits: int = 0) -> str:
     """A share in per cent, or a dash where there is none.
@@ -32,6 +35,17 @@ def points(value: float) -> str:
     ('+26', '0')
     """
     return minus(f"{100 * value:+.0f}")
+
+
+def end_of(value: float, form: str = "{:+.0f}", scale: float = 100) -> str:
+    """An end of an interval of a difference, in points if nothing else is said: only 0 looks like 0.
+
+    >>> end_of(-0.164), end_of(-0.0041), end_of(0)
+    ('\N{MINUS SIGN}16', '\N{MINUS SIGN}0.4', '0')
+    """
+    said = form.format(scale * value)
+    hidden = "+" in form and float(said) == 0 and abs(scale * value) > _LEAST
+    return minus(f"{scale * value:+.1g}" if hidden else said)
 
 
 def p_value(value: float | None, letter: str = "P") -> str:
@@ -71,7 +85,7 @@ def range_said(low: float | None, high: float | None, form: str = "{:+.0f}", sca
     """A 95 % interval after what it is of, in points if nothing else is said; empty where an end is missing."""
     if low is None or high is None:
         return ""
-    return minus(f", 95 % interval {form.format(scale * low)} to {form.format(scale * high)}")
+    return f", 95 % interval {end_of(low, form, scale)} to {end_of(high, form, scale)}"
 
 
 def interval(low: float, high: float) -> str:
@@ -98,10 +112,10 @@ def bracketed(
     """
     if value is None or math.isnan(value):
         return NONE
-    said = form.format(scale * value)
+    said = minus(form.format(scale * value))
     if low is not None and high is not None:
-        said += f" [{form.format(scale * low)}, {form.format(scale * high)}]"
-    return minus(said)
+        said += f" [{end_of(low, form, scale)}, {end_of(high, form, scale)}]"
+    return said
 
 
 def share(value: float | None, low: float | None, high: float | None) -> str:

@@ -7,7 +7,7 @@ import io
 import re
 from collections.abc import Sequence
 
-from lockprobe.foundation.formatting import NONE, bracketed, p_cell, percent, share
+from lockprobe.foundation.formatting import NONE, bracketed, end_of, p_cell, percent, share
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.rows import Estimate
 
@@ -119,7 +119,10 @@ def _as_numbers(column: Sequence[Entry]) -> list[list[str]]:
 def _number(row: Estimate, of: str) -> str:
     form, scale = _form(row)
     value = getattr(row, of)
-    return "" if value is None else re.sub(r"^[+-]?(?=0(\.0*)?$)|^\+", "", form.format(scale * value))
+    if value is None:
+        return ""
+    said = form.format(scale * value) if of == "value" else end_of(value, form, scale).replace("\N{MINUS SIGN}", "-")
+    return re.sub(r"^[+-]?(?=0(\.0*)?$)|^\+", "", said)
 
 
 def _text(cell: str | None) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import cache, lru_cache
 from typing import Any
 
-from lockprobe.foundation.formatting import p_cell, points
+from lockprobe.foundation.formatting import end_of, p_cell, points
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.format import Entry, entry_text
 from lockprobe.report.rows import Estimate
@@ -55,7 +55,7 @@ def _templates() -> Any:
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
-    environment.filters |= {"breakable": _breakable, "points": points, "p": _small, "entry": entry_text}
+    environment.filters |= {"breakable": _breakable, "points": points, "end": end_of, "p": _small, "entry": entry_text}
     environment.filters["reach"] = _reach
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment

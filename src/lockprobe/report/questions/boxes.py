@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.foundation.formatting import capital, listed, p_value, points
+from lockprobe.foundation.formatting import capital, end_of, listed, p_value
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.rows import Estimate, Results, Row, measured_row
 from lockprobe.report.rows.primary import Line, primary_lines
@@ -124,7 +124,7 @@ def _show(found: Results) -> Iterator[Part]:
             more.append(
                 f"{line.label} {line.under}: standard deviation of the change between boxes "
                 f"{100 * (whole.value or 0.0):.0f} points ({p_value(whole.p_value)}). With as many trials on one more "
-                f"box like these, a change between {points(further.low or 0.0)} and {points(further.high or 0.0)} "
+                f"box like these, a change between {end_of(further.low or 0.0)} and {end_of(further.high or 0.0)} "
                 "points would be seen."
             )
     no = "No difference of the effect between boxes was detected." if _lines(found) else boxes_said(found)

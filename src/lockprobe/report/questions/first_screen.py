@@ -9,8 +9,7 @@ from typing import Any
 from lockprobe.agents.catalogue import description
 from lockprobe.foundation.formatting import capital, listed
 from lockprobe.foundation.spec import spec_name
-from lockprobe.report.answer import ONE_LOOK, answer, broken_said, needed_said
-from lockprobe.report.answer_list import AnswerList, known_of_broken
+from lockprobe.report.answer import ONE_LOOK, AnswerList, answer, broken_said, known_of_broken, needed_said
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
 from lockprobe.report.opened import OpenedStudy

@@ -10,7 +10,7 @@ from lockprobe.foundation.formatting import count
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import Spec
-from lockprobe.report.answer_list import BEFORE, known_of_broken
+from lockprobe.report.answer import BEFORE, known_of_broken
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.report.questions.loops import LENGTHS

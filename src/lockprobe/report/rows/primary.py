@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 from lockprobe.foundation.formatting import listed
 from lockprobe.report.rows.course import Course
-from lockprobe.report.rows.design import DoseAxis
+from lockprobe.report.rows.design import DoseAxis, Player
 from lockprobe.report.rows.results import Results
 from lockprobe.report.rows.row import Estimate, clearness
 from lockprobe.trial.condition import TRUTH
@@ -96,70 +96,53 @@ def dose_lines(found: Results, axis: DoseAxis | None = None) -> list[Line]:
     return [_over_doses(one) for one in found.courses(axis) if one.played]
 
 
+def _line(of: Player | Course, conditions: Iterable[str], first: Estimate | None, **more: Any) -> Line:
+    """The line of an agent."""
+    own: dict[str, Any] = {"agent": of.agent, "modality": of.modality, "label": of.label, "baseline": not of.subject}
+    return Line(**own, conditions=tuple(conditions), first=first, **more)
+
+
 def _declared(found: Results) -> Iterator[Line]:
     """A line for each agent, of the first contrast that the study declares; none without one."""
     for asked in found.design.contrasts[:1]:
         for row in found.where("success_difference", family=DECLARED, of=asked.name):
             own = {"agent": row.agent, "modality": row.modality}
             less, more = (found.get("success_in_pairs", **own, of=f"{asked.name}, {side}") for side in SIDES)
-            yield Line(
-                **_tested(found, row),
-                conditions=(asked.minus[0], asked.of[0]),
-                first=less,
-                second=more,
-                control=_under(asked.minus),
-                under=_under(asked.of),
-                cause=asked.name,
+            control, under = (
+                _control(names[0]) if names == (TRUTH,) else f"under {listed(names, named=2)}"
+                for names in (asked.minus, asked.of)
             )
-
-
-def _tested(found: Results, change: Estimate) -> dict[str, Any]:
-    """What a line says of the agent of a change."""
-    agent, modality = change.agent, change.modality
-    own = {"agent": agent, "modality": modality, "label": found.label(agent, modality), "change": change}
-    return own | {"baseline": agent not in found.subjects}
-
-
-def _under(conditions: Sequence[str]) -> str:
-    return _control(conditions[0]) if conditions == (TRUTH,) else f"under {listed(conditions, named=2)}"
+            sides = {"second": more, "change": row, "control": control, "under": under, "cause": asked.name}
+            yield _line(found.player_of(row), (asked.minus[0], asked.of[0]), less, **sides)
 
 
 def _of_controls(found: Results) -> Iterator[Line]:
+    """A line for each agent of the study of controls: told the truth, and under false reports."""
     for total in found.where("false_report_effect", of="total"):
         arms = {row.of: row for row in found.where("success_in_arm", agent=total.agent, modality=total.modality)}
-        yield Line(
-            **_tested(found, total),
-            conditions=tuple(arms[of].condition for of in ("truth", "lie") if of in arms),
-            first=arms.get("truth"),
-            second=arms.get("lie"),
-            control="told the truth",
-            under="under false reports",
-        )
+        said = {"change": total, "control": "told the truth", "under": "under false reports"}
+        conditions = (arms[of].condition for of in ("truth", "lie") if of in arms)
+        yield _line(found.player_of(total), conditions, arms.get("truth"), second=arms.get("lie"), **said)
 
 
 def _over_doses(course: Course) -> Line:
-    """The lowest dose against the one that differs most clearly."""
+    """The lowest dose against the one that differs most clearly, in the trials that both have."""
     first, clearest = course.played[0], course.clearest
     second, change = clearest or (None, None)
     shares = first.get("success"), second.get("success") if second else None
     if second is not None:
-        control, other = (
-            next((row for cell, row in course.changes(of, "success_in_pairs") if cell.dose == second.dose), None)
-            for of in (CONTROL, "")
-        )
+        pairs = (course.changes(of, "success_in_pairs") for of in (CONTROL, ""))
+        control, other = (next((row for cell, row in of if cell.dose == second.dose), None) for of in pairs)
         shares = (control, other) if control and other else shares
-    return Line(
-        agent=course.agent,
-        modality=course.modality,
-        label=course.label,
-        conditions=tuple(cell.condition for cell in (first, second) if cell),
-        first=shares[0],
+    return _line(
+        course,
+        (cell.condition for cell in (first, second) if cell),
+        shares[0],
         second=shares[1],
         change=change,
         control="told the truth" if first.p == 0 else _control(first.condition),
         under=f"at {course.name} {second.dose:g}" if second else "",
         alike=course.blind,
-        baseline=not course.subject,
     )
 
 
@@ -173,19 +156,13 @@ def _of_conditions(found: Results) -> Iterator[tuple[tuple[str, str], Line]]:
         clearest = min(own, key=clearness, default=None)
         first = cells.get(clearest.control if clearest else "", next(iter(cells.values())))
         second = cells.get(clearest.condition) if clearest else None
-        line = Line(
-            agent=player.agent,
-            modality=player.modality,
-            label=player.label,
-            conditions=tuple(cell.condition for cell in (first, second) if cell),
-            first=first.get("success"),
-            second=second.get("success") if second else None,
-            change=clearest,
-            control=_control(first.condition),
-            under=f"under {second.condition}" if second else "",
-            baseline=not player.subject,
-        )
-        yield (player.agent, player.modality), line
+        said: dict[str, Any] = {
+            "control": _control(first.condition),
+            "under": f"under {second.condition}" if second else "",
+        }
+        said |= {"second": second.get("success") if second else None, "change": clearest}
+        conditions = (cell.condition for cell in (first, second) if cell)
+        yield (player.agent, player.modality), _line(player, conditions, first.get("success"), **said)
 
 
 def _control(condition: str) -> str:

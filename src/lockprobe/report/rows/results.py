@@ -188,6 +188,10 @@ class Results(Part):
         """An agent in a modality, if it has trials on the flip axis."""
         return self._players.get((agent, modality))
 
+    def player_of(self, row: Estimate) -> Player:
+        """The agent of a row, in its modality."""
+        return self._players[row.agent, row.modality]
+
     @property
     def boxes(self) -> list[Mapping[str, Any]]:
         """Its boxes, as in ``study.json``."""
