@@ -10,7 +10,7 @@ from seated import people_study, under
 from lockprobe.boxes.solve import optimum
 from lockprobe.people.assignment import Given, assigned, boxes_each, practice_plan, trials_for
 from lockprobe.people.experiment import Experiment
-from lockprobe.report.questions.places import steps_from_right
+from lockprobe.report.questions.limits import steps_from_right
 from lockprobe.studies.options.studyfile import study
 
 PERSONS = 200

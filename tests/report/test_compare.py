@@ -111,43 +111,31 @@ NUDGED = [sample(study, n, condition="nudge", luck=luck) for luck, (study, n) in
 CLEAR = [sample(study, n, condition="nudge") for study, n in (("a", 1), ("b", 19))]
 
 
-@pytest.mark.parametrize(
-    ("samples", "parts"),
-    [
-        ([], ["No two studies have a trial to compare under a condition that they share."]),
-        (
-            [sample("a", 9), sample("b", 11, luck=2)],
-            [
-                "No difference between studies was detected in 1 comparison, which does not show that there is none, the clear"
-            ],
-        ),
-        (
-            [sample("a", 9), sample("b", 11, luck=2), sample("c", 10, luck=3)],
-            [
-                "No difference between studies was detected in 3 comparisons, ",
-                "P = 1, corrected for 3 differences of a family and 1 family; ",
-            ],
-        ),
-        (
-            NUDGED,
-            [
-                "1 of 1 differences between studies was detected, the clearest: llm:a in b against llm:a in a under nudge, 55 % "
-            ],
-        ),
-        # a P value of 0.03 in its family: the sentence is about two, and the table about each
-        (
-            [*FLIPS, *NUDGED],
-            [
-                "No difference between studies was detected in 2 comparisons, ",
-                ", corrected for 1 difference of a family and 2 families; ",
-            ],
-        ),
-        (
-            [*FLIPS, *CLEAR],
-            ["1 of 2 differences between studies was detected, the clearest: llm:a in b against ", "random numbers)."],
-        ),
-    ],
-)
+CONCLUSIONS = [
+    ([], ["No two studies have a trial to compare under a condition that they share."]),
+    (
+        [sample("a", 9), sample("b", 11, luck=2), sample("c", 10, luck=3)],
+        [
+            "No difference between studies was detected in 3 comparisons, ",
+            "P = 1, corrected for 3 differences of a family and 1 family; ",
+        ],
+    ),
+    # a P value of 0.03 in its family: the sentence is about two, and the table about each
+    (
+        [*FLIPS, *NUDGED],
+        [
+            "No difference between studies was detected in 2 comparisons, ",
+            ", corrected for 1 difference of a family and 2 families; ",
+        ],
+    ),
+    (
+        [*FLIPS, *CLEAR],
+        ["1 of 2 differences between studies was detected, the clearest: llm:a in b against ", "random numbers)."],
+    ),
+]
+
+
+@pytest.mark.parametrize(("samples", "parts"), CONCLUSIONS)
 def test_the_conclusion_says_no_more_than_what_holds_in_all_families(samples, parts):
     said = conclusion(study_differences(samples))
     assert said.startswith(parts[0])

@@ -1,6 +1,5 @@
 """Measures of installed packages: in results.json, in a table and on the page, and what verification says of them."""
 
-import pytest
 import strangers
 from builders import play_study, small_study, write_study
 
@@ -8,7 +7,6 @@ from lockprobe.foundation.formatting import NONE
 from lockprobe.report.format import entry_text
 from lockprobe.report.page import tables_of
 from lockprobe.report.results import results
-from lockprobe.report.rows import Results
 from lockprobe.report.verify import verify
 from lockprobe.report.write import write_report
 from lockprobe.statistics.measures import measured
@@ -56,22 +54,3 @@ def test_verification_takes_them_from_the_results_and_runs_no_package(tmp_path, 
     checks = {check.name: check for check in verify(directory)}
     assert all(check.holds for check in checks.values())
     assert checks["results"].said.endswith("; 8 of its rows are not checked: they come from strange-things 0.3")
-
-
-@pytest.fixture(scope="module")
-def reported(tmp_path_factory):
-    """A study with a report without packages."""
-    directory = write_study(tmp_path_factory.mktemp("strange") / "study", STUDY)
-    write_report(directory)
-    return directory
-
-
-def test_a_measure_with_the_name_of_a_number_of_lockprobe_is_told_apart(tmp_path, monkeypatch, reported):
-    alone = results(reported)
-    strangers.install(tmp_path, monkeypatch, points={"measures": {"steps": "untold"}})
-    write_report(reported)
-    found = Results.model_validate_json((reported / "results.json").read_bytes())
-    assert found.sections_left_out == ()
-    assert [row.quantity for row in found.measures] == ["measures.steps"] * 2
-    assert [row for row in found.rows if not row.source] == [*alone.rows]
-    assert all(check.holds for check in verify(reported))

@@ -7,7 +7,6 @@ import pytest
 from builders import play_study, write_study
 
 from lockprobe.foundation.errors import ModelFault
-from lockprobe.interfaces.export import tidy
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.loop import broken
@@ -52,11 +51,3 @@ def test_what_broke_an_agent_with_a_name_is_said_without_its_spec(tmp_path):
     found = results(write_study(tmp_path, own, [trial, *play_study(replace(own, agents=("random",)))]))
     assert "secret" not in found.model_dump_json()
     assert "agent 'mine' does not work" in found.model_dump_json()
-
-
-def test_the_tidy_table_has_the_name():
-    assert {row["agent"] for row in tidy(play_study(planned(f"zeta={SPEC}")))} == {
-        "zeta",
-        "random",
-        "cognitive:careful",
-    }

@@ -74,21 +74,6 @@ def test_no_family_changes_a_p_value_of_another(whole, families, family, many):
     assert [row.corrected_for for row in own] == [many] * 2 * many  # of two agents, which are judged apart
 
 
-def test_a_dose_that_never_acted_is_no_other_condition_and_no_question_is_asked_twice(tmp_path):
-    doses = ["tremble?p=0.0001", "tremble?p=0.2", "tremble?p=0.4"]
-    found = results(played(tmp_path / "idle", p=[0], condition=doses))
-    asked = "Do higher doses of tremble change how agents open chain-4?"
-    assert found.fact("overview", "question") == asked
-    assert {row.condition for row in of_family(found, "success by tremble p")} == {*doses[1:]}
-    shown = {"modality": ["symbolic?tell=state", "symbolic?tell=outcome"]}
-    found = results(played(tmp_path / "shown", p=[0], **FAMILIES["success by tremble p"], **shown))
-    question = found.fact("overview", "question")
-    assert question.count("tremble") == 1
-
-
-# Counts are those of the records.
-
-
 # What never acted.
 
 

@@ -16,9 +16,6 @@ Entry = str | Estimate | None
 
 DETECTED = "detected"
 
-EVERY = "every flip rate"
-"""The flip rate of an agent that plays the same at all of them."""
-
 _TEX = {
     "\\": r"\textbackslash{}",
     "&": r"\&",

@@ -15,7 +15,6 @@ from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.rows import (
     Condition,
     Contrast,
-    Curve,
     Design,
     DoseAxis,
     Estimate,
@@ -25,7 +24,6 @@ from lockprobe.report.rows import (
     Results,
     Row,
 )
-from lockprobe.report.section import Section
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.study import settings_of
@@ -36,9 +34,9 @@ _ONE_LOOK = "its P value holds for one look, when all planned trials are played"
 def results_of(numbers: OpenedStudy) -> Results:
     """The results of a study."""
     study = numbers.study
-    rows, named = list[Row](), set[tuple[str, ...]]()
+    rows = list[Row]()
     for one in all_sections():
-        rows += section(one.title, partial(_rows_of, one, numbers, named), list[Row])
+        rows += section(one.title, lambda one=one: list(one.rows(numbers)), list[Row])  # type: ignore[misc]
     found = Results(
         lockprobe=version("lockprobe"),
         study=_settings(numbers),
@@ -76,27 +74,6 @@ def _settings(opened: OpenedStudy) -> dict[str, object]:
     """The settings, with what pages call the agents in place of their specs, which may say more than is shown."""
     found = {name: value for name, value in settings_of(opened.study).items() if name not in ("agents", "names")}
     return {**found, "agents": list(opened.study.labels)}
-
-
-def _rows_of(one: Section, numbers: OpenedStudy, named: set[tuple[str, ...]]) -> list[Row]:
-    """The rows of a section.
-
-    Args:
-        one: The section.
-        numbers: The numbers of the study.
-        named: What there are numbers of; those of the section are added.
-
-    Raises:
-        ValueError: If a reader could not tell two numbers apart.
-    """
-    rows = list(one.rows(numbers))
-    for row in rows:
-        if isinstance(row, Estimate | Curve):
-            name = (type(row).__name__, *row.identity)
-            if name in named:
-                raise ValueError(f"two rows are of {', '.join(filter(None, row.identity))}")
-            named.add(name)
-    return rows
 
 
 def _design(numbers: OpenedStudy) -> Design:

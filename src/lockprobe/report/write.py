@@ -25,7 +25,7 @@ from lockprobe.report.page import Page, figures_of, image
 from lockprobe.report.processor import one_thread, uncollected
 from lockprobe.report.prose import condition_words
 from lockprobe.report.questions import all_sections
-from lockprobe.report.questions.seen import embedded
+from lockprobe.report.questions.trials import embedded
 from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.rows import Results
 from lockprobe.report.rows.primary import primary_lines

@@ -18,7 +18,7 @@ from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.drawing import COLOURS, agent_label, render, settable, sheet, style_of
-from lockprobe.report.questions import crossings, loops, success
+from lockprobe.report.questions import contrasts, loops, success
 from lockprobe.report.questions.speed import draw as fig3
 from lockprobe.report.results import results
 from lockprobe.report.rows import Estimate, Fact, Results
@@ -188,7 +188,7 @@ def grid(rows, columns):
         facts[f"{row:g}, {column:g}"] = f"c{i}"
         made.append(Estimate(quantity="success", agent="llm:$\\frac{" + "x" * 80, condition=f"c{i}", **numbers))
     known = [Fact(about=AXIS, name=name, text=text) for name, text in facts.items()]
-    figure = crossings.draw(Results.model_construct(rows=made, facts=known), AXIS)
+    figure = contrasts.draw(Results.model_construct(rows=made, facts=known), AXIS)
     figure.draw_without_rendering()
     (axes,) = figure.axes
     return axes.texts[: len(axes.patches)], axes.patches

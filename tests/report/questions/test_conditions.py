@@ -5,7 +5,7 @@ from reported import found_in
 
 from lockprobe.foundation.formatting import p_cell
 from lockprobe.report.format import entry_text
-from lockprobe.report.page import figures_of, parts_of, tables_of
+from lockprobe.report.page import parts_of, tables_of
 from lockprobe.report.prose import condition_words
 from lockprobe.report.questions.conditions import EFFECTS
 from lockprobe.studies.options.studyfile import study
@@ -90,10 +90,3 @@ def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_coun
     assert part.answer == f"{sum(detected)} of {len(detected)} differences detected."
 
 
-def test_from_what_changed_nothing_nothing_is_concluded(tmp_path):
-    acts, more = "history?last=50", {"agent": ["human-inspired"], "p": [0], "trials": 6, "repetitions": 1}
-    found = found_in(tmp_path / "alone", study("flips", condition=acts, **more))
-    assert found.against_control() == []
-    assert "effects" not in [one.name for one in figures_of(parts_of(found))]
-    found = found_in(tmp_path / "beside", study("flips", condition=[acts, "distract?p=0.3"], **more))
-    assert {row.condition for row in found.against_control()} == {"distract?p=0.3"}

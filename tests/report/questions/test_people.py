@@ -3,18 +3,13 @@
 from dataclasses import replace
 
 import pytest
-import seated
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study, write_study
-from seated import under
 from taking_part import take_part
 
 from lockprobe.people.withdrawal import withdraw
 from lockprobe.report.page import Page, tables_of
-from lockprobe.report.prose import condition_words
 from lockprobe.report.results import results
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import load
-from lockprobe.studies.running.runner import run_study
 
 STUDY = small_study(("participant", "random", "round-robin"), (0.0, 0.4), 2, 5)
 PLAYED = 14
@@ -54,14 +49,13 @@ def test_people_are_counted_by_person_and_by_first_boxes_and_are_one_agent_elsew
     assert each(found) == [2, 2]
     assert [found.one("success", **THEIRS, of=f"position={i}").n for i in (1, 2)] == [7, 7]
     assert [row.condition for row in found.where("people", of="")] == ["", "truth", "flip?p=0.4", ""]
-    assert found.one("trials", of="view=panel").value == PLAYED
+    assert found.fact("participant", "view") == "panel"
     assert found.one("success", **THEIRS, of="every person alike").value == found.one("success", **THEIRS, of=BY).value
     assert [cell.condition for cell in found.cells if cell.agent == "participant"] == ["truth", "flip?p=0.4"]
     assert found.fact("participant", "position") == "1; 2"
     page = Page(found=found).text()
     assert page.count(f"{PLAYED} of 20 boxes for people were played; 6 are still available.") == 1
     assert "people remember earlier boxes, agents do not" in page
-    assert "reports as panel" in page
     assert "participant:" not in str(found.plain())
     assert "participant:0" not in page
 
@@ -83,17 +77,8 @@ def test_who_left_early_counts_as_every_person_does(tmp_path):
     assert found.one("success", **THEIRS, of="every person alike").value == pytest.approx((1 + 0.5 + 0) / 3)
     positions = [found.one("success", **THEIRS, of=f"position={i}") for i in (1, 2)]
     assert [(one.count, one.n) for one in positions] == [(1, 3), (2, 2)]
-    assert values(found, "trials", condition="") == {"view=panel": 5, "feedback=no": 2, "feedback=yes": 3}
     assert "with every person counted alike it is 50 %." in Page(found=found).text()
     assert "Of their first boxes they opened 1 of 3 (" in Page(found=found).text()
-
-
-def test_before_anybody_came_the_report_says_so(tmp_path):
-    found = with_people(tmp_path, small_study(("participant", "random"), (0.0,), 1, 3), [])
-    assert values(found, "boxes") == {"planned": 3, "finished": 0}
-    assert "agreed to take part" not in Page(found=found).text()
-    assert "0 of 3 boxes for people were played; 3 are still available." in Page(found=found).text()
-    assert tables_of(found)["people"] == []
 
 
 def test_the_page_says_who_came_to_the_end(tmp_path):
@@ -117,22 +102,3 @@ def test_the_page_says_who_came_to_the_end(tmp_path):
     assert "Unfinished boxes: 0 of 2 under truth, 1 of 2 under flip?p=0.4." in page
     checks = found.one("people", of="attention checks")
     assert f"Attention checks: {checks.count} of {checks.n} answered correctly." in page
-
-
-def test_people_stand_beside_agents_under_every_condition(tmp_path):
-    conditions = ("truth", "flip?p=0.4", "flip?p=0.4 + nudge", "drop?p=0.3", "tremble?p=0.3")
-    study = under(*conditions, agents=("random", "participant"), trials=5)
-    run_study(study, tmp_path)
-    seated.take_part(tmp_path, study, seated.short(), people=5)
-    found = results(tmp_path)
-    own = {one: [trial for trial in load(tmp_path) if trial.player and trial.condition == one] for one in conditions}
-    assert values(found, "boxes", condition="")["finished"] == found.one("success", **THEIRS, of="by person").n == 25
-    counted = {row.condition: (row.count, row.n) for row in found.where("success", of="by person") if row.condition}
-    assert counted == {one: (sum(trial.solved for trial in trials), 5) for one, trials in own.items()}
-    assert found.one("success", condition="tremble?p=0.3", of="by person").doses == {"tremble.p": 0.3}
-    assert [row["condition"] for row in table(found, "people")][:6] == [
-        *map(condition_words(found).get, conditions),
-        "all",
-    ]
-    theirs = [row["condition"] for row in table(found, "conditions") if row["agent"] == "participant"]
-    assert theirs == [condition_words(found)[one] for one in conditions]

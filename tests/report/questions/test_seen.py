@@ -8,7 +8,7 @@ from page_parts import part
 from reported import found_in
 
 from lockprobe.report.page import Page
-from lockprobe.report.questions.seen import embedded
+from lockprobe.report.questions.trials import embedded
 from lockprobe.report.rows import Fact, Results
 from lockprobe.report.write import write_report
 from lockprobe.trial.pictures.png import from_png, to_png

@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 from builders import make_trial, play_study, small_study
+from page_parts import part
 from reported import found_in
 
+from lockprobe.boxes.families import box
 from lockprobe.report.page import Page, parts_of, tables_of
 from lockprobe.trial.record import TrialError
 
@@ -44,3 +46,14 @@ def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
     assert "a code fence 1, text around the object 1" in details
     assert "refused: I cannot help." in page
     assert "1 trial; shares and differences hold whatever became of it." in page
+
+
+def test_a_prior_that_true_reports_contradict_is_said_to_be_wrong(tmp_path):
+    """A target that needs two joints open is in none of the priors."""
+    both = {"revolute-left": ({"slider-1": True, "slider-2": True},)}
+    planned = replace(
+        small_study(["random"], (0.0,), 1, 6), boxes=(replace(box("chain-4"), name="both", interlock=both),)
+    )
+    assert "On this box true reports contradict this prior" in part(
+        Page(found=found_in(tmp_path, planned)).text(), "optimal_actions"
+    )

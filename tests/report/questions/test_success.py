@@ -85,12 +85,3 @@ def test_options_of_an_agent_are_a_dose_without_another_condition(tmp_path, p):
     (part,) = [part for part in parts_of(found) if part.name == "doses"]
     assert part.answer
     assert not found.beside_flips
-
-
-def test_doses_that_changed_nothing_are_in_no_number(tmp_path):
-    acts = ["history?last=50", *[f"history?last=50 + tremble?p={p}" for p in (0.1, 0.3, 0.5)]]
-    agents = ["human-inspired", "cognitive:careful"]
-    found = found_in(tmp_path, study("flips", agent=agents, p=[0], condition=acts, **SMALL))
-    (axis,) = found.design.axes
-    assert axis.key == "tremble p, with history?last=50"
-    assert [[cell.dose for cell in course.cells] for course in found.courses(axis)] == [[0], [0]]

@@ -85,33 +85,17 @@ def said(verdict, *claims, total=0.2, needed=230):
 RAISE = "False reports raise the success of llm:a by 20 points (95 % interval +15 to +25; P = 0.001). "
 
 
-@pytest.mark.parametrize(
-    ("verdict", "claims", "expected"),
-    [
-        (
-            "says",
-            ("last",),
-            "what they say: of reports that are given and then corrected, a false last statement raises",
-        ),
-        (
-            "says",
-            ("first",),
-            "a false first statement raises it, whatever the last one says (the least clear difference",
-        ),
-        ("says", ("last", "first"), "a false last statement raises it, whatever the first one says and a false first"),
-        ("says", ("agreed",), "two false statements raise it, and no change by a single one was detected"),
-        ("says", ("contradiction",), "one false statement is enough to raise it"),
-        ("says", ("falsity",), "two false statements raise it, and which of them counts is not decided"),
-        (
-            "form",
-            ("form",),
-            "They do so as any odd report does: a true correction and an irrelevant remark raise it too",
-        ),
-        ("both", ("last", "form"), "whatever the first one says; and as any odd report does: a true correction and"),
-        ("blurred", (), "Why is not decided: a true correction raises it too, so corrections cannot tell."),
-        ("not decided", (), "Why is not decided: through what they say, or as any odd report does"),
-    ],
-)
+VERDICTS = [
+    ("says", ("last",), "and then corrected, a false last statement raises it, whatever the first one says"),
+    ("says", ("agreed",), "two false statements raise it, and no change by a single one was detected"),
+    ("form", ("form",), "They do so as any odd report does: a true correction and an irrelevant remark raise it too"),
+    ("both", ("last", "form"), "whatever the first one says; and as any odd report does: a true correction and"),
+    ("blurred", (), "Why is not decided: a true correction raises it too, so corrections cannot tell."),
+    ("not decided", (), "Why is not decided: through what they say, or as any odd report does"),
+]
+
+
+@pytest.mark.parametrize(("verdict", "claims", "expected"), VERDICTS)
 def test_every_verdict_has_what_happened_and_how_sure_and_then_the_cause(verdict, claims, expected):
     found = said(verdict, *claims)
     assert found.startswith(RAISE)

@@ -10,8 +10,8 @@ from lockprobe.report.section import Section
 __all__ = ["all_sections"]
 
 _OWN = (
-    "first_screen", "trials", "people", "places", "stopping", "contrasts", "why", "success", "boxes", "readings",
-    "loops", "agents_compared", "speed", "actions", "misreading", "seen", "robot", "conditions",
+    "first_screen", "trials", "people", "stopping", "contrasts", "why", "success", "boxes", "readings",
+    "loops", "agents_compared", "speed", "actions", "misreading", "robot", "conditions",
     "study_design", "limits", "claims", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``: the answer and one trial; whether it is more than chance, and

@@ -60,4 +60,4 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("How many actions are optimal?", answer, [note])
 
 
-SECTIONS = (Section(name="optimal_actions", title="Optimal actions", rows=_rows, show=_show),)
+SECTIONS = (Section("optimal_actions", "Optimal actions", _rows, _show),)

@@ -6,10 +6,12 @@ from collections.abc import Iterator, Sequence
 from statistics import median
 from typing import Any
 
-from lockprobe.foundation.formatting import count
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.solve import optimum
+from lockprobe.foundation.formatting import count, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
-from lockprobe.foundation.spec import Spec
+from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.report.answer import BEFORE, known_of_broken
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.questions.boxes import boxes_said
@@ -18,6 +20,7 @@ from lockprobe.report.rows import PERMUTED, Estimate, Fact, Results, Row, measur
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.statistics.differences import differences_before_breaks, few_broke_until
 from lockprobe.statistics.every_look import E_PROCESS
+from lockprobe.studies.modality import shows_places
 from lockprobe.trial.record import Trial
 
 
@@ -30,7 +33,7 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     for (agent, boundary), trials in sorted(broken.items()):
         yield Estimate(quantity="broken", agent=agent, of=boundary, value=len(trials), unit="trials")
         facts = {"first message": _message(trials[0]), "will be replayed": "yes" if trials[0].owed_again else "no"}
-        yield from (Fact(about=_about(agent, boundary), name=name, text=text) for name, text in facts.items())
+        yield from (Fact(about=f"{agent}, broken at {boundary}", name=name, text=text) for name, text in facts.items())
     of_agents = grouped(numbers.cells, lambda cell: (cell.agent, cell.modality)).values()
     broke = [cells for cells in of_agents if any(cell.outcomes.broke.any() for cell in cells)]
     for cells in broke:
@@ -76,12 +79,8 @@ def _message(trial: Trial) -> str:
     return said
 
 
-def _about(agent: str, boundary: str) -> str:
-    return f"{agent}, broken at {boundary}"
-
-
 def _show(found: Results) -> Iterator[Part]:
-    rows = [(row, found.facts_about(_about(row.agent, row.of))) for row in found.where("broken", condition="")]
+    rows = [(row, found.facts_about(f"{row.agent}, broken at {row.of}")) for row in found.where("broken", condition="")]
     trials = sum(int(row.value or 0) for row, _ in rows)
     if rows:
         them = "it" if trials == 1 else "them"
@@ -103,7 +102,61 @@ def _show_limits(found: Results) -> Iterator[Part]:
     yield Part("Limits", answer, [Template("limits", values)])
 
 
+# What places give away to those who see where joints lie: people, and agents that see pictures or read places.
+
+_MOST = 400
+"""Blocks whose panels are looked at: the first of a study."""
+
+
+def _places(numbers: OpenedStudy) -> Iterator[Row]:
+    """How many boxes open in the fewest steps from right to left, and the steps that this takes on average."""
+    study = numbers.study
+    if not (PEOPLE in study.agents or any(map(shows_places, study.modalities))):
+        return
+    blocks = [block for _, block in zip(range(_MOST), study.blocks_of(study.agents[0]), strict=False)]
+    boxes = [study.plan(study.agents[0], study.conditions[0], *block).box for block in blocks]
+    steps = [steps_from_right(box, study.max_steps) for box in boxes]
+    least = sum(taken == optimum(box) for box, taken in zip(boxes, steps, strict=True))
+    of: dict[str, Any] = {"quantity": "optimum", "n": len(boxes)}
+    yield Estimate(**of, of=f"reached {_RULE}", value=least / len(boxes), count=least)
+    yield Estimate(**of, of=f"steps {_RULE}", unit="steps", value=sum(steps) / len(boxes))
+
+
+_RULE = "from right to left"
+
+
+def steps_from_right(box: Lockbox, budget: int) -> int:
+    """The steps in which a box opens whose joints are attempted from right to left, again and again; at most a budget.
+
+    This is what the agent ``right-to-left`` needs, whatever it is told.
+
+    >>> from lockprobe.boxes.families import box
+    >>> steps_from_right(box("chain-4"), 20)
+    4
+    """
+    order = sorted(range(len(box.joints)), key=lambda joint: box.joints[joint].place, reverse=True)
+    here, target = box.initial, box.target_index
+    for step in range(budget):
+        joint = order[step % len(order)]
+        here, moved = box.attempt(here, joint)
+        if moved and joint == target:
+            return step + 1
+    return budget
+
+
+def _show_places(found: Results) -> Iterator[Part]:
+    least, steps = (found.get("optimum", of=f"{of} {_RULE}") for of in ("reached", "steps"))
+    if least and steps:
+        said = f"opens {percent(least.value)} of the boxes in the fewest possible steps, {steps.value:.1f} on average."
+        yield Part(
+            "What do places give away?",
+            f"Whoever takes the joints from right to left, whatever is reported, {said}",
+            ["Places are seen in this study. The agent right-to-left plays the rule, again and again."],
+        )
+
+
 SECTIONS = (
-    Section(name="broken", title="Trials that broke", rows=_rows, show=_show),
-    Section(name="limits", title="Limits", show=_show_limits),
+    Section("broken", "Trials that broke", _rows, _show),
+    Section("limits", "Limits", show=_show_limits),
+    Section("places", "Places", _places, _show_places),
 )

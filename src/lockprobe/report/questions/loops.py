@@ -13,11 +13,10 @@ from lockprobe.foundation.formatting import MOST_NAMED, first_three, p_value, pe
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy, PlayedCell
-from lockprobe.report.prose import at_lowest, interval_kind, paper_rates
+from lockprobe.report.prose import at_lowest, chance_said, interval_kind, paper_rates, played_subjects
 from lockprobe.report.questions.success import fit_rows, of_course, two_lines_rows
 from lockprobe.report.rows import Cell, Course, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section
-from lockprobe.report.table_rows import chance_said, played_subjects
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.hazards import looping

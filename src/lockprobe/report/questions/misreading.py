@@ -12,10 +12,9 @@ from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import count_of
 from lockprobe.report.opened import OpenedStudy, PlayedCell
-from lockprobe.report.prose import condition_words
+from lockprobe.report.prose import by_conditions, condition_words, under, varied
 from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
-from lockprobe.report.table_rows import by_conditions, under, varied
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.misinterpretation import Claim, claims
 from lockprobe.statistics.outcomes import ended

@@ -30,15 +30,6 @@ _BY_PERSON = "by person"
 
 _BEYOND = "beyond the budget"
 
-_SAW = {
-    "view": "reports as",
-    "history": "earlier reports visible:",
-    "feedback": "told whether the box was opened:",
-    "words": "texts",
-    "page": "",
-}
-"""Facts of a trial of people, in words; the version of the page has none."""
-
 _FLOW = {
     "withdrawn": "withdrew (their data are deleted)",
     "screened": "screened out by the questions on the instructions",
@@ -71,8 +62,8 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
             for of, many in zip(("given", "left_open"), boxes, strict=True):
                 yield _people(quantity="boxes", condition=condition, of=of, value=many, unit="boxes")
         if checks := flow["checks"]:
-            right, of = flow["right"], "attention checks"
-            yield _people(quantity="people", of=of, value=right / checks, count=right, n=checks)
+            right: dict[str, Any] = {"value": flow["right"] / checks, "count": flow["right"], "n": checks}
+            yield _people(quantity="people", of="attention checks", **right)
     if own:
         yield from _all_people(begun, own, sizes)
     cells = [cell for cell in numbers.cells if cell.agent == PEOPLE and len(cell.ended)]
@@ -83,7 +74,7 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
 
 
 def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str]) -> Iterator[Estimate]:
-    """All people together, under all conditions; by the position of the box, and what they were shown."""
+    """All people together, under all conditions; and by the position of the box."""
     yield _people(quantity="people", value=len(sizes), unit="people")
     for of, boxes in (("fewest of a person", min(sizes.values())), ("most of a person", max(sizes.values()))):
         yield _people(quantity="boxes", of=of, value=boxes, unit="boxes")
@@ -95,11 +86,6 @@ def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str
     for at, those in sorted(grouped(placed, itemgetter(0)).items()):  # one box of each person: Wilson's interval
         found = proportion(sum(solved for _, solved in those), len(those))
         yield from share_rows("success", found, agent=PEOPLE, of=f"position={at}")
-    for name in _SAW:
-        values = [trial.facts[name] for trial in own if name in trial.facts]
-        said = Counter(("no", "yes")[one] if isinstance(one, bool) else str(one) for one in values)
-        for value, trials in said.items():
-            yield _people(quantity="trials", of=f"{name}={value}", value=trials, unit="trials")
 
 
 def _at(begun: Sequence[Trial], **place: Any) -> Iterator[Estimate]:
@@ -136,7 +122,7 @@ def _flow_said(found: Results) -> Iterator[str]:
 
 
 def _opened_said(found: Results) -> Iterator[str]:
-    """How many boxes people opened, over all conditions and of their first ones, and what they saw."""
+    """How many boxes people opened, over all conditions and of their first ones."""
     everyone = found.one("people", agent=PEOPLE, modality="", condition="")
     every = found.one("success", agent=PEOPLE, modality="", condition="", of=_BY_PERSON)
     fewest, most = (found.one("boxes", of=f"{of} of a person").value for of in ("fewest", "most"))
@@ -148,10 +134,6 @@ def _opened_said(found: Results) -> Iterator[str]:
     if first and most != 1:
         of = f"{first.count} of {first.n} ({entry_text(first)})"
         yield f"Of their first boxes they opened {of}: people remember earlier boxes, agents do not."
-    shown = [row.of.partition("=") for row in found.where("trials", agent=PEOPLE, condition="")]
-    values = {name: ", ".join(value for of, _, value in shown if of == name) for name in _SAW}
-    if seen := [f"{words} {values[name]}" for name, words in _SAW.items() if words and values[name]]:
-        yield f"Settings for people: {'; '.join(seen)}."
 
 
 def _table(found: Results) -> Lines:

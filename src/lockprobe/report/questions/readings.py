@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -14,12 +14,12 @@ from lockprobe.report.answer import headline
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import cause, condition_words, false_reports, interval_kind, inverted, who
+from lockprobe.report.questions.success import panel
 from lockprobe.report.rows import Course, Estimate, Fact, Results, Row, detected_said
 from lockprobe.report.rows.primary import dose_lines
 from lockprobe.report.section import Block, Figure, Note, Part, Section
 from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.design import READING_FACTORS
-from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
 
 _NAME = "readings"
 
@@ -43,12 +43,14 @@ def untested(numbers: OpenedStudy) -> str:
     study, rates, how = numbers.study, sum(rate > 0 for rate in numbers.study.p), "--readings fresh,kept"
     if any(arms_of(numbers.design.shown(modality)) for modality in numbers.design.modalities):
         rates, how = len(study.conditions), "--flip integrated"  # a study of controls has one: the other is a study
-    if study.flip.keep or not rates or not any(map(tells_positions, study.modalities)):
-        return ""
     heeding = {course.agent for course in numbers.courses if not course.blind} & {*numbers.subjects}
-    asked = [agent for agent in study.run_agents if study.label_of(agent) in heeding]
-    alone = [a for a in asked if not any(one.doses.get("flip.keep", 0.0) > 0 for one in study.conditions_of(a))]
-    if not alone:
+    alone = [
+        agent
+        for agent in study.run_agents
+        if study.label_of(agent) in heeding
+        and not any(one.doses.get("flip.keep", 0.0) > 0 for one in study.conditions_of(agent))
+    ]
+    if study.flip.keep or not rates or not alone:
         return ""
     more = sum(rates * study.repetitions * study.trials_of(agent) for agent in alone)
     names = listed([who(study.label_of(agent)) for agent in alone], named=3)
@@ -78,28 +80,11 @@ def draw(found: Results) -> Any:
 
     own: dict[tuple[str, str], list[tuple[str, Any, Course]]] = {}
     for i, (axis, options) in enumerate(found.readings):
-        for course in found.courses(axis):
-            if len(course.played) > 1 and not course.blind:
-                look = style_of(course)
-                colour = lighter(look.colour, 0.15 * (i % 4))
-                look = replace(look, colour=colour, marker=MARKERS[i % 4], dash=DASHES[i % 4])
-                own.setdefault((course.agent, course.modality), []).append((false_reports(options), look, course))
-    return sheet(sorted((one for one in own.values() if len(one) > 1), key=lambda one: not one[0][2].subject), _panel)
-
-
-def _panel(axes: Any, panel: Sequence[tuple[str, Any, Course]]) -> None:
-    from lockprobe.report.figures import drawing as figures
-
-    first = panel[0][2]
-    for words, style, course in panel:
-        figures.by_dose(axes, course.played, "success", style, linestyle=style.dash, label=words)
-    cells = [cell for _, _, course in panel for cell in course.played]
-    if first.subject:
-        figures.published(axes, figures.published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
-    figures.share_axis(axes, "success rate")
-    figures.dose_axis(axes, cells)
-    trials = figures.counts(cell.trials for cell in first.played)
-    figures.title(axes, figures.agent_label(first), f"{trials} per flip rate")
+        for course in (one for one in found.courses(axis) if len(one.played) > 1 and not one.blind):
+            look = style_of(course)
+            look = replace(look, colour=lighter(look.colour, 0.15 * (i % 4)), marker=MARKERS[i % 4], dash=DASHES[i % 4])
+            own.setdefault((course.agent, course.modality), []).append((false_reports(options), look, course))
+    return sheet(sorted((one for one in own.values() if len(one) > 1), key=lambda one: not one[0][2].subject), panel)
 
 
 _FIGURE = Figure(
@@ -135,4 +120,4 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("What is a false report here?", _answer(found), [*blocks, *[_NOTE] * bool(compared)], _NAME)
 
 
-SECTIONS = (Section(name=_NAME, title="What a false report is", rows=_rows, show=_show, figures=(_FIGURE,)),)
+SECTIONS = (Section(_NAME, "What a false report is", _rows, _show, figures=(_FIGURE,)),)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -33,21 +32,23 @@ def _sensed(numbers: OpenedStudy) -> Iterator[Row]:
             for step, said in zip(trial.steps, of(trial), strict=True)
             if name in step.sensed
         ]
-        for joint in ("", *joints):
-            if not (own := [one for one in attempts if joint in ("", one[1])]):
-                continue
-            at, decided = f", {joint}" * bool(joint), [one for one in own if one[3] is not None]
+        for joint in ("", *joints) if attempts else ():
+            own = [one for one in attempts if joint in ("", one[1])]
+            at, decided, n = f", {joint}" * bool(joint), [one for one in own if one[3] is not None], len(own)
             blocks = list(grouped(decided, lambda one: one[0]).values())
             for what, right in (("right", True), ("wrong", False))[: 1 if joint else 2]:
                 counts = [sum((moved == said) == right for *_, moved, said in block) for block in blocks]
                 yield from share_rows(judge, clustered_proportion(counts, list(map(len, blocks))), of=what + at)
-            count, n = len(own) - len(decided), len(own)
-            yield Estimate(quantity=judge, of=f"undecided{at}", value=count / n, count=count, n=n)
-        wrong = Counter((moved, said) for *_, moved, said in attempts)
-        n = sum(said is not None for *_, said in attempts)
+            count = n - len(decided)
+            if n:
+                yield Estimate(quantity=judge, of=f"undecided{at}", value=count / n, count=count, n=n)
         for kind, way in (("blocked for moved", (True, False)), ("moved for blocked", (False, True))):
             if attempts:
-                yield Estimate(quantity=judge, of=f"wrong, {kind}", count=wrong[way], n=n)
+                wrong, n = (
+                    sum((moved, said) == way for *_, moved, said in attempts),
+                    sum(one[3] is not None for one in attempts),
+                )
+                yield Estimate(quantity=judge, of=f"wrong, {kind}", count=wrong, n=n)
 
 
 def _judges(found: Results) -> list[str]:

@@ -15,11 +15,10 @@ from lockprobe.foundation.formatting import MOST_NAMED, p_cell, p_value
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy, PlayedCell
-from lockprobe.report.prose import at_lowest, who
+from lockprobe.report.prose import at_lowest, played_subjects, who
 from lockprobe.report.questions.success import of_course
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
-from lockprobe.report.table_rows import played_subjects
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.hazards import modality_effects, steps_over_doses

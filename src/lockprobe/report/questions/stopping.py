@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.foundation.formatting import listed, points
+from lockprobe.foundation.formatting import count, listed, points
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.format import Entry
 from lockprobe.report.opened import OpenedStudy
@@ -92,8 +92,7 @@ def small_said(answers: _Answers, points: float) -> str:
     """Which differences are shown to be smaller than the margin, (0, 1), either way; empty if none is."""
     found = {agent: [one.question.name for one in own if one.verdict == "small"] for agent, own in answers.items()}
     said = [f"{listed(names, named=_NAMED)} on {who(agent)}" for agent, names in found.items() if names]
-    more = len(said) - _NAMED
-    rest = f"; and on {more} more agent{'s' * (more > 1)}" if more > 0 else ""
+    rest = f"; and on {count(len(said) - _NAMED, 'more agent')}" * (len(said) > _NAMED)
     margin = f"Shown to be smaller than {100 * points:g} points, either way"
     return f"{margin}: effects of {'; of '.join(said[:_NAMED])}{rest}." if said else ""
 

@@ -30,14 +30,13 @@ def _caption(found: Results) -> Note:
     return Note(_PANEL + more)
 
 
-def draw(found: Results) -> object:
-    """The box, the first of several."""
+def _draw(found: Results) -> object:
     from lockprobe.report.figures.boxes import box_of_study
 
     return box_of_study(found)
 
 
-BOX = Figure("box", _PANEL, _caption, draw)
+BOX = Figure("box", _PANEL, _caption, _draw)
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
@@ -112,6 +111,6 @@ def _show_agents(found: Results) -> Iterator[Part]:
 
 
 SECTIONS = (
-    Section(name="design", title="Design", rows=_rows, show=_show, figures=(BOX,)),
-    Section(name="agents", title="Agents and box", rows=_agent_rows, show=_show_agents),
+    Section("design", "Design", _rows, _show, figures=(BOX,)),
+    Section("agents", "Agents and box", _agent_rows, _show_agents),
 )

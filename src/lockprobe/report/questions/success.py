@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import chain
 from typing import Any
@@ -150,30 +150,35 @@ def _caption(found: Results) -> Note:
 
 def draw(found: Results, axis: DoseAxis | None = None) -> Any:
     """Success by dose, a panel for each agent that the study is about; by flip rate without an axis."""
-    from lockprobe.report.figures.drawing import sheet
+    from lockprobe.report.figures.drawing import sheet, style_of
 
     played = [course for course in found.courses(axis) if course.played and (axis or course.subject)]
     shown = played if axis else [one for one in played if len(one.played) > 1 and not one.blind] or played
     note = capital(false_reports(axis.options)) if axis and axis.of_flips and axis.options else ""
-    return sheet(shown, _panel, note=note)
+    return sheet([[("", style_of(course), course)] for course in shown], panel, note=note)
 
 
-def _panel(axes: Any, course: Shown) -> None:
+def panel(axes: Any, lines: Sequence[tuple[str, Any, Shown]]) -> None:
+    """The success of one agent by dose; of several lines each with its name, its style and its doses."""
     from lockprobe.report.figures import drawing as figures
 
-    style = figures.style_of(course)
-    figures.dots(axes, [(at.dose or 0.0, success.value) for at in course.cells for success, _ in at.points], style)
-    figures.by_dose(axes, course.played, "success", style)
-    if fit := course.curve("success_fit"):
-        figures.curve_with_band(axes, fit, style)
+    (_, first_style, first), cells = lines[0], [cell for *_, course in lines for cell in course.played]
+    for words, style, course in lines:
+        dash = {"linestyle": style.dash, "label": words} if words else {}
+        figures.by_dose(axes, course.played, "success", style, **dash)
+    if len(lines) == 1:
+        repetitions = [(at.dose or 0.0, success.value) for at in first.cells for success, _ in at.points]
+        figures.dots(axes, repetitions, first_style)
+        if fit := first.curve("success_fit"):
+            figures.curve_with_band(axes, fit, first_style)
     figures.share_axis(axes, "success rate")
-    figures.dose_axis(axes, course.cells, course.name)
-    chance = [course.found.get("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
+    figures.dose_axis(axes, cells, first.name)
+    chance = [first.found.get("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
     figures.chance_band(axes, [row.value for row in chance if row and row.value is not None])
-    if course.axis == FLIPS.name:
-        figures.published(axes, figures.published_by_p(course.cells, SOLVED_AT_0, SOLVED_AT_40))
-    trials = figures.counts(cell.trials for cell in course.played)
-    figures.title(axes, figures.heading(course), f"{trials} per {course.name}")
+    if cells[0].p is not None and first.subject:
+        figures.published(axes, figures.published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
+    trials = figures.counts(cell.trials for cell in first.played)
+    figures.title(axes, figures.heading(first), f"{trials} per {first.name}")
 
 
 _FIG4 = Figure(

@@ -4,9 +4,8 @@ A number is an :class:`Estimate`, a line of a figure a :class:`Curve`. What is n
 :class:`Fact`: a property, or a sentence. A quantity that could not be measured has no row.
 """
 
-from lockprobe.report.rows.course import Cell, Course
 from lockprobe.report.rows.design import Condition, Contrast, Design, DoseAxis, EveryLook, LeftOut, Player, Progress
-from lockprobe.report.rows.results import MEASURES, RECONSTRUCTED, NoSuchRow, Results
+from lockprobe.report.rows.results import MEASURES, RECONSTRUCTED, Cell, Course, NoSuchRow, Results
 from lockprobe.report.rows.row import (
     BOUNDS,
     PERMUTED,

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lockprobe.foundation.formatting import listed
-from lockprobe.report.rows.course import Course
 from lockprobe.report.rows.design import DoseAxis, Player
-from lockprobe.report.rows.results import Results
+from lockprobe.report.rows.results import Course, Results
 from lockprobe.report.rows.row import Estimate, clearness
 from lockprobe.trial.condition import TRUTH
 
