@@ -3,7 +3,7 @@
 import pytest
 from builders import write_study
 
-from lockprobe.report.page import figures_of, parts_of, tables_of
+from lockprobe.report.page import parts_of, tables_of
 from lockprobe.report.questions.forks import fork_said
 from lockprobe.report.results import results
 from lockprobe.report.rows import Estimate
@@ -41,10 +41,10 @@ def test_rows_are_effects_of_the_forks_on_record(forked):
     assert [row.of for row in found.where("after_true_report")] == [row.of for row in rows]
 
 
-def test_the_part_has_the_sentence_the_table_and_the_figure_and_no_other_number_counts_forks(forked):
+def test_the_part_has_the_sentence_and_the_table_and_no_other_number_counts_forks(forked):
     _, found = forked
     (own,) = (part for part in parts_of(found) if part.name == "forks")
-    assert (own.answer, [one.name for one in figures_of([own])]) == (fork_said(found.rows), ["forks"])
+    assert own.answer == fork_said(found.rows)
     assert len(tables_of(found)["forks"]) == 1 + sum(row.of.startswith("success") for row in found.where("fork_change"))
     assert found.progress.finished == sum(
         row.value + found.one("broken", agent=row.agent, condition=row.condition).value
@@ -56,20 +56,17 @@ def test_the_part_has_the_sentence_the_table_and_the_figure_and_no_other_number_
 def changed(of="lie, 8, later reports true", **columns):
     own = {"agent": "random", "condition": "truth", "of": f"success, {of}", "n": 300, "clusters": 150}
     size = {"value": 0.1, "low": 0.02, "high": 0.18, "p_value": 0.01} | columns
-    after = Estimate(quantity="after_true_report", **own, value=0.4)
-    return [Estimate(quantity="fork_change", **own, **size), after]
+    return Estimate(quantity="fork_change", **own, **size)
 
 
-def test_the_clearest_effect_is_said_and_what_is_not_detected_is_not_said_to_be_nothing():
+def test_the_clearest_effect_that_was_detected_is_said():
     detected = (
-        "Lie at step 8 raises the success of random (truth): 40 % after a true report, +10 "
-        "points, 95 % interval +2 to +18; P = 0.01, 150 trials, 300 forks, later reports true."
+        "the clearest: lie at step 8 on random (truth), +10 points, 95 % interval +2 to +18; P = 0.01, 150 trials, "
+        "300 forks, later reports true."
     )
-    assert fork_said(changed()) == detected
-    unsure = [{"p_value": 0.2}, {"low": -0.01}, {"p_value": None}]
-    for one in unsure:
-        alone = fork_said(changed("force=A, onset, later reports as in the condition", **one))
-        assert alone.startswith("No effect of force=A at onset on")
-        several = changed("lie, 4, later reports true", **one) + changed("lie, 9, later reports true", **one)
-        assert fork_said(several) == "No effect of one report on success was detected in 2 comparisons."
-        assert fork_said([*several, *changed()]) == f"1 of 3 effects of one report were detected. {detected}"
+    unsure = [
+        changed(f"lie, {i}, later reports true", **one) for i, one in enumerate([{"p_value": 0.2}, {"low": -0.01}])
+    ]
+    assert fork_said([*unsure, changed()]) == f"1 of 3 effects of one report on success detected, {detected}"
+    assert fork_said(unsure).startswith("0 of 2 effects of one report on success detected, the clearest: lie at ")
+    assert fork_said([]) == ""

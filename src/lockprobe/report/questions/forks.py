@@ -7,13 +7,12 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import capital, change, p_cell, p_value, percent, points
-from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.formatting import change, count, p_cell, p_value
 from lockprobe.report.format import alone
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rows import Estimate, Fact, Results, Row, clearness, measured
-from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
+from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
 from lockprobe.studies.study import Study
 
@@ -75,74 +74,24 @@ def fork_table(rows: Sequence[Estimate]) -> Lines:
 def fork_said(rows: Sequence[Estimate]) -> str:
     """How many effects on success were detected, and the clearest of them; empty without forks."""
     found = _of_success(rows)
-    after = {(row.agent, row.condition, row.of): row for row in _of_success(rows, _AFTER_TRUTH)}
-    clear = [row for row in found if row.detected]
     if not found:
         return ""
-    if len(found) > 1 and not clear:
-        return f"No effect of one report on success was detected in {len(found)} comparisons."
-    row = min(clear or found, key=clearness)
+    row = min(found, key=lambda row: (not row.detected, *clearness(row)))
     arm, where, later = _place(row)
-    on, at = f"the success of {row.agent} ({row.condition})", f"step {where}" if where.isdecimal() else where
-    said = f"No effect of {arm} at {at} on {on} was detected"
-    if row.detected:
-        said = f"{capital(arm)} at {at} {'raises' if (row.value or 0.0) > 0 else 'lowers'} {on}"
+    at = f"step {where}" if where.isdecimal() else where
     size = f"{change(row.value or 0.0, row.low, row.high)}; {p_value(row.p_value)}"
-    told = percent(after[row.agent, row.condition, row.of].value)
-    said = f"{said}: {told} after a true report, {size}, {row.clusters} trials, {row.n} forks, {later}."
-    return said if len(found) == 1 else f"{len(clear)} of {len(found)} effects of one report were detected. {said}"
+    return (
+        f"{sum(one.detected for one in found)} of {count(len(found), 'effect')} of one report on success detected, the "
+        f"clearest: {arm} at {at} on {row.agent} ({row.condition}), {size}, {row.clusters} trials, {row.n} forks, "
+        f"{later}."
+    )
 
 
-_TABLE = Table("forks", lambda found: fork_table(found.rows), 5, rare=("later reports",))
-
-_PANELS = 6
-"""Panels that are drawn; later ones are the table's."""
-
-
-def draw(found: Results) -> Any:
-    """The changes of success by place, a panel for each agent, condition and way to go on.
-
-    Steps come in their order, then the places that a rule names.
-    """
-    from lockprobe.report.figures import drawing as figures
-
-    def on(axes: Any, rows: Sequence[Estimate]) -> None:
-        arms = grouped(rows, lambda row: _place(row)[0])
-        places = sorted({_place(row)[1] for row in rows}, key=lambda at: (not at.isdecimal(), at.zfill(4)))
-        axes.axhline(0, color=figures.INK, linewidth=0.8)
-        for i, (arm, own) in enumerate(arms.items()):
-            colour = figures.TARGET if "lie" in arm else figures.FAINT
-            style = figures.Style(colour=colour, marker=figures.MARKERS[i % len(figures.MARKERS)])
-            across = [places.index(_place(row)[1]) + 0.6 * ((i + 0.5) / len(arms) - 0.5) for row in own]
-            figures.estimates(axes, across, own, style, label=figures.safe_name(arm))
-        reach = 1.1 * max(0.2, *(abs(end or 0.0) for row in rows for end in (row.low, row.high, row.value)))
-        step = 0.5 if reach > 0.6 else 0.2 if reach > 0.3 else 0.1
-        ticks = [i * step for i in range(-int(reach / step), int(reach / step) + 1)]
-        axes.set(ylim=(-reach, reach), xlim=(-0.6, len(places) - 0.4))
-        figures.axis(axes, "y", ticks, [points(tick) for tick in ticks], "change of success, points", grid=True)
-        names = [f"step {at}" if at.isdecimal() else at.replace("-", "\n") for at in places]
-        figures.axis(axes, "x", range(len(places)), names)
-        first, later = rows[0], f", {_TRUE}" * (_place(rows[0])[2] == _TRUE)
-        said = f"{first.condition}{later}; {figures.counts(row.clusters for row in rows)}"
-        figures.title(axes, figures.safe_name(first.agent, 38), figures.safe_name(said))
-
-    panels = grouped(_of_success(found.rows), lambda row: (row.agent, row.condition, _place(row)[2]))
-    return figures.sheet(list(panels.values())[:_PANELS], on)
-
-
-_FIGURE = Figure(
-    "forks",
-    "Change of success by one report, by the place at which it was given",
-    Note(
-        "Change of success by one report or action, by where trials were forked. The line at 0 is a true report.",
-        "Bars are 95 % intervals over trials, corrected for the number of agents alone.",
-    ),
-    draw,
-    applies=lambda found: bool(_of_success(found.rows)),
-)
+_TABLE = Table("forks", lambda found: fork_table(found.rows), 5, drawn="change, points", rare=("later reports",))
 
 _NOTE = Note(
-    "Success after a true report, and its change in points. The other columns are also changes.",
+    "Success after a true report, and its change in points (filled: detected). The other columns are changes, too. "
+    "What is not detected is not shown to be nothing.",
     Markup(
         "Brackets are 95 % intervals over trials. <i>P</i> is corrected for all effects of one agent on success "
         "(Holm); both are corrected for the number of agents, baselines apart."
@@ -167,7 +116,7 @@ _LIMITS = (
 def _show(found: Results) -> Iterator[Part]:
     if said := fork_said(found.rows):
         rules = filter(None, [found.fact("forks", "rules")])
-        yield Part("Effect of one report", said, [*rules, _FIGURE, _TABLE, _NOTE, _LIMITS])
+        yield Part("Effect of one report", said, [*rules, _TABLE, _NOTE, _LIMITS])
 
 
-SECTIONS = (Section("forks", "Effect of one report", _rows, _show, (_TABLE,), (_FIGURE,)),)
+SECTIONS = (Section("forks", "Effect of one report", _rows, _show, (_TABLE,)),)
