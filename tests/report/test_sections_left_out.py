@@ -1,13 +1,11 @@
 """Whatever part of a report fails, the report is written, and says in every place what is missing and why."""
 
 import html
-import json
 import sys
 
 import pytest
 from builders import write_study
 
-from lockprobe.cli.report import report
 from lockprobe.foundation import left_out as sections
 from lockprobe.report import write
 from lockprobe.report.opened import open_study
@@ -76,17 +74,6 @@ def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, tmp_
             (one.section, one.reason) for one in told
         )
         assert "</html>" in text
-
-
-def test_the_line_of_the_report_names_what_is_missing(monkeypatch, directory, capsys):
-    real = write.explorer_data
-    monkeypatch.setattr(write, "explorer_data", lambda trials, box, **of: real(trials, box) if not trials else broken())
-    report([directory])
-    said = capsys.readouterr().out.splitlines()[0]
-    assert said.endswith(f"report.html, without Trial explorer (RuntimeError: {SAID})")
-    report([directory], json=True)
-    (line,) = capsys.readouterr().out.splitlines()
-    assert json.loads(line)["left_out"] == [{"section": "Trial explorer", "reason": f"RuntimeError: {SAID}"}]
 
 
 def test_a_figure_that_cannot_be_drawn_is_left_out_of_its_page_which_is_to_be_written_again(monkeypatch, directory):

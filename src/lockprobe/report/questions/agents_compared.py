@@ -7,10 +7,10 @@ nothing is tested.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from lockprobe.foundation.formatting import capital, change, first_three, p_cell, p_value, percent, range_said
+from lockprobe.foundation.formatting import capital, change, first_three, p_cell, p_value, percent
 from lockprobe.report.format import conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, condition_words, who
@@ -131,19 +131,8 @@ def _test(one: AgentPair, quantity: str, dose: float | None = None) -> str:
     return "McNemar" if quantity == SUCCESS and dose is not None else "permutation within blocks"
 
 
-class _Pair(NamedTuple):
-    """Two agents as a page shows them.
-
-    Attributes:
-        one, other: What sentences call them.
-        rows: Their rows by quantity and by condition, or by part where they are over all flip rates.
-        places: Where they are compared in the table: over all flip rates, or under each condition beside these.
-    """
-
-    one: str
-    other: str
-    rows: Mapping[tuple[str, str], Estimate]
-    places: Sequence[str]
+_Pair = tuple[str, str, Mapping[tuple[str, str], Estimate]]
+"""What sentences call two agents, and their rows by quantity and condition; by part where over all flip rates."""
 
 
 def _pairs(found: Results) -> list[_Pair]:
@@ -154,57 +143,55 @@ def _pairs(found: Results) -> list[_Pair]:
             if row.family.partition(",")[0] in _FAMILIES:
                 by_pair.setdefault(tuple(row.pair.values()), {})[quantity, row.condition or row.of] = row
     pairs = []
-    for (agent, modality, versus, versus_modality), rows in by_pair.items():
-        players = (agent, modality), (versus, versus_modality)
-        one, other = (who(own[0], player.shown if (player := found.player(*own)) else "") for own in players)
-        places = [at for quantity, at in rows if quantity == SUCCESS]
-        pairs.append(_Pair(one, other, rows, [""] if "" in places else places))
-    return sorted(pairs, key=lambda pair: next(iter(pair.rows.values())).family.startswith(_FAMILIES[1]))
+    for (*second, versus, modality), rows in by_pair.items():
+        players = ((agent, found.player(agent, shown)) for agent, shown in (second, (versus, modality)))
+        one, other = (who(agent, player.shown if player else "") for agent, player in players)
+        pairs.append((one, other, rows))
+    return sorted(pairs, key=lambda pair: next(iter(pair[-1].values())).family.startswith(_FAMILIES[1]))
 
 
-def _said(pair: _Pair) -> Iterator[str]:
+def _places(rows: Mapping[tuple[str, str], Estimate]) -> list[str]:
+    """Where two agents are compared in the table: over all flip rates, or under each condition beside these."""
+    places = [at for quantity, at in rows if quantity == SUCCESS]
+    return [""] if "" in places else places
+
+
+def _said(one: str, other: str, rows: Mapping[tuple[str, str], Estimate]) -> Iterator[str]:
     """Who of two agents solves more over all flip rates; where that is not told, who is sooner; and the effect."""
-    one, other, rows = pair.one, pair.other, pair.rows
     if (success := rows.get((SUCCESS, ""))) is None:
         return
-    steps, own, its = rows[STEPS, ""], rows[_SHARE, ""].value, rows[_SHARE, "the other"].value
     if _ALIKE in success.note:
         yield f"Both, {one} and {other}, play alike in all {success.n} trials, so nothing is tested."
         return
+    steps, own, its = rows[STEPS, ""], rows[_SHARE, ""].value, rows[_SHARE, "the other"].value
     size = f"{change(success.value or 0.0, success.low, success.high)}; {p_value(success.p_value)}"
     against = f"{percent(own)} against {percent(its)} of {success.n} trials ({size})"
-    apart = "sooner" if (steps.value or 0.0) < 0 else "later"
-    ends = range_said(steps.low, steps.high, "{:+.1f}", 1)
-    steps_said = f"{abs(steps.value or 0.0):.1f} steps {apart}{ends}; {p_value(steps.p_value)}"
     if success.detected:
         more = "More" if (success.value or 0.0) > 0 else "Fewer"
         yield f"{more} trials were solved by {one} than by {other}: {against}."
     elif steps.detected:
-        yield f"The box is solved {apart} by {one} than by {other} ({steps_said}); solved: {against}."
+        sooner = "sooner" if (steps.value or 0.0) < 0 else "later"
+        yield f"The box is solved {sooner} by {one} than by {other}; solved: {against}."
     else:
-        yield f"The success of {one} and {other} could not be told apart: {against}; nor how soon: {steps_said}."
-    effect, mean = (rows.get((CHANGE, of)) for of in (_ANY, "mean"))
-    if effect and mean:
+        yield f"Neither the success of {one} and {other} nor how soon could be told apart: {against}."
+    if effect := rows.get((CHANGE, _ANY)):
         told = effect.p_value is not None and effect.p_value < ALPHA
-        size = f"{change(mean.value or 0.0, mean.low, mean.high)} more for {one}; {p_value(effect.p_value)}"
         what = "False reports affect the two differently" if told else "No different effect of false reports was told"
-        yield f"{what} (on average {size})."
+        yield f"{what} ({p_value(effect.p_value)})."
 
 
 def _table(found: Results) -> Lines:
     head = ["agent", "compared with", "under", "trials", "success of both", "success, points", "P", "steps"]
     yield [*head, "P of steps", "effect, points", "P of effect", "conclusion"]
     words = condition_words(found)
-    for pair, place in ((one, place) for one in _pairs(found) for place in one.places):
-        success, steps = pair.rows[SUCCESS, place], pair.rows[STEPS, place]
-        tested = moved = pair.rows.get((CHANGE, place))
-        if not place:
-            moved, tested = (pair.rows.get((CHANGE, of)) for of in ("mean", _ANY))
-        shares = None if place else " and ".join(percent(pair.rows[_SHARE, of].value) for of in ("", "the other"))
+    for one, other, rows, place in ((*pair, place) for pair in _pairs(found) for place in _places(pair[-1])):
+        success, steps = rows[SUCCESS, place], rows[STEPS, place]
+        moved, tested = (rows.get((CHANGE, place or of)) for of in ("mean", _ANY))
+        shares = None if place else " and ".join(percent(rows[_SHARE, of].value) for of in ("", "the other"))
         under = words[place] if place else "all flip rates" if found.several_p else at_lowest(found)
         said = "play alike" if _ALIKE in success.note else conclusion_of(success)
         p = p_cell(tested.p_value if tested else None)
-        row = [pair.one, pair.other, under, str(success.n), shares, success, p_cell(success.p_value)]
+        row = [one, other, under, str(success.n), shares, success, p_cell(success.p_value)]
         yield [*row, steps, p_cell(steps.p_value), moved, p, said]
 
 
@@ -229,10 +216,10 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     if not (pairs := _pairs(found)):
         return
-    said = [*_said(pairs[0])] * (len(pairs) == 1)
+    said = [*_said(*pairs[0])] * (len(pairs) == 1)
     if not said:
-        tested = [(pair, pair.rows[SUCCESS, place]) for pair in pairs for place in pair.places]
-        clear = [(pair.one, pair.other)[:: 1 if (row.value or 0) > 0 else -1] for pair, row in tested if row.detected]
+        tested = [(one, other, rows[SUCCESS, at]) for one, other, rows in pairs for at in _places(rows)]
+        clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in tested if row.detected]
         more = first_three(f"more by {one} than by {other}" for one, other in clear)
         rest = f"no difference in success was detected in {len(tested) - len(clear)} of {len(tested)} comparisons"
         said = [capital(f"solved {more}; {rest}." if clear else f"{rest}.")]

@@ -52,13 +52,10 @@ class Results(Part):
 
     def plain(self) -> dict[str, Any]:
         """The content of ``results.json``."""
-        found = {name: getattr(self, name) for name in type(self).model_fields}
-        written = {
-            name: [one.plain() for one in value] if isinstance(value, tuple) else value for name, value in found.items()
-        }
+        found = ((name, getattr(self, name)) for name in type(self).model_fields)
         return {
-            name: value.plain() if isinstance(value, Part) else value
-            for name, value in written.items()
+            name: [*map(_plain, value)] if isinstance(value, tuple) else _plain(value)
+            for name, value in found
             if value or name != "sections_left_out"
         }
 
@@ -291,6 +288,10 @@ class Results(Part):
         """The same with other values of these fields."""
         kept = {name: getattr(self, name) for name in type(self).model_fields}
         return self.model_construct(**kept | fields)  # no copy, which would keep what is cached
+
+
+def _plain(value: Any) -> Any:
+    return value.plain() if isinstance(value, Part) else value
 
 
 def _asked(columns: Mapping[str, str]) -> str:

@@ -1,0 +1,159 @@
+"""Success, loops and speed over doses, and by modality: rows say what the trials say, and sentences what rows say."""
+
+from dataclasses import replace
+
+import pytest
+from builders import SOLUTION, make_trial, modality_study, play_study, small_study
+from reported import found_in
+
+from lockprobe.foundation.formatting import p_cell
+from lockprobe.report.page import Page, parts_of
+from lockprobe.report.questions.speed import SECTIONS
+from lockprobe.report.section import Table
+from lockprobe.statistics.loops.chance import chance_level
+from lockprobe.statistics.outcomes import outcomes
+from lockprobe.studies.options.studyfile import study
+
+AGENTS = ("cognitive:perseverant", "human-inspired", "random")
+READER = "cognitive:perseverant"
+SMALL = {"trials": 6, "repetitions": 1}
+
+
+def test_other_doses_have_the_same_rows_and_a_part_of_their_own(tmp_path):
+    asked = {"agent": [READER, "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4"}
+    found = found_in(tmp_path, study("flips", **asked, trials=8, repetitions=2))
+    flips, axis = found.design.axes
+    assert (axis.key, axis.doses) == ("tremble p", {"truth": 0} | {f"tremble?p={p}": p for p in (0.1, 0.2, 0.4)})
+    for course in found.courses(axis):
+        assert [cell.dose for cell in course.cells] == [0, 0.1, 0.2, 0.4]
+        lowest, *others = [cell.value("success") for cell in course.cells]
+        assert [row.value for _, row in course.changes()] == pytest.approx([share - lowest for share in others])
+    (part,) = [part for part in parts_of(found) if part.name == "doses"]
+    assert part.heading == "Tremble p"
+    assert "higher doses of tremble" in part.answer
+    assert "false report" not in part.answer
+    assert not [block for block in part.blocks if isinstance(block, Table)]  # all conditions are one table
+    assert flips.of_flips
+
+
+@pytest.mark.parametrize("p", [[0], [0, 0.4]])
+def test_options_of_an_agent_are_a_dose_without_another_condition(tmp_path, p):
+    agents = [f"human-inspired?lapse={lapse}" for lapse in (0, 0.1, 0.3)]
+    found = found_in(tmp_path, study("flips", agent=agents, p=p, **SMALL))
+    axis = found.design.axes[-1]
+    (course,) = found.courses(axis)
+    assert (axis.name, [cell.agent for cell in course.cells]) == ("lapse", agents)
+    assert len(course.changes()) == 2
+    (part,) = [part for part in parts_of(found) if part.name == "doses"]
+    assert part.answer
+    assert not found.beside_flips
+
+
+def test_numbers_of_known_trials(tmp_path):
+    """Chance is that of exactly these lengths; simulated where it cannot be counted, and then with an interval."""
+    played = [[0, 1, 0, 0, 0, 1, 0] + [1] * 13, SOLUTION]
+    trials = [make_trial(one, agent="llm:x", trial=i) for i, one in enumerate(played, 1)]
+    trials += [make_trial([0] * 3, agent="llm:x", trial=3, broken="model")]
+    (cell,) = found_in(tmp_path / "exact", small_study(("llm:x",), (0.0,), 1, 3), trials).cells
+    assert (cell.value("loop_rate"), cell.get("loop_rate").n) == (1 / 2, 2)
+    assert cell.value("loop_rate", "uniform") == pytest.approx(chance_level(20).probability / 2)
+    assert cell.value("loop_rate", "no-repeat") == pytest.approx(chance_level(20, null="no-repeat").probability / 2)
+    assert cell.get("loop_rate", "uniform").low is None
+    long = [make_trial([0, 1, 2] * 9, agent="llm:x", budget=27)]
+    (cell,) = found_in(tmp_path / "long", replace(small_study(("llm:x",), (0.0,), 1, 1), max_steps=27), long).cells
+    level = cell.get("loop_rate", "uniform")
+    assert level.note == "simulation"
+    assert 0 < level.low < level.value < level.high <= 1
+
+
+@pytest.mark.parametrize(("loops", "said"), [(12, "more than the"), (0, "less than the"), (9, "not told from the")])
+def test_the_interval_has_to_lie_outside_both_levels_of_chance(tmp_path, loops, said):
+    """Of 12 trials of 12 steps, in which random actions loop in 31 to 48 %."""
+    played = [[0, 1, 2] * 4 if i < loops else [0] * 5 + [1] * 5 + [0] * 2 for i in range(12)]
+    trials = [make_trial(one, agent="llm:x", trial=i, budget=12) for i, one in enumerate(played, 1)]
+    found = found_in(tmp_path, replace(small_study(("llm:x",), (0.0,), 1, 12), max_steps=12), trials)
+    assert f" % ({said} 31 to 48 % by chance)" in Page(found=found).text()
+
+
+PLANNED = small_study(["cognitive:perseverant", "random"], (0.0, 0.2, 0.4), 2, 8)
+
+
+@pytest.fixture(scope="module")
+def played():
+    return play_study(PLANNED)
+
+
+@pytest.fixture(scope="module")
+def found(played, tmp_path_factory):
+    return found_in(tmp_path_factory.mktemp("speed"), PLANNED, played)
+
+
+def test_steps_are_those_of_the_trials(found, played):
+    """Without trials that broke the mean over all of them is that of their lengths."""
+    for cell in found.cells:
+        own = outcomes([one for one in played if (one.group, one.condition) == (cell.agent, cell.condition)])
+        assert cell.value("mean_steps_all") == pytest.approx(own.length.mean())
+        for part, share in (("half", 0.5), ("80 %", 0.8)):
+            solved = sorted(own.length[own.solved].tolist())
+            reached = -(-round(share * len(own) * 100) // 100)
+            assert cell.value("steps_to_solve", part) == (solved[reached - 1] if len(solved) >= reached else None)
+        curve = cell.curve("success_by_step")
+        assert curve.value[-1] == own.solved.mean()
+    (course, _) = found.courses()
+    change = course.get("steps_difference", "higher")
+    steps = [cell.value("mean_steps_all") for cell in course.cells]
+    assert change.value == pytest.approx((steps[1] + steps[2]) / 2 - steps[0])
+    assert change.low < change.value < change.high
+    assert found.courses()[1].get("steps_difference", "higher") is None  # it plays alike whatever it is told
+
+
+# Modalities
+
+SHOWN = ("rgb", "rgbd", "symbolic")
+SOON, LATE = [i % 4 for i in range(10)], [8 + i % 4 for i in range(10)]
+
+
+def shown_parts(directory, *waits, trials=10):
+    """The results, the parts of the page and the table of an agent that waits so long before it solves the box."""
+    made = [
+        make_trial([0] * wait + list(SOLUTION), agent="llm:a/x", modality=modality, study="modalities", trial=i)
+        for modality, own in zip(SHOWN, waits, strict=True)
+        for i, wait in enumerate(own[:trials], 1)
+    ]
+    found = found_in(directory, modality_study(["llm:a/x"], SHOWN, trials=trials), made)
+    return found, list(SECTIONS[1].show(found)), SECTIONS[1].tables[0].cells(found)
+
+
+@pytest.mark.parametrize(
+    ("waits", "trials", "said"),
+    [
+        (
+            (SOON, LATE, LATE),
+            10,
+            "The higher the fidelity of what is shown, the later or more rarely the box is solved by {who} (",
+        ),
+        ((LATE, SOON, LATE), 10, "The modality changes how soon the box is solved by {who}, in no order"),
+        (
+            (SOON, SOON, SOON),
+            10,
+            "No effect of the modality on how soon the box is solved by {who} was detected (P = 1).",
+        ),
+        ((SOON, LATE, LATE), 3, "Too few trials ended to test whether the modality changes how soon the box is solved"),
+    ],
+)
+def test_the_answer_is_the_trend_or_else_that_modalities_differ(tmp_path, waits, trials, said):
+    _, (part,), _ = shown_parts(tmp_path, *waits, trials=trials)
+    assert part.answer.startswith(said.format(who="llm:a/x"))
+
+
+def test_every_two_modalities_have_a_line_with_the_numbers_of_their_rows(tmp_path):
+    found, _, (head, *table) = shown_parts(tmp_path, SOON, SOON, LATE)
+    rows = found.where("hazard_ratio", of="modalities")
+    assert [row.corrected_for for row in rows] == [3] * 3
+    assert [(line[2], line[3]) for line in table] == [(row, p_cell(row.p_value)) for row in rows]
+    assert [line[:2] for line in table[1:]] == [
+        ["llm:a/x (positions and outcomes in words)", "RGB"],
+        ["llm:a/x (positions and outcomes in words)", "RGB-D"],
+    ]
+    assert {row.family for row in found.where("success_difference", agent="llm:a/x")} >= {"every two modalities"}
+    assert len(head) == len(table[0])
