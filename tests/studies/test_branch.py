@@ -3,16 +3,20 @@
 from dataclasses import replace
 
 import pytest
+from provider_server import Manner, here
 
+from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation.exact import propagate
 from lockprobe.statistics.arms import CROSSED
 from lockprobe.statistics.branch import branch_effects
 from lockprobe.studies.branch import FORKS, TOLD, branching, play_forks
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.running.executor import Limits
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.record import TrialError
 from lockprobe.trial.told_outcome import false_reports
@@ -149,3 +153,26 @@ def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path,
     forks = load(tmp_path / FORKS)
     assert {fork.ending for fork in forks} == {"error"}
     assert all(fork.owed_again and "step 1 cannot be replayed" in fork.error.message for fork in forks)
+
+
+def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(tmp_path, monkeypatch):
+    asked = {"box": "random-8-1", "p": [0.3], "trials": 15, "repetitions": 1, "max_steps": 10}
+    planned, limits = study("flips", agent="llm:openai-api/fake/model", **asked), Limits(access=Access(connections=32))
+    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+    with here(manner=Manner()) as server:
+        monkeypatch.setenv("FAKE_BASE_URL", server.url)
+        parents = {trial.key: trial for trial in run_study(planned, tmp_path, limits=limits)}
+        known = set(server.account()["conversations"])
+    with here(manner=Manner()) as server, Journal.open(tmp_path / FORKS, planned) as journal:
+        monkeypatch.setenv("FAKE_BASE_URL", server.url)
+        arms = {"told": ["truth", "lie", "lie-truth", "withheld"], "at": ["2", "5", "first-lie"], "times": 2}
+        play_forks(branching(planned, [*parents.values()], keys=[*parents][:2], **arms), journal, limits=limits)
+        seen = set(server.account()["conversations"])
+    assert seen
+    assert not known & seen
+    calls, forks = read_calls(tmp_path / FORKS), {fork.key: fork for fork in load(tmp_path / FORKS)}
+    as_recorded = {fork.key for fork in forks.values() if fork.steps == parents[fork.fork.parent].steps}
+    assert as_recorded
+    assert {call.key for call in calls} == forks.keys() - as_recorded
+    assert all(forks[key].fork.time == 1 for key in as_recorded)
+    assert all(call.step > forks[call.key].fork.at for call in calls)

@@ -1,14 +1,12 @@
 """A study is made larger in its directory, which says how large it was before."""
 
-import json
 from dataclasses import replace
 
 import pytest
 from builders import write_study
 
-from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
+from lockprobe.foundation.errors import BadValue, SettingsChanged
 from lockprobe.studies.decisions import block_orders
-from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
@@ -37,16 +35,6 @@ def test_it_keeps_its_trials_and_their_order(small):
     assert block_orders(found)["random"].plans == ((2, 2), (3, 4))
     assert run_study(replace(SMALL, repetitions=3, trials=4), small) == trials
     assert read_study(small).earlier == (plan,)
-
-
-def test_several_extensions_are_all_remembered(small):
-    run_study(replace(SMALL, trials=3), small)
-    run_study(study("flips", agent="random", p=[0, 0.4], until="decided", most=8), small)
-    found = read_study(small)
-    assert [one.trials for one in found.earlier] == [2, 3]
-    assert (found.repetitions, found.trials, found.until) == (2, 4, Until(rule="decided"))
-    run_study(study("flips", agent="random", p=[0, 0.4], until="±20", most=8), small)
-    assert [one.trials for one in read_study(small).earlier] == [2, 3, 4]
 
 
 @pytest.mark.parametrize("smaller", [{"trials": 1}, {"repetitions": 1}, {"trials": 9, "repetitions": 1}])
@@ -80,15 +68,3 @@ def test_what_is_compared_at_one_look_is_not_extended(tmp_path):
     run_study(people, tmp_path / "people")
     with pytest.raises(BadValue, match="trials: got 3, expected 2: people are compared at one look"):
         run_study(replace(people, trials=3), tmp_path / "people")
-
-
-@pytest.mark.parametrize("change", [{"trials": 10**18}, {"trials": 3}, {"repetitions": 0}, {"until": None}, 3])
-def test_settings_with_an_earlier_plan_that_was_no_smaller_are_refused_in_a_line(small, change):
-    run_study(replace(SMALL, trials=3), small)
-    settings = json.loads((small / SETTINGS).read_text())
-    settings["trials"] = 2
-    settings["earlier"] = [settings["earlier"][0] | change] if isinstance(change, dict) else change
-    (small / SETTINGS).write_text(json.dumps(settings))
-    with pytest.raises(BadFile) as refused:
-        read_study(small)
-    assert "\n" not in str(refused.value)

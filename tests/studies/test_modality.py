@@ -9,7 +9,6 @@ from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import flips
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import (
-    check_distinct,
     check_shown,
     interventions_for,
     is_pictured,
@@ -69,7 +68,6 @@ def test_what_cannot_be_shown_is_refused(p, flip, modality, message):
         ("rgbd?depth=deep", "depth: got 'deep', expected one of none, turbo, height"),
         ("rgbd?depth=none", r"modality: got 'rgbd\?depth=none', expected rgbd with a kind of depth"),
         ("rgb?depth=turbo", "no option of rgb is called 'depth'; there are: blur, noise, occlude, exposure, p"),
-        ("rgbd?depth=height&far=0.9", "modality: got .*, expected depth=height without near and far"),
         ("symbolic?source=rumour", "source: got 'rumour', expected one of truth, verdict, camera"),
         ("rgb?source=camera", "no option of rgb is called 'source'"),
     ],
@@ -77,24 +75,6 @@ def test_what_cannot_be_shown_is_refused(p, flip, modality, message):
 def test_what_is_no_modality_is_refused(spec, message):
     with pytest.raises((BadValue, UnknownName), match="^" + message):
         shown(spec)
-
-
-@pytest.mark.parametrize(
-    ("first", "second"),
-    [
-        ("rgbd", "rgbd?depth=turbo"),
-        ("rgbd?near=0.5&far=0.9", "rgbd?far=0.9&near=0.50"),
-        ("rgbd", "rgbd?p=0&blur=0"),
-        ("symbolic?tell=state", "symbolic?form=words&tell=state"),
-    ],
-)
-def test_two_names_of_the_same_are_refused(first, second):
-    with pytest.raises(
-        BadValue, match="^modality: got .* another way to show the box than .*, which is the same$"
-    ) as raised:
-        check_distinct(("symbolic?tell=outcome", first, "rgb", second))
-    assert second in str(raised.value)
-    assert f"than {first}," in str(raised.value)
 
 
 @pytest.mark.parametrize(

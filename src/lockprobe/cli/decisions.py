@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from lockprobe.foundation.formatting import count, points
 from lockprobe.report.questions.stopping import decided_said, progress_said
-from lockprobe.studies.decisions import answers_by_agent
+from lockprobe.studies.decisions import Answer, answers_by_agent
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -24,34 +24,33 @@ def decided(study: Study, trials: Iterable[Trial]) -> tuple[list[str], list[dict
     assert study.until is not None
     trials = list(trials)
     found = answers_by_agent(study, trials)
-    lines = [progress_said(study, found, study.places_filled(trials))]
-    facts: list[dict[str, object]] = []
+    lines, facts = [progress_said(study, found, study.places_filled(trials))], list[dict[str, object]]()
     for agent, own in found.items():
-        for place, one in enumerate(own):
-            course = one.course
-            facts.append(
-                {
-                    "agent": agent,
-                    "difference": one.question.name,
-                    "verdict": one.verdict,
-                    "block": one.at,
-                    "blocks": course.n,
-                    "value": course.value if course.n else None,
-                    "low": course.low,
-                    "high": course.high,
-                    "halves": None if course.n < 2 else course.halves,
-                    "p_value": course.p_value,
-                }
-            )
-            if place == _LINES:
-                lines.append(f"  {agent}: and {len(own) - _LINES} more, in the report")
-            if place >= _LINES:
-                continue
+        facts += [{"agent": agent, **_plain(one)} for one in own]
+        for one in own[:_LINES]:
+            course, halves = one.course, ""
             where = f" (block {one.at})" if one.at else f" after {count(course.n, 'block')}"
-            halves = ""
             if not one.question.of_share and course.n > 1:
                 whole, first, second = map(points, (course.value, *course.halves))
                 halves = f"; {whole} points, {first} in the first half of the blocks and {second} in the second"
-            said = decided_said(one.verdict, study.until.points)
-            lines.append(f"  {agent}, {one.question.name}: {said}{where}{halves}")
+            lines.append(
+                f"  {agent}, {one.question.name}: {decided_said(one.verdict, study.until.points)}{where}{halves}"
+            )
+        if len(own) > _LINES:
+            lines.append(f"  {agent}: and {len(own) - _LINES} more, in the report")
     return lines, facts
+
+
+def _plain(one: Answer) -> dict[str, object]:
+    course = one.course
+    return {
+        "difference": one.question.name,
+        "verdict": one.verdict,
+        "block": one.at,
+        "blocks": course.n,
+        "value": course.value if course.n else None,
+        "low": course.low,
+        "high": course.high,
+        "halves": None if course.n < 2 else course.halves,
+        "p_value": course.p_value,
+    }

@@ -65,15 +65,10 @@ def estimate_lines(found: Estimate) -> list[str]:
 
 def estimate_facts(found: Estimate) -> dict[str, object]:
     """The estimated cost of an agent's trials, for JSON."""
-    paid = found.dollars() or (None, None)
+    names, paid = ("calls", "input_tokens", "output_tokens"), found.dollars() or (None, None)
     sides = {
-        name: {
-            "calls": one.calls,
-            "input_tokens": one.input_tokens,
-            "output_tokens": one.output_tokens,
-            "dollars": cost,
-        }
-        for name, one, cost in (("low", found.low, paid[0]), ("high", found.high, paid[1]))
+        side: {name: getattr(usage, name) for name in names} | {"dollars": dollars}
+        for side, usage, dollars in (("low", found.low, paid[0]), ("high", found.high, paid[1]))
     }
     price = None if found.price is None else asdict(found.price)
     return {"agent": found.called, "trials": found.trials, **sides, "price": price, "until": found.until or None}

@@ -64,18 +64,11 @@ def result_facts(found: Results, directory: Path) -> dict[str, object]:
 
 def _plain(line: Line) -> dict[str, object]:
     """The line of an agent for programs: shares and their difference as numbers."""
-    size = ("value", "low", "high", "n", "p_value")
-    rows = {"first": line.first, "second": line.second, "change": line.change}
-    numbers = {of: {name: getattr(row, name) for name in size} for of, row in rows.items() if row}
+    size, rows = ("value", "low", "high", "n", "p_value"), (("first", line.first), ("second", line.second))
+    numbers = {of: {name: getattr(row, name) for name in size} for of, row in (*rows, ("change", line.change)) if row}
     asked = {"contrast": line.cause} if line.cause else {}
-    return {
-        "agent": line.label,
-        **asked,
-        "control": line.control,
-        "under": line.under,
-        **numbers,
-        "verdict": line.verdict,
-    }
+    said = {"control": line.control, "under": line.under, **numbers, "verdict": line.verdict}
+    return {"agent": line.label, **asked, **said}
 
 
 def _next(found: Results, directory: Path) -> list[tuple[str, str]]:

@@ -109,11 +109,7 @@ class Branching:
 
 
 def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:
-    """The plan of a fork of a recorded trial.
-
-    Raises:
-        BadValue: If there is no such arm, or the condition cannot tell it.
-    """
+    """The plan of a fork of a recorded trial."""
     condition = study.labelled(trial.condition)
     plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
     changes = _changed if takes_rates(plan.condition.specs) else _changed_for_all
@@ -225,10 +221,6 @@ def play_forks(
 
 
 def read_forks(directory: Path | str) -> list[Trial]:
-    """The recorded forks in the directory of a study; empty if none was played.
-
-    Raises:
-        BadFile: If a record is damaged.
-    """
+    """The recorded forks in the directory of a study; empty if none was played."""
     forks = Path(directory) / FORKS
     return load(forks) if is_there(forks / STORE) else []

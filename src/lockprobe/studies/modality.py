@@ -23,15 +23,12 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.protocols import Intervention
-from lockprobe.trial.source import Source, source_of
+from lockprobe.trial.source import source_of
 
 _DEPTH = {"rgb": "none", "rgbd": "turbo"}
 
 _OF_DEPTH = ("depth", "near", "far")
 """Options of ``rgbd`` alone."""
-
-_WITHOUT_WINDOW = ("height",)
-"""Kinds of depth that mean the same whatever ``near`` and ``far`` are."""
 
 
 def is_pictured(modality: str) -> bool:
@@ -71,8 +68,6 @@ def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
     found = with_options(CameraChannel, name, spec.without(["p"]).options, {"depth": _DEPTH[name]})
     if name == "rgbd" and found.depth == "none":
         raise BadValue("modality", modality, "rgbd with a kind of depth")
-    if found.depth in _WITHOUT_WINDOW and ("near" in options or "far" in options):
-        raise BadValue("modality", modality, f"depth={found.depth} without near and far, which it does not use")
     return found, flips.p
 
 
@@ -90,17 +85,16 @@ def shown(modality: str) -> TextChannel | CameraChannel:
 
 
 def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
-    """Refuse conditions that a plant cannot show or sense, and two equal modalities.
+    """Refuse conditions that a plant cannot show or sense.
 
     Conditions from a settings file are checked without importing code.
 
     Raises:
         UnknownName: If there is no such modality, or it has no such option.
-        BadValue: If pictures are shown without a camera, reports have a source that the plant lacks, a modality
-            cannot show what is flipped, or two are the same.
+        BadValue: If pictures are shown without a camera, reports have a source that the plant lacks, or a
+            modality cannot show what is flipped.
     """
-    modalities = tuple(dict.fromkeys(one.modality for one in conditions))
-    for modality in modalities:
+    for modality in dict.fromkeys(one.modality for one in conditions):
         of = source.of if (source := source_of(modality)) else ""
         if (is_pictured(modality) or of == "camera") and not plant.has_camera:
             raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {plant.spec}")
@@ -109,21 +103,6 @@ def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
     for condition in conditions:
         if not condition.is_recorded:
             interventions_for(condition)
-    check_distinct(modalities)
-
-
-def check_distinct(modalities: Iterable[str]) -> None:
-    """Refuse equal modalities under two names, which would be compared as if they were different.
-
-    Raises:
-        UnknownName: As :func:`shown`.
-        BadValue: As :func:`shown`, and if two modalities are equal.
-    """
-    seen: dict[tuple[TextChannel | CameraChannel, float, Source | None], str] = {}
-    for modality in modalities:
-        first = seen.setdefault((*_read(modality), source_of(modality)), modality)
-        if first != modality:
-            raise BadValue("modality", modality, f"another way to show the box than {first}, which is the same")
 
 
 def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
@@ -151,11 +130,7 @@ def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:
-    """The modalities that an agent can play: an agent that reads reports plays no pictures.
-
-    Raises:
-        UnknownName: If there is no such agent.
-    """
+    """The modalities that an agent can play: an agent that reads reports plays no pictures."""
     modalities = tuple(modalities)
     if not any(map(is_pictured, modalities)) or _looks(agent):
         return modalities
@@ -169,9 +144,6 @@ def refuse_blind(agent: str, modality: str, instead: str) -> NoReturn:
         agent: Its spec.
         modality: The pictures.
         instead: The modality that it plays.
-
-    Raises:
-        BadValue: Always.
     """
     looks = f"viewer:{agent}"
     try:

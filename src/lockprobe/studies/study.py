@@ -11,7 +11,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
-from itertools import pairwise, product
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, get_args
 
@@ -30,8 +30,8 @@ from lockprobe.foundation.validation import AS_WRITTEN, Text, check_choice, chec
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import with_rates
-from lockprobe.plants.catalogue import plant_change, resolve_plant
-from lockprobe.studies.modality import check_distinct, check_shown, is_pictured, refuse_blind, taken_in
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.options.agent_names import check_names
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.playable import PERSON, check_playable
@@ -52,11 +52,6 @@ LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_0
 
 SIZES = ("repetitions", "trials", "strategy_trials", "until")
 """The settings that say how much is played."""
-
-_CLOSEST_P = 1e-6
-
-_LONGEST_CONTRAST = 100
-"""Characters of the name of a contrast."""
 
 WHO = ("agents", "names")
 """The settings that say who plays."""
@@ -160,7 +155,7 @@ class Study:
         if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
             raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
         _check_sizes(self)
-        _check_doses(self.conditions, self.p)
+        _check_doses(self.conditions)
         _check_contrasts(self.contrasts, labels)
         _check_plant(self)
 
@@ -225,13 +220,14 @@ class Study:
             other: The other study.
             but: Settings that may differ.
         """
-        names = [one.name for one in fields(self) if one.compare and one.name not in but]
-        return {
-            "box" if name == "boxes" else name: _told_apart(name, there, here)
-            for name in names
-            for there, here in [(getattr(other, name), getattr(self, name))]
-            if ({*there} != {*here} if name in ("agents", "conditions") else there != here)
-        }
+        found = dict[str, tuple[object, object]]()
+        for name in (one.name for one in fields(self) if one.compare and one.name not in but):
+            there, here = getattr(other, name), getattr(self, name)
+            if {*there} != {*here} if name in ("agents", "conditions") else there != here:
+                told = _said(name, there), _said(name, here)
+                same = told[0] == told[1]  # a box of the same name
+                found["box" if name == "boxes" else name] = (told[0], f"another {told[1]}") if same else told
+        return found
 
     def renamed(self, other: Study) -> dict[str, tuple[object, object]]:
         """The agents of both that are called otherwise in another study, with their names there and here."""
@@ -289,30 +285,17 @@ class Study:
         return resolve_plant(self.plant).is_attended()
 
     def check_agents(self) -> None:
-        """Refuse agents that would have nothing to play.
-
-        Raises:
-            UnknownName: If there is no such agent.
-            BadValue: If an agent reads reports, and all modalities are pictures.
-        """
+        """Refuse agents that would have nothing to play."""
         for agent in self.agents:
             if not self.modalities_of(agent):
                 refuse_blind(agent, ", ".join(self.modalities), "symbolic too")
 
     def modalities_of(self, agent: str) -> tuple[str, ...]:
-        """Those of its modalities that an agent plays.
-
-        Raises:
-            UnknownName: If there is no such agent.
-        """
+        """Those of its modalities that an agent plays."""
         return taken_in(agent, self.modalities)
 
     def conditions_of(self, agent: str) -> tuple[Condition, ...]:
-        """Those of its conditions that an agent plays.
-
-        Raises:
-            UnknownName: If there is no such agent.
-        """
+        """Those of its conditions that an agent plays."""
         shown, spared = self.modalities_of(agent), () if is_strategy(agent) else self.strategy_conditions
         return tuple(one for one in self.conditions if one.modality in shown and one.label not in spared)
 
@@ -333,11 +316,6 @@ class Study:
     def box_of(self, trial: int) -> Lockbox:
         """The box of a trial by its number, from 1: boxes take turns, so that a part of a study is balanced."""
         return self.boxes[(trial - 1) % len(self.boxes)]
-
-    @property
-    def panel(self) -> Lockbox:
-        """The box on the panel of its first trial, which is that of all trials of one box unless ``shuffled``."""
-        return self.plan(self.agents[0], self.conditions[0], 1, 1).box
 
     def plans(self, agent: str) -> Iterator[Plan]:
         """The trials of one agent: repetitions outermost, conditions innermost, so that a part is balanced."""
@@ -395,11 +373,7 @@ class Study:
         return next((one for one in self.conditions if one.label == trial.condition), None)
 
     def labelled(self, label: str) -> Condition:
-        """The condition of a label.
-
-        Raises:
-            UnknownName: If the study has none such.
-        """
+        """The condition of a label."""
         for one in self.conditions:
             if one.label == label:
                 return one
@@ -465,26 +439,24 @@ def _check_sizes(study: Study) -> None:
     """Refuse boxes that cannot be told apart, what people cannot play, and earlier plans that are larger."""
     if PEOPLE in study.agents:
         check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
-        if study.until:
-            raise BadValue("until", str(study.until), "none with people, who are compared at one look")
     names = [box.name for box in study.boxes]
     if not names or len(set(names)) < len(names):
         raise BadValue("box", ", ".join(names), "at least one, and every one once")
-    if len(names) > 1 and study.until:
-        expected = "none with several boxes: what holds at every look is computed for one"
-        raise BadValue("until", str(study.until), expected)
+    if study.until and (PEOPLE in study.agents or len(names) > 1):
+        who = (
+            "people, who are compared at one look"
+            if PEOPLE in study.agents
+            else "several boxes: it is computed for one"
+        )
+        raise BadValue("until", str(study.until), f"none with {who}")
     for one in study.earlier:
         for name in ("repetitions", "trials"):
-            planned, most = getattr(one, name), getattr(study, name)
-            if not 1 <= planned <= most:
-                raise BadValue(f"{name} of an earlier plan", planned, f"from 1 to {most}, the present number")
+            check_whole(f"{name} of an earlier plan", getattr(one, name), 1, getattr(study, name))
 
 
 def _check_contrasts(contrasts: Mapping[str, Contrast], labels: Sequence[str]) -> None:
-    """Refuse contrasts that have no name, name unknown conditions, or have one on both sides."""
+    """Refuse contrasts that name unknown conditions, or have one on both sides."""
     for name, one in contrasts.items():
-        if not name.strip() or len(name) > _LONGEST_CONTRAST:
-            raise BadValue("contrasts", name, f"a name of 1 to {_LONGEST_CONTRAST} characters")
         for label in (*one.of, *one.minus):
             if label not in labels:
                 raise UnknownName(f"condition of the contrast {name}", label, labels)
@@ -492,12 +464,8 @@ def _check_contrasts(contrasts: Mapping[str, Contrast], labels: Sequence[str]) -
             raise BadValue(f"contrasts, {name}", min(both), "every condition on one side alone")
 
 
-def _check_doses(conditions: Sequence[Condition], p: Sequence[float]) -> None:
-    """Refuse flip rates that are almost equal, and doses that no curve can be fitted to."""
-    rates = sorted(p)
-    close = any(second - first < _CLOSEST_P for first, second in pairwise(rates))
-    if close or len({f"{rate:g}" for rate in rates}) < len(rates):
-        raise BadValue("p", list(p), "values that differ by 0.000001 or more, within six digits")
+def _check_doses(conditions: Sequence[Condition]) -> None:
+    """Refuse doses that no curve can be fitted to."""
     for one in conditions:
         for name, dose in one.doses.items():
             if not can_be_fitted(dose):
@@ -505,10 +473,8 @@ def _check_doses(conditions: Sequence[Condition], p: Sequence[float]) -> None:
 
 
 def _check_plant(study: Study) -> None:
-    """Refuse what the plant of a condition cannot show, and changes that the study's plant does not allow."""
-    own, shown = resolve_plant(study.plant), grouped(study.conditions, study.plant_of)
-    check_distinct(study.modalities)
-    for spec, conditions in shown.items():
+    """Refuse what the plant of a condition cannot show."""
+    for spec, conditions in grouped(study.conditions, study.plant_of).items():
         plant = resolve_plant(spec)
         check_shown(conditions, plant)
         if study.shuffle != "never" and plant.painted_labels and any(is_pictured(one.modality) for one in conditions):
@@ -516,10 +482,6 @@ def _check_plant(study: Study) -> None:
             raise BadValue("shuffle", study.shuffle, expected)
         if study.layout != "fixed" and plant.lays_out is False:
             raise BadValue("layout", study.layout, f"fixed with {plant.spec}, whose joints stay where they are")
-    for one in study.conditions:
-        if own.ships and (change := plant_change(own, one.plant.options)) != one.plant:
-            got, expected = (f"{part.spec or 'none'}, {dict(part.own)}" for part in (one.plant, change))
-            raise BadValue(f"plant of {one.label}", got, expected)
 
 
 def trials_planned(agent: str, plan: Study | EarlierSize) -> int:
@@ -545,11 +507,7 @@ def settings_of(study: Study) -> dict[str, Any]:
 
 
 def study_from(text: bytes, path: Path) -> Study:
-    """The study of which this is the ``study.json``; messages name its path.
-
-    Raises:
-        BadFile: If it is of none.
-    """
+    """The study of which this is the ``study.json``; messages name its path."""
     said = parse_json(text, path)
     if not isinstance(said, dict):
         raise BadFile(path, "not the settings of a study")
@@ -570,18 +528,10 @@ def _as_json(value: object) -> str:
     return json.dumps(value, sort_keys=True)
 
 
-def _told_apart(name: str, there: Any, here: Any) -> tuple[object, object]:
-    """Two values of a setting for a message: boxes by name, or by the part that differs if their names are equal."""
+def _said(name: str, value: Any) -> object:
+    """The value of a setting in a message."""
     if name == "boxes":
-        names = [", ".join(box.name for box in boxes) for boxes in (there, here)]
-        if names[0] != names[1]:
-            return names[0], names[1]
-        one, two = next((one.as_data(), two.as_data()) for one, two in zip(there, here, strict=True) if one != two)
-        part = next(part for part in {**one, **two} if one.get(part) != two.get(part))
-        return {part: one.get(part)}, {part: two.get(part)}
+        return ", ".join(box.name for box in value)
     if name == "conditions":
-        said = ["; ".join(f"{one.name}={one.spec}" if one.name else one.spec for one in some) for some in (there, here)]
-        return said[0], said[1]
-    if name == "until":
-        return str(there or "never"), str(here or "never")
-    return there, here
+        return "; ".join(f"{one.name}={one.spec}" if one.name else one.spec for one in value)
+    return str(value or "never") if name == "until" else value

@@ -29,9 +29,6 @@ class Until:
         rule: ``decided``: every difference is shown to be an effect, or to be smaller than ``points``. ``width``: the
             interval of every difference reaches at most ``points`` to either side.
         points: As a difference of shares, (0, 0.5].
-
-    Raises:
-        BadValue: If the number is out of range.
     """
 
     __pydantic_config__ = AS_WRITTEN

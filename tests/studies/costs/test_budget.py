@@ -1,4 +1,4 @@
-"""A budget: no call is made that could pass it, whatever is replied and when."""
+"""Money: what a study has cost by agent, and a budget that no call passes, whatever is replied and when."""
 
 import asyncio
 import random
@@ -22,26 +22,6 @@ async def reserve(calls, most, agent=DEAR, trial=1, unanswered=0):
     """Announce the next call of a trial, as its agent does."""
     announced = call(agent, trial, reply=None, most=most, unanswered=unanswered)
     await calls.of(plan(agent, trial)).reserve(announced)
-
-
-def test_a_call_that_is_made_again_needs_the_money_once_more(tmp_path):
-    worst = usage(wrote=100_000)  # $1
-
-    async def made_again():
-        with call_log(tmp_path) as calls:
-            budget = Budget(planned(DEAR), 2.5)
-            calls.limit(budget)
-            await reserve(calls, worst)
-            await reserve(calls, worst, unanswered=1)
-            with pytest.raises(
-                BudgetReached, match=r"\$2\.0000 of \$2\.5000 spent; the next call could cost \$1\.0000"
-            ):
-                await reserve(calls, worst, unanswered=2)
-            calls.write(call(reply=None, error=BROKEN_OFF))
-            return budget.spent
-
-    assert asyncio.run(made_again()) == pytest.approx(2)
-    assert Ledger(planned(DEAR), read_calls(tmp_path)).total.dollars_unknown == pytest.approx(2)
 
 
 @pytest.mark.parametrize("allowed", [0, -1, float("nan"), float("inf")])
@@ -130,3 +110,27 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
             asyncio.run(run(Path(directory)))
         ledger = Ledger(agents, read_calls(directory)).total
         assert charged[0] - 1e-9 <= (ledger.dollars or 0) + (ledger.dollars_unknown or 0) <= allowed + 1e-9
+
+
+def test_money_that_is_not_known_is_none_and_never_nothing():
+    ledger = Ledger(planned(DEAR, FREE), [call(usage=usage(read=1000)), call(FREE, usage=usage(read=1000))])
+    assert ledger.by_agent[FREE].dollars is None
+    assert ledger.by_agent[DEAR].dollars == pytest.approx(0.003)
+    assert ledger.total.dollars is None
+    assert Ledger(planned("random")).total.dollars is None
+
+
+def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_have_cost():
+    worst = usage(read=1_000_000, wrote=100_000)  # $5
+    calls = [
+        call(usage=usage(read=1_000_000), unanswered=2, most=worst),  # $3 and twice $5
+        call(step=2, unanswered=1, most=worst),
+        call(step=3, reply=None, error="no reply within 120 s", unanswered=7, most=worst),
+        call(step=4, reply=None, error=BROKEN_OFF, unanswered=1, most=worst),
+    ]
+    ledger, budget = Ledger(planned(DEAR), calls).by_agent[DEAR], Budget(planned(DEAR), 1000)
+    assert (ledger.unpriced, ledger.broken_off, ledger.failed) == (13, 1, 1)
+    assert (ledger.dollars, ledger.dollars_unknown) == (pytest.approx(3), pytest.approx(5 * (2 + 2 + 7 + 2)))
+    for one in calls:
+        budget.settle(one)
+    assert budget.spent == pytest.approx(3 + 5 * 13)

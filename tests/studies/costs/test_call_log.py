@@ -21,10 +21,6 @@ def replied(step=1, trial=PLAN, **more):
     return call_of(trial, step, usage=Usage(calls=1, input_tokens=7, output_tokens=3), **more)
 
 
-def failed(error, step=1, **more):
-    return call_of(PLAN, step, reply=None, error=error, **more)
-
-
 def about(call, unanswered=0):
     """A call as an agent announces it: without its place in the study, and with what it can cost."""
     return replace(
@@ -71,26 +67,6 @@ def test_what_was_on_its_way_at_a_kill_is_noted_as_broken_off_with_its_worst_cas
     with call_log(tmp_path):
         pass
     assert len(list(read_calls(tmp_path))) == 3  # it is noted once
-
-
-def test_a_call_that_is_made_again_is_one_call_and_each_of_its_attempts_can_have_cost_something(tmp_path):
-    with call_log(tmp_path) as calls:
-        page = calls.of(PLAN)
-        asyncio.run(page.reserve(about(replied())))
-        asyncio.run(page.reserve(about(replied(), unanswered=1)))
-        page.write(replied(unanswered=1, retries=1))
-        asyncio.run(page.reserve(about(replied(step=2))))
-        asyncio.run(page.reserve(about(replied(step=2), unanswered=2)))
-        assert calls.on_their_way == 1
-        (on_its_way,) = unanswered(tmp_path)
-        assert (on_its_way.step, on_its_way.unanswered, on_its_way.most) == (2, 2, WORST)
-        # and here the process is killed: nothing more is written
-    with call_log(tmp_path):
-        pass
-    answered, lost = read_calls(tmp_path)
-    assert (answered.unpriced, answered.most) == (1, WORST)
-    assert (lost.broken_off, lost.unanswered, lost.unpriced, lost.most) == (True, 2, 3, WORST)
-    assert unanswered(tmp_path) == []
 
 
 def test_a_request_is_on_the_disk_itself_before_it_is_sent_and_its_attempts_too(tmp_path, monkeypatch):

@@ -127,21 +127,3 @@ def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(spec, monkeypa
     taken = (sizes - form)[: len(sent)]
     assert taken[0] == pytest.approx(sent[0], rel=0.05)
     assert sum(taken) == pytest.approx(sum(sent), rel=0.08)
-
-
-@pytest.mark.parametrize(("size", "share", "images"), [("width=320&height=240", 0.25, 0), ("width=2048", 1, 2)])
-def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images, size, share):
-    plant = f"fast-twin?{size}"
-    plan = study("modalities", agent=SPEC, modality=["rgb", "rgbd"], trials=1, plant=plant)
-    first, both = plan.plans(plan.agents[0])
-    for shown, pictures in ((first, 1), (both, 2)):
-        more, text = (request_sizes(shown, model(images, picture_tokens=each))[1] for each in (500, 1))
-        assert more[4] - text[4] == pytest.approx(pictures * (images or 5) * 499 * share)
-
-
-@pytest.mark.parametrize("condition", ["tremble?p=1", "force?at=3", "drop?p=0.5", "correction?p=0.4", "history?last=2"])
-def test_the_trial_that_is_counted_lasts_as_long_as_the_budget(condition):
-    plan = study("flips", agent=SPEC, condition=condition, max_steps=50).plan
-    condition = study("flips", agent=SPEC, condition=condition, max_steps=50).conditions[-1]
-    calls, sent, wrote = request_sizes(plan(SPEC, condition, 1, 1), model())
-    assert len(calls) == len(sent) == len(wrote) == 50

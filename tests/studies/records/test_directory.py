@@ -87,7 +87,7 @@ def test_an_agent_is_added_to_a_finished_study_and_meets_the_same_luck(tmp_path)
         ({"max_steps": 5, "conditions": flips((0.0, 0.4), "integrated")}, "there, 'truth; flip?p=0.4&others=kept' asked; max_steps is 20 there, 5 asked)"),
         ({"assessment": False}, "(assessment is True there, False asked)"),
         ({"boxes": (box("chain-5"),)}, "(box is 'chain-4' there, 'chain-5' asked)"),
-        ({"boxes": (replace(box("chain-4"), target="slider-1"),)}, "(box is {'target': 'revolute-left'} there, "),
+        ({"boxes": (replace(box("chain-4"), target="slider-1"),)}, "(box is 'chain-4' there, 'another chain-4' asked)"),
     ],
 )  # fmt: skip
 def test_any_other_setting_that_differs_is_named_with_both_values(tmp_path, change, said):

@@ -76,16 +76,6 @@ def test_two_writers_are_one_too_many(tmp_path):
         pass
 
 
-def test_a_directory_without_a_study(tmp_path):
-    with pytest.raises(BadFile, match=r"no study.json here; is it the directory of a study\?"):
-        load(tmp_path)
-    with pytest.raises(BadFile, match=r"no study.json here"):
-        read_study(tmp_path)
-    (tmp_path / "file").touch()
-    with pytest.raises(BadFile, match="cannot be written"), Journal.open(tmp_path / "file" / "x", STUDY):
-        pass
-
-
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_leaves_a_directory_to_resume_and_says_so(tmp_path):
     command = ["run", "flips", "--agent", "random", "--trials", "20000",

@@ -1,4 +1,4 @@
-"""Records say of which study they are, and are what was written."""
+"""Records say of which study they are, are what was written, and are each in one shard."""
 
 import random
 import zlib
@@ -7,18 +7,23 @@ from functools import partial
 
 import pytest
 from builders import make_trial, small_study, write_study
+from hypothesis import given
+from hypothesis import strategies as st
 from stored import contents, sql
 
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.storage.database import Damaged
-from lockprobe.interventions.conditions import flips, read_condition
+from lockprobe.interventions.conditions import read_condition
 from lockprobe.studies.records import trial_rows
 from lockprobe.studies.records.directory import write_settings
 from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.picture_store import Album
 from lockprobe.studies.records.read_records import load, on_record
+from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.records.store import read
 from lockprobe.studies.running.runner import run, run_study
+from lockprobe.trial.pictures.picture import Picture
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
 
@@ -59,14 +64,6 @@ def test_records_of_other_settings_are_refused_wherever_they_are_read(tmp_path, 
             use()
     (tmp_path / "study.json").write_bytes(settings)
     assert len(run_study(there, tmp_path)) == there.size
-
-
-def test_records_of_a_study_that_was_added_to_are_of_it():
-    more = replace(STUDY, agents=("random", "round-robin"), conditions=flips((0.0, 0.1)), trials=9, repetitions=3)
-    (truth, flip), (_, other) = STUDY.conditions, more.conditions
-    assert more.record_identity(truth) == STUDY.record_identity(truth)
-    assert more.record_identity(other) != STUDY.record_identity(flip)
-    assert replace(STUDY, seed=2).record_identity(truth) != STUDY.record_identity(truth)
 
 
 def test_the_last_record_of_a_trial_that_was_owed_counts(tmp_path):
@@ -129,3 +126,34 @@ def test_no_single_bit_of_a_record_flips_unseen(tmp_path):
     assert seen > 290
     sql(tmp_path, "update trial set record = ?", record)
     assert contents(tmp_path) == before
+
+
+@given(key=st.text(), of=st.integers(1, 60))
+def test_every_key_is_in_exactly_one_part(key, of):
+    assert sum(Shard(number=number, of=of).has(key) for number in range(1, of + 1)) == 1
+
+
+@pytest.mark.parametrize(
+    "text", ["", "3", "0/3", "4/3", "3/", "-1/3", "1/3/5", "1/100001", "x/y", " 1/3", "9" * 30 + "/9"]
+)
+def test_what_is_no_part_is_refused_in_a_line(text):
+    with pytest.raises(BadValue) as refused:
+        Shard.parse(text)
+    assert "\n" not in str(refused.value)
+
+
+ONE, TWO = Picture(kind="rgb", png=b"one"), Picture(kind="depth16", png=b"two", shown=False)
+
+
+def test_every_picture_is_kept_under_its_name(tmp_path):
+    album = Album(tmp_path / "pictures")
+    for picture in (ONE, TWO, ONE):
+        album.keep(picture)
+    kept = {path.name: path.read_bytes() for path in (tmp_path / "pictures").iterdir()}
+    assert kept == {ONE.name: b"one", TWO.name: b"two"}
+
+
+def test_an_album_that_cannot_be_written_is_said_in_one_line(tmp_path):
+    (tmp_path / "pictures").write_text("in the way")
+    with pytest.raises(BadFile, match=r"pictures.*\.png: cannot be written"):
+        Album(tmp_path / "pictures").keep(Picture(kind="rgb", png=b"picture"))

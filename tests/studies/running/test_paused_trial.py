@@ -1,4 +1,4 @@
-"""A trial waits at each decision, and goes on after it was let go of."""
+"""Agents outside of the loop: a trial waits at each decision and goes on after it was let go of, under conditions that reach them."""
 
 import asyncio
 from dataclasses import replace
@@ -9,10 +9,11 @@ from seen import PhotographedPlant
 
 from lockprobe.agents.outside import participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.interventions.conditions import flips
+from lockprobe.interventions.conditions import flips, read_condition
 from lockprobe.plants import catalogue
-from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
+from lockprobe.studies.running.playable import CLIENT, PERSON, check_playable
 
 STUDY = people_study(layout="shuffled")
 PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.labelled("flip?p=0.4"), 1, 2)
@@ -63,60 +64,6 @@ def test_another_history_is_never_shown(alone, wrong):
         asyncio.run(PausedTrial.begin(PLAN, [played[0], RecordedAttempt(**(said | wrong)), *played[2:4]]))
 
 
-class _Counted(SymbolicPlant):
-    """Counts how often it was let go of, and breaks when it is told to."""
-
-    closed = 0
-    breaks_at = 99
-
-    def __init__(self, box):
-        super().__init__(box)
-        self._attempts = 0
-
-    def observe(self):
-        if self.breaks_at == 0:
-            raise OSError("no light")
-        return super().observe()
-
-    def attempt(self, joint):
-        self._attempts += 1
-        if self._attempts == self.breaks_at:
-            raise OSError("stuck")
-        return super().attempt(joint)
-
-    def close(self):
-        type(self).closed += 1
-
-
-@pytest.fixture
-def plant(monkeypatch):
-    class Plant(_Counted):
-        pass
-
-    source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Plant(box))
-    monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
-    return Plant
-
-
-@pytest.mark.parametrize("breaks_at", [0, 2])
-def test_what_breaks_ends_it_as_an_error(plant, breaks_at):
-    plant.breaks_at = breaks_at
-
-    async def broken():
-        held = await PausedTrial.begin(PLAN)
-        for _ in range(breaks_at):
-            told = await held.attempt("A")
-        assert held.situation is None
-        assert not held.sound
-        assert breaks_at == 0 or told == ""
-        await held.close()
-        return held.trial
-
-    trial = asyncio.run(broken())
-    assert (trial.ending, trial.error.boundary, len(trial.steps)) == ("error", "plant", max(0, breaks_at - 1))
-    assert plant.closed == 1
-
-
 def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: PhotographedPlant(box))
     monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
@@ -135,3 +82,30 @@ def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
             await PausedTrial.begin(plan, pictures=full)
 
     asyncio.run(looked())
+
+
+EVERYBODY = [
+    "flip?p=0.4", "flip?p=0.4&only=moved", "tremble?p=0.1", "force?at=4", "drop?p=0.2", "delay?lag=2",
+    "correction?p=0.4", "yoked?p=0.4", "yoked?p=0.4&how=shuffle", "nudge", "remark", "distract?p=0.3",
+    "warn?rate=0.4", "flip?p=0.4 + nudge",
+]  # fmt: skip
+NOBODY = ["history?last=2", "hypothesis", "nudge + history?last=0"]
+
+
+def check(condition, by):
+    check_playable([read_condition(condition)], by)
+
+
+@pytest.mark.parametrize("by", [PERSON, CLIENT], ids=["person", "client"])
+def test_what_is_told_done_or_said_can_be_played(by):
+    for condition in EVERYBODY:
+        check(condition, by)
+    check_playable(study("why", agent=["random"]).conditions, by)
+
+
+@pytest.mark.parametrize(("by", "why"), [(PERSON, "a person remembers what they saw"), (CLIENT, "a client keeps")])
+@pytest.mark.parametrize("condition", NOBODY)
+def test_what_is_remembered_or_asked_for_cannot(condition, by, why):
+    named = condition.removeprefix("nudge + ").partition("?")[0]
+    with pytest.raises(BadValue, match=f"condition: got '{named}.*expected what is told or done, or nudge.*{why}"):
+        check(condition, by)

@@ -8,14 +8,13 @@ from dataclasses import replace
 import forked
 import pytest
 from builders import call_of, make_trial
-from provider_server import Manner, failure, here, truthful
+from provider_server import Manner, here, truthful
 from stored import sql
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import (
     AgentsGivenUp,
-    Missing,
     SettingsChanged,
     UserMistake,
 )
@@ -84,13 +83,6 @@ def test_hosted_trials_go_side_by_side_on_so_many_connections_and_every_call_is_
     assert [trial.ending for trial in trials] == ["solved"] * 9
     assert server.peak == 3
     assert server.arrived.total() == sum(len(trial.steps) for trial in trials) == len(list(read_calls(tmp_path)))
-
-
-def test_a_provider_that_stays_away_stops_a_run(tmp_path, monkeypatch):
-    with pytest.raises(Missing, match="broke 13 trials in a row .*closed for good"):
-        hosted(tmp_path, monkeypatch, lambda request: failure(403, "closed for good"), trials=30, connections=12)
-    assert len(load(tmp_path)) >= 13
-    assert {trial.error.boundary for trial in load(tmp_path)} == {"model"}
 
 
 AGENTS = """

@@ -46,17 +46,6 @@ def test_a_plant_is_made_of_the_trials_own_labels_and_luck_and_closed_once(plant
     assert first == again != other
 
 
-def test_a_plant_is_closed_when_the_trial_breaks(plants):
-    class Broken:
-        facts: ClassVar = {}
-
-        async def decide(self, situation, rng):
-            raise ValueError("no idea")
-
-    assert run_trial(agent=Broken(), plant="fast-twin").error.boundary == "model"
-    assert plants[0][0].closed == 1
-
-
 @pytest.mark.parametrize("fault", [PlantFault("jammed"), ValueError("jammed")])
 def test_a_plant_that_cannot_be_made_breaks_its_trial(monkeypatch, fault):
     def make(box, labels, rng):

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -42,11 +42,7 @@ class LoggedCall(NamedTuple):
 
 
 def logged_calls(directory: Path | str) -> list[LoggedCall]:
-    """The calls of a study in the order in which they were asked; empty if no provider was asked.
-
-    Raises:
-        BadFile: If the store or a call is damaged.
-    """
+    """The calls of a study in the order in which they were asked; empty if no provider was asked."""
     if not is_there(Path(directory) / STORE):
         return []
     with read(directory) as store:
@@ -64,11 +60,7 @@ def _logged(store: Database) -> Iterator[LoggedCall]:
 
 
 def logged_call(store: Database, number: int, key: str, asked: str | None, answer: str | None, crc: int) -> LoggedCall:
-    """A row of the calls as a call.
-
-    Raises:
-        Damaged: If it is none.
-    """
+    """A row of the calls as a call."""
     check_row(store, f"call {number}, {key}", crc, key, asked, answer)
     try:
         sent, came = (
@@ -111,11 +103,7 @@ def kept_replies(calls: Iterable[Call]) -> dict[str, list[Call]]:
 
 
 class Calls:
-    """The open log of calls of a study. Calls that a kill left without an answer are settled as broken off.
-
-    Raises:
-        BadFile: If it cannot be read or written.
-    """
+    """The open log of calls of a study. Calls that a kill left without an answer are settled as broken off."""
 
     def __init__(self, store: Database) -> None:
         self._store = store
@@ -145,10 +133,10 @@ class Calls:
         """Whether a trial that is not finished has replies already, from which it goes on."""
         return bool(self._kept.get(key))
 
-    def of(self, plan: Plan) -> _TrialCalls:
+    def of(self, plan: Plan) -> TrialCalls:
         """The calls of one trial; a fork also finds those of its parent trial (:meth:`adopt`)."""
         keys = [plan.key, *([plan.fork.name.parent] if plan.fork else [])]
-        return _TrialCalls(self, plan, [KeptReplies(self._kept.get(key, ())) for key in keys])
+        return TrialCalls(self, plan, [KeptReplies(self._kept.get(key, ())) for key in keys])
 
     def adopt(self, calls: Iterable[Call]) -> None:
         """Also look up calls of another log, those of forked trials. They are not written and cost nothing."""
@@ -185,23 +173,10 @@ class Calls:
         while self._budget is not None and not self._budget.reserve(call):
             await self._news.wait()
         number, _, began = self._on_their_way.get(call.key, (None, call, time.monotonic()))
-        asked = _said(call)
-        with self._store.transaction(sync=True) as writing:
-            row = asked, checksum(call.key, asked, None)
-            if number is None:
-                insert = "insert into call (asked, crc, key) values (?, ?, ?)"
-                number = writing.execute(insert, (*row, call.key)).lastrowid
-                assert number is not None
-            else:
-                writing.execute("update call set asked = ?, crc = ? where id = ?", (*row, number))
-        self._on_their_way[call.key] = number, call, began
+        self._on_their_way[call.key] = self._put(call.key, number, _said(call), None), call, began
 
     def write(self, call: Call) -> None:
-        """Write a call to disk, with or without a reply. A call of unknown cost keeps its maximum cost.
-
-        Raises:
-            BadFile: If it cannot be written.
-        """
+        """Write a call to disk, with or without a reply. A call of unknown cost keeps its maximum cost."""
         number, asked, _ = self._on_their_way.pop(call.key, (None, call, 0.0))
         if call.broken_off:
             call = replace(call, retries=asked.retries, unanswered=asked.unanswered, usage=asked.usage)
@@ -222,15 +197,19 @@ class Calls:
 
     def _settle(self, number: int | None, call: Call) -> None:
         """Write the outcome of a call; without its number it was made elsewhere."""
-        key, answer = call.key, _said(call)
+        asked = None if number is None else self._store.one("select asked from call where id = ?", number)[0]
+        self._put(call.key, number, asked, _said(call))
+
+    def _put(self, key: str, number: int | None, asked: str | None, answer: str | None) -> int:
+        """Write a row, a new one without its number, and wait for the disk; return its number."""
+        row = key, asked, answer, checksum(key, asked, answer)
         with self._store.transaction(sync=True) as writing:
-            if number is None:
-                insert = "insert into call (key, answer, crc) values (?, ?, ?)"
-                writing.execute(insert, (key, answer, checksum(key, None, answer)))
-            else:
-                (asked,) = self._store.one("select asked from call where id = ?", number)
-                update = "update call set answer = ?, crc = ? where id = ?"
-                writing.execute(update, (answer, checksum(key, asked, answer), number))
+            if number is not None:
+                writing.execute("update call set asked = ?, answer = ?, crc = ? where id = ?", (*row[1:], number))
+                return number
+            number = writing.execute("insert into call (key, asked, answer, crc) values (?, ?, ?, ?)", row).lastrowid
+        assert number is not None
+        return number
 
     def forget(self, key: str) -> None:
         """Drop the calls of a finished trial from memory; they stay on disk."""
@@ -241,26 +220,25 @@ def _said(call: Call) -> str:
     return _adapter.dump_json(call, exclude_defaults=True).decode()
 
 
-class _TrialCalls:
+class TrialCalls:
     """The calls of one trial: those that it has, of itself and of its parent, and new ones."""
 
     def __init__(self, calls: Calls, plan: Plan, kept: Sequence[KeptReplies]) -> None:
-        self._calls, self._kept, self._key, name = calls, kept, plan.key, plan.name
-        self._place: dict[str, Any] = {
-            "agent": plan.agent,
-            "condition": name.condition,
-            "repetition": name.repetition,
-            "trial": name.trial,
-        }
+        self._calls, self._plan, self._kept = calls, plan, kept
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
+        """A reply to this request that is kept; None without one."""
         return next((call for kept in self._kept if (call := kept.take(step, turn, request))), None)
 
     async def reserve(self, call: Call) -> None:
+        """See :meth:`Calls.reserve`."""
         await self._calls.reserve(self._placed(call))
 
     def write(self, call: Call) -> None:
+        """See :meth:`Calls.write`."""
         self._calls.write(self._placed(call))
 
     def _placed(self, call: Call) -> Call:
-        return replace(call, **self._place)
+        name = self._plan.name
+        place = replace(call, condition=name.condition, repetition=name.repetition, trial=name.trial)
+        return replace(place, agent=self._plan.agent)

@@ -51,11 +51,7 @@ def _is_agent(name: str) -> bool:
 
 
 def check_names(agents: Iterable[str], names: Mapping[str, str]) -> None:
-    """Refuse a name that cannot stand in a key, and a spec that is too long to stand there without a name.
-
-    Raises:
-        BadValue: If there is one.
-    """
+    """Refuse a name that cannot stand in a key, and a spec that is too long to stand there without a name."""
     for spec in agents:
         name = names.get(spec, "")
         if not name and len(spec) > LONGEST_LABEL:

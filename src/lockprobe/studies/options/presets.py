@@ -61,11 +61,7 @@ def cases_of(asked: StudyOptions) -> set[str]:
 
 
 def plant_of(asked: StudyOptions) -> PlantSource:
-    """The plant that is asked for, or that of its study.
-
-    Raises:
-        UnknownName: If there is none such.
-    """
+    """The plant that is asked for, or that of its study."""
     own = preset(asked.study).plant or "symbolic"
     return resolve_plant(own if asked.plant is None else asked.plant)
 
@@ -77,15 +73,15 @@ def with_defaults(asked: StudyOptions) -> StudyOptions:
 
     Raises:
         BadValue: If the study has no such case.
-        Conflict: If it is to be as in the paper and is none of its studies, or its labels can give the interlock away.
+        Conflict: If it is to be as in the paper and is none of its studies.
     """
     own, plant, usual = preset(asked.study), plant_of(asked), dict[str, Any]()
     if asked.full and asked.study in ("why", "looks"):
         raise BadValue("full", True, f"none with {asked.study}, which has trials of its own; --trials says how many")
     if asked.parts and "parts" not in own.when:
         raise BadValue("parts", True, f"none with {asked.study}; why plays the parts of a false report")
-    if asked.as_paper:
-        _check_as_paper(asked, own, plant)
+    if asked.as_paper and "as_paper" not in own.when:
+        raise Conflict("--as-paper", asked.study, "the studies of the paper are flips and modalities")
     cases = cases_of(asked)
     for part in (own, *(found for case, found in own.when.items() if case in cases)):
         usual |= {name: getattr(part, name) for name in part.model_fields_set & StudyOptions.model_fields.keys()}
@@ -118,13 +114,3 @@ def own_conditions(asked: StudyOptions) -> list[NamedCondition]:
     own = preset(asked.study)
     parts = own.when["parts"].conditions_named if asked.parts and "parts" in own.when else []
     return own.conditions_named + parts
-
-
-def _check_as_paper(asked: StudyOptions, own: Preset, plant: PlantSource) -> None:
-    if "as_paper" not in own.when:
-        raise Conflict("--as-paper", asked.study, "the studies of the paper are flips and modalities")
-    if asked.shuffle == "never":
-        raise Conflict("--as-paper", "--shuffle never", "labels along the panel can give the interlock away")
-    shown = asked.modality or own.when["as_paper"].modality or ()
-    if plant.painted_labels and any(map(is_pictured, shown)):
-        raise Conflict("--as-paper", f"pictures of {plant.spec}", "painted labels stand along the panel of its box")

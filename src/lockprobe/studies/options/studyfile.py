@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -25,11 +26,12 @@ from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality
 from lockprobe.interventions.flip import DEFAULT, OutcomeFlip, flip_of
+from lockprobe.interventions.misread_flip import MisreadFlip, entries_of
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
+from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
 from lockprobe.studies.modality import is_pictured, refuse_blind, shows_places
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.asked_conditions import alone_with_strategies, conditions_of
-from lockprobe.studies.options.misreadings import with_misreadings
 from lockprobe.studies.options.presets import cases_of, plant_of, preset, with_boxes_of_people, with_defaults
 from lockprobe.studies.options.study_options import (
     SHIPPED,
@@ -39,11 +41,13 @@ from lockprobe.studies.options.study_options import (
     refusal_of,
     study_options,
 )
+from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import LIMITS, Study
 from lockprobe.studies.until import MOST, Until
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.protocols import Intervention
-from lockprobe.trial.record import STATES
+from lockprobe.trial.record import STATES, Trial
 
 MOST_BOXES = 100
 """The most boxes that a study generates."""
@@ -101,7 +105,7 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     planned = replace(planned, strategy_conditions=tuple(one.label for one in spared))
     allow(*planned.plants)
     planned.check_agents()
-    planned = with_misreadings(planned)
+    planned = _with_misreadings(planned)
     _check_kept_and_played(planned, asked_for=request.condition is not None or request.sweep is not None)
     return planned
 
@@ -184,11 +188,7 @@ def _planned(
 
 
 def _sizes(request: StudyOptions, boxes: int) -> dict[str, Any]:
-    """How much a request plays on so many boxes, in the fields of :class:`lockprobe.studies.study.Study`.
-
-    Raises:
-        BadValue: If it asks for a fixed number and for one that depends on what was played, or the rule is none.
-    """
+    """How much a request plays on so many boxes, in the fields of :class:`lockprobe.studies.study.Study`."""
     sizes = {name: getattr(request, name) for name in ("repetitions", "trials", "strategy_trials")}
     if request.until is None:
         if request.most is not None:
@@ -209,11 +209,7 @@ def _sizes(request: StudyOptions, boxes: int) -> dict[str, Any]:
 
 
 def find_boxes(request: StudyOptions) -> tuple[Lockbox, ...]:
-    """The boxes of a request, one or several.
-
-    Raises:
-        UserMistake: If one does not exist or cannot be played, or so many are asked for by number and others by name.
-    """
+    """The boxes of a request, one or several."""
     named = request.boxes_named or [DEFAULT_BOX]
     if request.boxes is None:
         return tuple(find_box(one) for one in named)
@@ -249,3 +245,52 @@ def _one_condition(
     if request.modality is not None and request.modality != [found.modality]:
         raise BadValue("modality", request.modality[0], f"none with a condition that says {found.modality} itself")
     return found
+
+
+def _with_misreadings(study: Study) -> Study:
+    """A study whose conditions hold the rates that they take from finished ones (``flip?like=DIR/CONDITION``)."""
+    return replace(study, conditions=tuple(_with_rates(one, study) for one in study.conditions))
+
+
+def _with_rates(condition: Condition, study: Study) -> Condition:
+    name, acting = condition.name, list(condition.interventions)
+    for i, one in enumerate(acting):
+        if isinstance(one, MisreadFlip) and not one.rates:
+            other, label, trials = _read(one)
+            unlike = any(_joints(theirs) != _joints(own) for theirs, own in product(other.boxes, study.boxes))
+            if one.by == "joint" and unlike:
+                expected = (
+                    f"a study of {study.box.name}, not of {other.box.name}; by=direction and by=total fit any box"
+                )
+                raise BadValue("like", one.like, expected)
+            said = claim_counts(trials)
+            names = dict.fromkeys(name for box in study.boxes for name in box.names)
+            rates = entries_of(misread_rates(said, [*names], one.by))
+            acting[i] = replace(one, like=f"{other.name}@{other.identity}/{label}", rates=rates, size=said.total())
+            name = (name or condition.spec).replace(one.like, f"{other.name}/{label}")
+    changed = acting != [*condition.interventions]
+    return replace(condition, interventions=tuple(acting), name=name) if changed else condition
+
+
+def _joints(box: Lockbox) -> tuple[object, ...]:
+    """What boxes share whose joints have the same rates: their names, the target, and what holds each."""
+    return box.target, *((name, box.alternatives(name)) for name in sorted(box.names))
+
+
+def _read(one: MisreadFlip) -> tuple[Study, str, list[Trial]]:
+    """The study that a flip names, its condition there, and the trials of the agent."""
+    directory, _, label = one.like.rpartition("/")
+    if not directory:
+        raise BadValue("like", one.like, "DIR/CONDITION, with the directory of a finished study")
+    there = load(Path(directory))
+    trials = [trial for trial in there if trial.condition == label]
+    if not trials:
+        known = dict.fromkeys(trial.condition for trial in there)
+        raise UnknownName(f"condition in {directory}", label, known or ["none, since no trial has ended there"])
+    agents = list(dict.fromkeys(trial.group for trial in trials))
+    if (chosen := one.of or (agents[0] if len(agents) == 1 else "")) not in agents:
+        raise BadValue("of", chosen, f"an agent of {directory}: {', '.join(agents)}")
+    own = [trial for trial in trials if trial.group == chosen]
+    if not claim_counts(own):
+        raise BadValue("like", one.like, "a condition whose agent said what its attempts did")
+    return read_study(directory), label, own

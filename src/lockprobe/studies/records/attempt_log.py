@@ -31,11 +31,7 @@ class AttemptEntry(BaseModel):
 
 
 def attempt_entry(store: Database, number: int, key: str, entry: str, crc: int) -> AttemptEntry:
-    """A row of the attempts as an entry.
-
-    Raises:
-        Damaged: If it is none.
-    """
+    """A row of the attempts as an entry."""
     check_row(store, f"attempt {number}, {key}", crc, key, entry)
     try:
         return AttemptEntry.model_validate_json(entry)

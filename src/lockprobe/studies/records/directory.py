@@ -113,9 +113,6 @@ def write_settings(directory: Path, study: Study) -> None:
     """Write the settings of a study atomically.
 
     What they say of earlier sizes is never forgotten, nor are contrasts, unless the study has others.
-
-    Raises:
-        BadFile: If they cannot be written.
     """
     if holds_records(directory) and (directory / SETTINGS).exists():
         there = read_study(directory)

@@ -19,16 +19,14 @@ from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.records.directory import claim, locked_store, read_study
 from lockprobe.studies.records.read_records import on_record
 from lockprobe.studies.records.store import SCHEMA, STORE
-from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of, trial_in
+from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of, trial_in, trials_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_reader import TrialReader
 
-_KINDS = """
-select key, record from trial where current and alike is null or id in (
+_KINDS = """current and (alike is null or id in (
   select min(id) from trial where current and alike is not null group by alike, identity
-) order by id
-"""
+))"""
 
 
 class Journal:
@@ -103,26 +101,15 @@ class Journal:
         return trial, row or row_of(trial, timing, self.identities[trial.condition])
 
     def read(self, key: str) -> tuple[Trial, Timing]:
-        """A trial on record, and how long it took.
-
-        Raises:
-            BadFile: If its record is damaged.
-        """
+        """A trial on record, and how long it took."""
         record, seconds, steps, cpu = self.store.one(
             "select record, seconds, steps, cpu from trial where current and key = ?", key
         )
         return trial_in(self.store, TrialReader(), key, record), Timing(key=key, seconds=seconds, steps=steps, cpu=cpu)
 
     def kinds(self) -> Iterator[Trial]:
-        """One trial of all that are alike but for their places and steps, and each of the others.
-
-        Raises:
-            BadFile: If a record is damaged.
-        """
-        reader = TrialReader()
-        for key, record in self.store.rows(_KINDS):
-            if key in self.trials:
-                yield trial_in(self.store, reader, key, record)
+        """One trial of all that are alike but for their places and steps, and each of the others."""
+        return (trial for trial in trials_in(self.store, _KINDS) if trial.key in self.trials)
 
     def delete_participant(self, player: str) -> None:
         """Delete what a person did and their records, and count that they withdrew. :meth:`erase` leaves no byte.
@@ -141,11 +128,7 @@ class Journal:
             del self.trials[key]
 
     def erase(self) -> None:
-        """Leave no byte of people who withdrew. If it is not done, the next opening does it.
-
-        Raises:
-            BadFile: If it cannot be written.
-        """
+        """Leave no byte of people who withdrew. If it is not done, the next opening does it."""
         if self.store.one("select count(*) from note where name = 'erasing'")[0]:
             self.store.erase()
             with self.store.transaction(sync=True) as writing:

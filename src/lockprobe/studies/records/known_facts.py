@@ -21,12 +21,6 @@ def lasting_facts(trial: Trial) -> Mapping[str, Fact]:
     return trial.facts
 
 
-def said_by(trial: Trial) -> dict[str, Mapping[str, Fact]]:
-    """What the agent and the plant of a trial say of themselves."""
-    plant = {name: trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
-    return {trial.agent: lasting_facts(trial), f"the plant {trial.plant.get('plant', '')}".rstrip(): plant}
-
-
 class KnownFacts:
     """What is known of agents (model, prompt, runtime) and of plants (engine, renderer) from these trials."""
 
@@ -35,18 +29,22 @@ class KnownFacts:
         for trial in trials:
             self.note(trial)
 
-    def note(self, trial: Trial) -> None:
-        """Add what a trial says; what an earlier one has said stays."""
-        for who, facts in said_by(trial).items():
+    def note(self, trial: Trial) -> dict[tuple[str, str], tuple[Fact, Fact]]:
+        """Add what a trial says, and return what it says otherwise than before: whose fact, and its name -> both."""
+        plant = {name: trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
+        found = dict[tuple[str, str], tuple[Fact, Fact]]()
+        for who, facts in ((trial.agent, lasting_facts(trial)), (f"the plant {trial.plant.get('plant', '')}", plant)):
+            found |= self.differences(who.rstrip(), facts) if facts else {}
             for name, value in facts.items():
                 if value is not None:  # a renderer, for one, is known only after a picture
-                    self._known.setdefault((who, name), value)
+                    self._known.setdefault((who.rstrip(), name), value)
+        return found
 
-    def differences(self, who: str, facts: Mapping[str, Fact]) -> dict[str, tuple[Fact, Fact]]:
+    def differences(self, who: str, facts: Mapping[str, Fact]) -> dict[tuple[str, str], tuple[Fact, Fact]]:
         """The facts of an agent, or of a plant, that are known with another value, with both."""
         known = {name: self._known.get((who, name)) for name in sorted(facts)}
         return {
-            name: (value, facts[name])
+            (who, name): (value, facts[name])
             for name, value in known.items()
             if value is not None and facts[name] is not None and value != facts[name]
         }

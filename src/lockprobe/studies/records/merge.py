@@ -8,7 +8,7 @@ it resumes from paid replies.
 from __future__ import annotations
 
 import json
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,11 +24,11 @@ from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.known_facts import KnownFacts, said_by
+from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.records.read_records import on_record
 from lockprobe.studies.records.store import checksum, read
-from lockprobe.studies.records.trial_rows import COLUMNS, OnRecord, TrialRow, trial_in
+from lockprobe.studies.records.trial_rows import COLUMNS, OnRecord, TrialRow, trial_in, trials_in
 from lockprobe.studies.study import WHO, Study
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.trial_reader import TrialReader
@@ -90,10 +90,9 @@ def source_of_directory(directory: Path, album: Path | None = None) -> MergeSour
     Raises:
         BadFile: If it is not the directory of a study, or something in it is damaged.
     """
-    study, reader = read_study(directory), TrialReader()
+    study = read_study(directory)
     with read(directory) as store:
-        for key, record in store.rows("select key, record from trial"):
-            trial_in(store, reader, key, record)
+        deque(trials_in(store, "true"), maxlen=0)
         trials = on_record(store, study)
         AttemptLog(store)
     finished = {key: one for key, one in trials.items() if not one.owed_again}
@@ -174,11 +173,9 @@ def _take(journal: Journal, source: MergeSource, facts: KnownFacts, found: Gathe
         select = f"select {COLUMNS} from trial where current and not owed order by id"  # noqa: S608 - our own columns
         for row in map(TrialRow._make, store.rows(select, nulls=True)):
             trial = trial_in(store, reader, row.key, row.record)
-            for who, said in said_by(trial).items():
-                for name, (here, there) in facts.differences(who, said).items():
-                    why = f"{who} is not the same there ({name} is {there!r}, {here!r} in {journal.directory})"
-                    raise BadFile(source.directory, f"0 trials taken: {why}; import it into another directory")
-            facts.note(trial)
+            for (who, name), (here, there) in facts.note(trial).items():
+                why = f"{who} is not the same there ({name} is {there!r}, {here!r} in {journal.directory})"
+                raise BadFile(source.directory, f"0 trials taken: {why}; import it into another directory")
             if journal.owes(row.key):
                 _copy_calls(journal, row.key, calls.get(row.key, ()), own.get(row.key, ()))
                 log.replace(row.key, attempts.get(row.key, ()))

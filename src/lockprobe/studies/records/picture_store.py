@@ -45,10 +45,6 @@ class Album:
 
 
 def read_picture(directory: Path | str, name: str) -> bytes:
-    """The content of a picture in the directory of a study.
-
-    Raises:
-        BadFile: If it cannot be read.
-    """
+    """The content of a picture in the directory of a study."""
     path = Path(directory) / ALBUM / name
     return read_input(path)

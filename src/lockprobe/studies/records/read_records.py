@@ -37,11 +37,7 @@ def load(directory: Path | str, study: Study | None = None) -> list[Trial]:
 
 
 def on_record(store: Database, study: Study) -> dict[str, OnRecord]:
-    """The trials of :func:`load` by key, from their rows alone: whether a record is damaged, who reads it finds.
-
-    Raises:
-        BadFile: If one is of another study.
-    """
+    """The trials of :func:`load` by key, from their rows alone: whether a record is damaged, who reads it finds."""
     own, same, found = Own(store, study), dict[str, str](), dict[str, OnRecord]()
     columns = "key, agent, player, condition, repetition, trial, ending, owed, steps, identity"
     for key, agent, player, condition, repetition, number, ending, owed, steps, identity in store.rows(
@@ -67,11 +63,7 @@ class Own:
         self._most = {agent: study.trials_of(agent) for agent in study.agents}
 
     def check(self, key: str, agent: str, condition: str, repetition: int, trial: int, identity: str) -> str:
-        """Refuse what is known of a record, or return what the study calls its agent.
-
-        Raises:
-            BadFile: If the record is of another study.
-        """
+        """Refuse what is known of a record, or return what the study calls its agent."""
         study, group = self._study, self._study.label_of(agent)
         name = str(TrialName(study.name, group, condition, repetition, trial))
         if (
@@ -99,9 +91,6 @@ def count_records(store: Database, study: Study) -> list[Counted]:
 
     Those that are alike but for their places are counted together in the store, without their steps. Those with what
     adds up over steps, as usage, are read whole.
-
-    Raises:
-        BadFile: If one that is read is damaged or of another study.
     """
     own, reader, found = Own(store, study), TrialReader(), list[Counted]()
     select = (

@@ -22,11 +22,7 @@ _DIGITS = 32
 
 
 def check_hash(what: str, given: str | None) -> None:
-    """Refuse what is no hash of a study.
-
-    Raises:
-        BadValue: If it is none.
-    """
+    """Refuse what is no hash of a study."""
     if given is not None and not re.fullmatch(f"[0-9a-fA-F]{{{_DIGITS}}}", given.strip()):
         raise BadValue(what, given, f"the {_DIGITS} hexadecimal digits that lockprobe run prints")
 
@@ -38,11 +34,7 @@ def stored_records(store: Database) -> Iterator[bytes]:
 
 
 def stored_hash(store: Database, study: Study) -> str:
-    """:func:`results_hash` of a store.
-
-    Raises:
-        BadFile: If a record is damaged.
-    """
+    """:func:`results_hash` of a store."""
     return _hash(study, stored_records(store))
 
 

@@ -17,9 +17,6 @@ class Shard:
     """One shard of a study, ``number`` (from 1) of ``of``. A hash of its key assigns every trial to exactly one.
 
     A shard is not a setting of the study: ``lockprobe import`` merges the directories of all shards.
-
-    Raises:
-        BadValue: If there is no such shard.
     """
 
     number: int

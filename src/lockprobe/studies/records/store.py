@@ -60,22 +60,14 @@ create table note (name text primary key, value any not null) strict, without ro
 
 @contextmanager
 def written(directory: Path) -> Iterator[Database]:
-    """The store of a directory, to be written; made if it is missing. The caller has locked the directory.
-
-    Raises:
-        BadFile: As :meth:`Database.writing`.
-    """
+    """The store of a directory, to be written; made if it is missing. The caller has locked the directory."""
     with Database.writing(directory / STORE, SCHEMA) as store:
         yield store
 
 
 @contextmanager
 def read(directory: Path | str) -> Iterator[Database]:
-    """The store of a directory, to be read.
-
-    Raises:
-        BadFile: If there is none, or as :meth:`Database.reading`.
-    """
+    """The store of a directory, to be read."""
     path = Path(directory) / STORE
     check_regular(path)
     if not path.is_file():
@@ -90,11 +82,7 @@ def checksum(*columns: object) -> int:
 
 
 def check_row(store: Database, what: str, crc: object, *columns: object) -> None:
-    """Refuse a row whose checksum is not that of its columns.
-
-    Raises:
-        Damaged: If it is another one.
-    """
+    """Refuse a row whose checksum is not that of its columns."""
     if crc != checksum(*columns):
         raise Damaged(store.path, f"{what}: its checksum is that of something else")
 

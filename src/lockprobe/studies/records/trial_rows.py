@@ -125,11 +125,7 @@ INSERT = f"insert into trial ({COLUMNS}) values ({', '.join('?' * len(TrialRow._
 
 
 def unpacked(store: Database, key: str, record: bytes) -> bytes:
-    """A stored record as JSON.
-
-    Raises:
-        BadFile: If it is damaged, or larger than a record can be.
-    """
+    """A stored record as JSON."""
     if not isinstance(record, bytes):  # of a file that somebody made
         raise Damaged(store.path, f"{key}: its record is damaged (it is a text)")
     opened, why = zlib.decompressobj(), "it does not end"
@@ -143,11 +139,7 @@ def unpacked(store: Database, key: str, record: bytes) -> bytes:
 
 
 def trial_in(store: Database, reader: TrialReader, key: str, record: bytes) -> Trial:
-    """The trial of a stored record.
-
-    Raises:
-        BadFile: If it is damaged, or the record of another trial than its row.
-    """
+    """The trial of a stored record."""
     try:
         trial = reader.read(unpacked(store, key, record))
     except BadValue as error:
@@ -157,24 +149,21 @@ def trial_in(store: Database, reader: TrialReader, key: str, record: bytes) -> T
     return trial
 
 
-def replaced_records(directory: Path | str) -> list[Trial]:
-    """The records of trials that were owed again, in the order in which they were written.
-
-    Raises:
-        BadFile: If there is no store, or a record is damaged.
-    """
+def trials_in(store: Database, where: str) -> Iterator[Trial]:
+    """The trials of the rows for which a condition holds, in the order in which they were written."""
     reader = TrialReader()
+    for key, record in store.rows(f"select key, record from trial where {where} order by id"):  # noqa: S608 - our own
+        yield trial_in(store, reader, key, record)
+
+
+def replaced_records(directory: Path | str) -> list[Trial]:
+    """The records of trials that were owed again, in the order in which they were written."""
     with read(directory) as store:
-        found = store.rows("select key, record from trial where not current order by id")
-        return [trial_in(store, reader, key, record) for key, record in found]
+        return [*trials_in(store, "not current")]
 
 
 def contradictions(store: Database) -> Iterator[str]:
-    """Where rows say something else than their records, or a finished trial has a second record.
-
-    Raises:
-        BadFile: If a record is damaged.
-    """
+    """Where rows say something else than their records, or a finished trial has a second record."""
     reader, last = TrialReader(), dict[str, tuple[bool, bool]]()
     for current, *columns in store.rows(f"select current, {COLUMNS} from trial order by id", nulls=True):  # noqa: S608
         row = TrialRow(*columns)

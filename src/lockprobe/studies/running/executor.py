@@ -29,7 +29,7 @@ from lockprobe.foundation.workers import Cluster, Lost, Pool, Processes, lose, t
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.studies.decisions import GIVE_UP_AFTER
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.known_facts import KnownFacts, said_by
+from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.records.trial_rows import Timing, TrialRow, row_of
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
@@ -274,9 +274,7 @@ class _TrialWriter:
         self._written = time.monotonic()
 
     def __call__(self, trial: Trial, timing: Timing, row: TrialRow | None = None) -> None:
-        for who, facts in said_by(trial).items():
-            self.expect(facts, who)
-        self._known.note(trial)
+        self._refuse(self._known.note(trial))
         self._finished.append((trial, timing, row))
         if not self._free or time.monotonic() - self._written > _TOGETHER:
             self.write()
@@ -297,13 +295,11 @@ class _TrialWriter:
                 self._observer.trial(trial, timing)
         self._written = time.monotonic()
 
-    def expect(self, facts: Mapping[str, Fact], who: str = "") -> None:
-        """Refuse a changed agent (model, prompt, runtime), before it is called and paid, or a changed plant.
+    def expect(self, facts: Mapping[str, Fact]) -> None:
+        """Refuse a changed agent (model, prompt, runtime) before it is called and paid."""
+        self._refuse(self._known.differences(self._source.spec, facts))
 
-        Raises:
-            SettingsChanged: If it differs from the one that played before.
-        """
-        who = who or self._source.spec
-        if different := self._known.differences(who, facts):
-            said = {f"{who}, {name}": pair for name, pair in different.items()}
+    def _refuse(self, different: Mapping[tuple[str, str], tuple[Fact, Fact]]) -> None:
+        if different:
+            said = {f"{who}, {name}": pair for (who, name), pair in different.items()}
             raise SettingsChanged(self._journal.directory, said)

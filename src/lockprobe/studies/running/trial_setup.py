@@ -140,11 +140,7 @@ _KNOWN: dict[int, tuple[Condition, Places]] = {}
 
 
 def _places_in(condition: Condition) -> Places:
-    """The places of all interventions of a condition; worked out at its first trial.
-
-    Raises:
-        UserMistake: As :func:`lockprobe.studies.modality.interventions_for`.
-    """
+    """The places of all interventions of a condition; worked out at its first trial."""
     if id(condition) not in _KNOWN:
         if len(_KNOWN) >= 1024:
             _KNOWN.clear()
