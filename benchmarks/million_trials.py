@@ -11,7 +11,6 @@ disk. ``compare`` has a second study, of other luck and at most 10 000 trials. O
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import shutil
 import signal
@@ -24,6 +23,10 @@ from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+
+from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.results_hash import stored_hash
+from lockprobe.studies.records.store import read
 
 AGENTS = ("random", "random-no-repeat", "round-robin", "human-inspired", "cognitive:perseverant")
 RATES = (0, 0.1, 0.2, 0.4)
@@ -106,8 +109,8 @@ def killed_halfway(command: list[str], store: Path, trials: int) -> None:
 
 def results(directory: Path) -> str:
     """The hash of the results of a study."""
-    said = subprocess.run(lockprobe("status", directory, "--json"), capture_output=True, text=True, check=True).stdout
-    return str(json.loads(said)["results_hash"])
+    with read(directory) as store:
+        return stored_hash(store, read_study(directory))
 
 
 def costs(directory: Path, trials: int, commands: list[str]) -> Iterator[tuple[str, Cost]]:

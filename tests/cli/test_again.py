@@ -46,15 +46,10 @@ def broken(request):
 @pytest.mark.parametrize(
     ("answers", "status"),
     [
-        ([truthful] * 4, 0),
-        ([refusing, truthful, truthful, truthful], 0),
         ([refusing, nonsense, truthful, truthful], 0),
         ([refusing, truthful, refusing, truthful], 0),  # all under one condition
-        ([truthful, nonsense, truthful, nonsense], 0),
         ([refusing, refusing, nonsense, nonsense], 1),  # not one trial
         ([truthful, truthful, truthful, broken], 1),
-        ([refusing, refusing, truthful, broken], 1),
-        ([refusing, nonsense, refusing, broken], 1),
         ([broken] * 4, 1),
     ],
 )

@@ -51,17 +51,3 @@ def test_a_study_is_played_on_it(lockprobe, connected, tmp_path):
 def test_an_estimate_needs_none(lockprobe, connected, tmp_path):
     assert lockprobe(*RUN, tmp_path / "S", "--cluster", "auto", "--estimate")[0] == 0
     assert connected == []
-
-
-def test_a_study_file_cannot_ask_for_one(lockprobe, connected, tmp_path):
-    (tmp_path / "mine.toml").write_text('study = "flips"\nagent = ["random"]\ncluster = "auto"\n')
-    status, _, said = lockprobe("run", tmp_path / "mine.toml", "--out", tmp_path / "S")
-    assert status == 2
-    assert "cluster" in said
-    assert connected == []
-
-
-def test_the_server_of_participants_has_no_such_option(lockprobe, connected):
-    status, _, said = lockprobe("serve", "flips", "--cluster", "auto")
-    assert status == 2
-    assert "No such option" in said

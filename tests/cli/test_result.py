@@ -66,15 +66,6 @@ def test_a_report_says_the_same_and_programs_get_it_too(played, capsys):
     assert {name: ended[name] for name in facts} == facts
 
 
-def test_a_study_of_why_ends_with_the_answer_of_every_agent(tmp_path):
-    agents = ("human-inspired", "cognitive:perseverant")
-    asked = (word for one in agents for word in ("--agent", one))
-    lines = typed("run", "why", *asked, "--trials", 5, "--strategy-trials", 5, "--out", tmp_path).stdout.splitlines()
-    (answer,) = [line for line in lines if line.startswith("Answer: ")]
-    assert all(agent in answer for agent in agents)
-    assert [any(line.startswith(f"  {agent} ") for line in lines) for agent in agents] == [True, True]
-
-
 def test_without_results_that_can_be_read_nothing_is_said(tmp_path):
     assert read_result(tmp_path) is None
     (tmp_path / "results.json").write_text("{")

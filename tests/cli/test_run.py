@@ -2,16 +2,13 @@
 
 import json
 import os
-from collections import Counter
 
 import pytest
 import typer
-from builders import call_of
 from provider_server import counted, failure, stubborn, truthful
 from typed import typed
 
 from lockprobe import load
-from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import read_facts
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import BROKE, BUDGET_REACHED, Progress
@@ -23,7 +20,6 @@ from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.trial.model_call import Usage
 
 
 def test_pictures_are_played_and_reported(tmp_path):
@@ -199,38 +195,6 @@ def test_a_key_that_dies_in_mid_run_is_the_last_line_and_the_exit_status(tmp_pat
     assert not any(trial.owed_again for trial in load(tmp_path / "s"))
 
 
-DEAD = ["llm:openai-api/fake/one", "llm:openai-api/fake/two"]
-
-
-@pytest.mark.parametrize(("dead", "machine"), [(1, True), (2, False)])
-def test_where_models_die_the_other_agents_play_and_the_last_line_names_the_dead(
-    tmp_path, provider, capsys, dead, machine
-):
-    _, answer = provider
-    dying = [name.rpartition("/")[2] for name in DEAD[:dead]]
-    answer(lambda request: failure(402, "no credit") if request["model"] in dying else truthful(request))
-    agents, directory = [*DEAD, SPEC, "random"], tmp_path / "s"
-    with pytest.raises(typer.Exit) as end:
-        play(directory, retries=0, connections=2, agent=agents, trials=11, json=machine, report=False)
-    assert end.value.exit_code == BROKE
-    ended = Counter(trial.agent for trial in load(directory) if not trial.owed_again)
-    assert ended == dict.fromkeys(agents[dead:], 11)
-    last = capsys.readouterr().out.splitlines()[-1]
-    if machine:
-        said = json.loads(last)
-        assert (said["event"], said["ended"]) == ("broke", 11 * (4 - dead))
-        assert {agent: of["owed"] for agent, of in said["given_up"].items()} == dict.fromkeys(DEAD[:dead], 11)
-        assert all("broke 10 trials in a row (model: " in of["why"] for of in said["given_up"].values())
-    else:
-        assert last.startswith(f"Given up: {DEAD[0]} broke 10 trials in a row (model: the provider answered 402")
-        assert [agent in last for agent in agents] == [agent in DEAD[:dead] for agent in agents]
-        assert last.count("(11 trials owed)") == dead
-        assert last.endswith("nothing finished is lost, the same command goes on when that is mended")
-    answer(truthful)
-    play(directory, agent=agents, trials=11, report=False)
-    assert len(load(directory)) == 44
-
-
 def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, capsys, monkeypatch):
     server, _ = provider
     monkeypatch.delenv("FAKE_API_KEY")
@@ -280,26 +244,6 @@ def test_what_an_agent_prints_is_no_json_line(tmp_path, monkeypatch, capsys):
     printed = capsys.readouterr()
     assert {json.loads(line)["event"] for line in printed.out.splitlines()} >= {"begin", "trial"}
     assert printed.err.splitlines() == ["a thought"]
-
-
-def test_where_trials_take_long_lines_come_all_the_same(tmp_path, monkeypatch, capsys):
-    now = [0.0]
-    monkeypatch.setattr("lockprobe.cli.progress.time.monotonic", lambda: now[0])
-    planned = study(StudyOptions(agent=["llm:openai/gpt-4o"], trials=1, p=[0], repetitions=1))
-    usage = Usage(calls=1, input_tokens=40_000, output_tokens=10_000)
-    with Journal.open(tmp_path, planned) as journal:
-        watching = Progress()
-        watching.begin(planned, journal, 1)
-        watching.agent(resolve("llm:openai/gpt-4o"), 1)
-        capsys.readouterr()
-        for number, at in enumerate((1, 3, 31, 40, 59, 64), 1):
-            now[0] = at
-            plan = next(planned.plans("llm:openai/gpt-4o"))
-            journal.calls.write(call_of(plan, number, usage=usage))
-    first, second = capsys.readouterr().out.splitlines()
-    assert "0/1 trials" in first
-    assert first.endswith("$0.40 spent")
-    assert second.endswith("$1.20 spent")
 
 
 def test_people_are_invited_and_not_run(tmp_path):

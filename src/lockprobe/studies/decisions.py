@@ -161,30 +161,23 @@ def _named_at(total: Decision, found: Sequence[Decision]) -> int | None:
 
 
 def _decided(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decision]:
-    if until.rule == "width" or family.questions[0].of_share:
-        yield from _narrow(family, outcomes, until)
-        return
+    """What is decided of each question: how closely it is known, or that it is an effect or small in every case."""
+    closely = until.rule == "width" or family.questions[0].of_share
     tried = [
-        at_every_look(numbers_of(family, *case), agents=family.choices, margin=until.margin, intervals=False)
-        for case in cases(outcomes)
+        at_every_look(numbers_of(family, *case), agents=family.choices, margin=until.margin, intervals=closely)
+        for case in cases(outcomes)[: 1 if closely else None]
     ]
-    for i, question in enumerate(family.questions):
-        courses = [case[i] for case in tried]
+    for question, *courses in zip(family.questions, *tried, strict=True):
+        if closely:  # a share is asked for on a scale from -1 to 1
+            at = courses[0].narrow_at((2 if question.of_share else 1) * until.points)
+            yield Decision(question=question, verdict=None if at is None else "narrow", at=at)
+            continue
         effect = _last([one.effect_at for one in courses]) if len({one.way for one in courses}) == 1 else None
         small = _last([one.small_at for one in courses])
         if effect is not None and effect <= (small or effect):
             yield Decision(question=question, verdict="effect", at=effect, way=courses[0].way)
         else:
             yield Decision(question=question, verdict=None if small is None else "small", at=small)
-
-
-def _narrow(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decision]:
-    solved = {label: one for label, (one, _) in outcomes.items()}
-    courses = at_every_look(numbers_of(family, solved, solved), agents=family.choices, margin=until.margin)
-    for question, course in zip(family.questions, courses, strict=True):
-        scale = 2 if question.of_share else 1  # a share is asked for on a scale from -1 to 1
-        at = course.narrow_at(scale * until.points)
-        yield Decision(question=question, verdict=None if at is None else "narrow", at=at)
 
 
 _Solved = Mapping[str, Array]
