@@ -59,21 +59,21 @@ def locked_store(path: Path) -> Iterator[Database]:
             raise BadFile(path, f"cannot be written ({error.strerror})") from error
         missing = [path / _LOCK, *(path / name for name in _MADE if not (path / name).exists())]
         settings, invited = path / SETTINGS, (path / PEOPLE_DIRECTORY).exists()
-        before, used = settings.read_bytes() if settings.is_file() else None, False
+        before, kept = settings.read_bytes() if settings.is_file() else None, False
         try:
             with written(path) as store:
                 rows = last_rows(store)
                 try:
                     yield store
+                    kept = True
                 finally:
-                    used = last_rows(store) != rows
-        except BaseException:
-            if not used and (invited or not (path / PEOPLE_DIRECTORY).exists()):
+                    kept = kept or last_rows(store) != rows
+        finally:
+            if not kept and (invited or not (path / PEOPLE_DIRECTORY).exists()):
                 with suppress(OSError, BadFile):
                     _remove((), missing)
                     if before is not None and settings.read_bytes() != before:
                         write_file(settings, before)
-            raise
 
 
 def _remove(directories: Iterable[Path], files: Iterable[Path]) -> None:
