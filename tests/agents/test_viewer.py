@@ -8,9 +8,8 @@ import pytest
 from drawn_board import HANDLES, coloured
 from mjcf_models import OWN, own_box
 
-from lockprobe.agents import viewer
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.strategies import HumanInspired, RandomAgent
+from lockprobe.agents.strategies import HumanInspired
 from lockprobe.agents.viewer import Viewer
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
@@ -22,7 +21,7 @@ from lockprobe.trial.pictures import picture_reader
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.pictures.png import to_png
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.trial.record import Percept, Situation, Task
 
 TASK = Task(joints=("C", "A", "B"), target="B", budget=20)
 SPEC = "human-inspired:target-first"
@@ -46,15 +45,8 @@ class Photographer:
 
 
 def played(agent, channels, trial=1):
-    plan = Plan(
-        study="s",
-        agent="",
-        box=box(),
-        condition=flips((0,), modalities=("rgb",))[0],
-        repetition=1,
-        trial=trial,
-        seed=1,
-    )
+    shown = flips((0,), modalities=("rgb",))[0]
+    plan = Plan(study="s", agent="", box=box(), condition=shown, repetition=1, trial=trial, seed=1)
     return asyncio.run(play(plan, plant=SymbolicPlant(plan.box), interventions=channels, agent=agent))
 
 
@@ -81,55 +73,19 @@ def test_it_says_what_the_picture_shows_and_acts_on_it():
     assert fooled.actions != honest.actions
 
 
-class Listener(RandomAgent):
-    """A strategy that keeps what it was told."""
-
-    async def decide(self, situation, rng):
-        self.heard = [*(turn.percept for turn in situation.past), situation.percept]
-        return Decision(joint="A", claimed=None)
-
-
-@pytest.fixture
-def heard(monkeypatch):
-    """What a strategy hears of pictures that speak for positions as these numbers say, the claim, and what was read."""
-    asked = []
-
-    def listen(*numbers):
-        def evidence(pictures, handles, acuity):
-            asked.append(pictures)
-            return numbers[int(pictures[0].png)]
-
-        monkeypatch.setattr(picture_reader, "evidence", evidence)
-        viewer._evidence.cache_clear()
-        listener, past = Listener(), ()
-        agent = Viewer(strategy=listener, name="listener", acuity=10, doubt=0.1)
-        hidden = Picture(kind="depth16", png=b"measured", shown=False)
-        for i in range(len(numbers)):
-            pictures = (Picture(kind="rgb", png=str(i).encode()), hidden)
-            percept = Percept(joint="A" if i else None, pictures=pictures, handles=HANDLES[:3])
-            now = Situation(task=TASK, past=past, percept=percept)
-            decision = asyncio.run(agent.decide(now, np.random.default_rng(1)))
-            past = (*past, Turn(percept=percept, decision=Decision(joint="A")))
-        return listener.heard, decision.claimed, asked
-
-    yield listen
-    viewer._evidence.cache_clear()
-
-
-def test_each_picture_that_is_shown_is_read_once_and_readings_become_reports(heard):
-    reports, claimed, asked = heard((-1, -1, 1), (-1, 1, 1), (1, 1, 1))
-    assert [r.positions for r in reports] == [(False, False, True), (False, True, True), (True, True, True)]
-    assert [r.outcome for r in reports] == [None, "moved", "blocked"]  # C changed, but A was attempted
-    assert claimed == "blocked"
-    assert all(r.pictures == () for r in reports)
-    assert [[picture.png for picture in pictures] for pictures in asked] == [[b"0"], [b"1"], [b"2"]]
-
-
-def test_in_doubt_a_joint_stays_as_it_was_last_read(heard):
-    reports, _, _ = heard((-0.02, 0.02, 1), (0.09, -0.09, -0.09), (0.11, -0.11, -1), (0.01, 0.01, 0.01))
+def test_readings_become_reports_and_in_doubt_a_joint_stays_as_it_was_last_read(monkeypatch):
+    """Of each moment the pictures that are shown are read; numbers say what they speak for."""
+    numbers = [(-0.02, 0.02, 1), (0.09, -0.09, -0.09), (0.11, -0.11, -1), (0.01, 0.01, 0.01)]
+    monkeypatch.setattr(picture_reader, "evidence", lambda shown, handles, acuity: numbers[int(shown[-1].png)])
+    hidden, percepts = Picture(kind="depth16", png=b"measured", shown=False), []
+    for i in range(4):
+        pictures = (Picture(kind="rgb", png=str(i).encode()), hidden)
+        percepts.append(Percept(joint="A" if i else None, pictures=pictures, handles=HANDLES[:3]))
+    reports = Viewer(HumanInspired(), SPEC, acuity=10, doubt=0.1).reports(TASK, percepts)
     expected = [(False, True, True), (False, True, True), (True, False, False), (True, False, False)]
     assert [r.positions for r in reports] == expected
-    assert [r.outcome for r in reports] == [None, "blocked", "moved", "blocked"]
+    assert [r.outcome for r in reports] == [None, "blocked", "moved", "blocked"]  # of A, which was attempted
+    assert all(r.pictures == () for r in reports)
 
 
 def test_the_record_says_how_it_saw_and_who_decided():
@@ -149,23 +105,17 @@ def test_the_first_picture_says_how_many_pixels_are_needed(handle):
     """Handles of any size are read, and with no more pixels than it takes."""
     places = tuple(((40.0 + 90 * i, 60.0), (40.0 + 90 * i, 60.0 + 6 * handle)) for i in range(4))
 
-    def shown(positions):
+    def shown(number):
         image = np.full((240, 320, 3), (150, 110, 70), np.uint8)
-        for pair, position in zip(places, positions, strict=True):
-            column, row = map(int, pair[position])
-            image[row - handle // 2 : row + handle // 2 + 1, column - handle // 2 : column + handle // 2 + 1] = (
-                210,
-                40,
-                30,
-            )
+        for i, pair in enumerate(places):
+            column, row = (int(at) - handle // 2 for at in pair[number >> i & 1])
+            image[row : row + handle + 1 - handle % 2, column : column + handle + 1 - handle % 2] = (210, 40, 30)
         return (Picture(kind="rgb", png=to_png(image)),)
 
-    first = shown((False,) * 4)
-    acuity = picture_reader.needed_acuity(first, places, 10)
+    acuity = picture_reader.needed_acuity(shown(0), places, 10)
     for number in range(16):
-        positions = tuple(bool(number >> i & 1) for i in range(4))
-        found = picture_reader.evidence(shown(positions), places, acuity=acuity)
-        assert tuple(sign > 0 for sign in found) == positions
+        found = picture_reader.evidence(shown(number), places, acuity=acuity)
+        assert [sign > 0 for sign in found] == [bool(number >> i & 1) for i in range(4)]
     assert acuity <= 10 or acuity * handle <= 3 * 320
 
 

@@ -103,7 +103,8 @@ def instructions(situation: Situation, reply: str = "") -> str:
 
     ``reply`` says how to reply; empty for one JSON object.
     """
-    task, briefing, pictures = situation.task, situation.briefing, len(_shown(first := opening(situation)))
+    first = situation.past[0].percept if situation.past else situation.percept
+    task, briefing, pictures = situation.task, situation.briefing, len(_shown(first))
     if pictures:
         observation = _SEEN.format(pictures=_PICTURES[pictures], labels=_LABELS[not first.unlabelled])
     else:
@@ -121,11 +122,6 @@ def instructions(situation: Situation, reply: str = "") -> str:
         reply=reply or f"Reply with one JSON object and nothing else:\n{{{items}}}",
     )
     return text if warning in text else f"{text} {warning}"
-
-
-def opening(situation: Situation) -> Percept:
-    """The first observation of a trial."""
-    return situation.past[0].percept if situation.past else situation.percept
 
 
 def check_template(text: str) -> None:
@@ -154,19 +150,16 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
     """
     percepts = [*(turn.percept for turn in situation.past), situation.percept]
     remarks = [*(turn.remark for turn in situation.past), situation.briefing.remark]
-    newest_first = enumerate(zip(reversed(percepts), reversed(remarks), strict=True))
-    told = [_observation(percept, said, keep=not images or i < images) for i, (percept, said) in newest_first][::-1]
+    told = []
+    for left, (percept, remark) in zip(range(len(percepts), 0, -1), zip(percepts, remarks, strict=True), strict=True):
+        shown = _shown(percept)
+        gone = _GONE[len(shown)] if shown and images and left > images else ""
+        text = " ".join(filter(None, (percept.text, gone, remark)))
+        told.append(Message(role="user", text=text, pictures=() if gone else shown))
     messages = [replace(told[0], text=f"{instructions(situation)}\n\n{told[0].text}".strip())]
     for turn, observation in zip(situation.past, told[1:], strict=True):
         messages += [Message(role="assistant", text=spoken(turn.decision.replies[-1])), observation]
     return messages
-
-
-def _observation(percept: Percept, remark: str, *, keep: bool) -> Message:
-    shown = _shown(percept)
-    gone = "" if not shown or keep else _GONE[len(shown)]
-    text = " ".join(filter(None, (percept.text, gone, remark)))
-    return Message(role="user", text=text, pictures=() if gone else shown)
 
 
 def _shown(percept: Percept) -> tuple[Picture, ...]:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from lockprobe.agents.policy import tell
@@ -23,14 +22,8 @@ from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, 
 if TYPE_CHECKING:
     import numpy as np
 
-    from lockprobe.trial.pictures.picture import Picture
-    from lockprobe.trial.pictures.picture_reader import Handles
-
 LEAST_ACUITY = 10
 """Pixels across a picture that a viewer resolves by default, unless handles are too small for that."""
-
-_REMEMBERED = 256
-"""Readings that are kept, so that a picture is not read again at every step."""
 
 
 SIGHT = ("acuity", "doubt")
@@ -82,6 +75,8 @@ class Viewer:
         Raises:
             BadValue: If pictures do not say where handles are.
         """
+        from lockprobe.trial.pictures.picture_reader import evidence, needed_acuity
+
         reports: list[Percept] = []
         acuity = self.acuity or 0
         before: tuple[bool, ...] | None = None  # where joints were read, or told, last
@@ -91,8 +86,10 @@ class Viewer:
                 shown = tuple(picture for picture in percept.pictures if picture.shown)
                 if not percept.handles or not shown:
                     raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
-                acuity = acuity or _needed_acuity(shown, percept.handles)
-                found = _evidence(shown, percept.handles, acuity)  # above 0 for a joint that is away from its start
+                acuity = acuity or needed_acuity(shown, percept.handles, LEAST_ACUITY)
+                found = evidence(
+                    shown, percept.handles, acuity=acuity
+                )  # above 0 for a joint that is away from its start
                 before = before or tuple(number > 0 for number in found)
                 positions = tuple(
                     number > 0 if abs(number) > self.doubt else earlier
@@ -106,18 +103,3 @@ class Viewer:
             reports.append(report)
             before = report.positions or before
         return reports
-
-
-@lru_cache(_REMEMBERED)
-def _needed_acuity(shown: tuple[Picture, ...], handles: Handles) -> int:
-    """The acuity for a trial whose first pictures these are."""
-    from lockprobe.trial.pictures.picture_reader import needed_acuity
-
-    return needed_acuity(shown, handles, LEAST_ACUITY)
-
-
-@lru_cache(_REMEMBERED)
-def _evidence(shown: tuple[Picture, ...], handles: Handles, acuity: int) -> tuple[float, ...]:
-    from lockprobe.trial.pictures.picture_reader import evidence
-
-    return evidence(shown, handles, acuity=acuity)

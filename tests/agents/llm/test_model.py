@@ -140,21 +140,6 @@ def test_a_model_that_is_told_reports_is_asked_and_recorded_without_a_word_of_pi
     assert all(isinstance(message["content"], str) for request in requests for message in request["messages"])
 
 
-def test_where_nobody_asks_what_the_last_action_did_nothing_that_is_sent_speaks_of_it(played):
-    def answer(request):
-        status, body = truthful(request)
-        message = body["choices"][0]["message"]
-        message["content"] = json.dumps({**json.loads(message["content"]), "last_action": "perhaps"})
-        return status, body
-
-    trials, server = played(answer, assessment=False)
-    assert not any("last_action" in json.dumps(request["messages"][0]) for request in server.requests)
-    assert not any("last_action" in json.dumps(request["response_format"]) for request in server.requests)
-    for trial in trials:
-        assert (trial.solved, trial.assessment) == (True, False)
-        assert {(step.decision.claimed, len(step.decision.replies)) for step in trial.steps} == {(None, 1)}
-
-
 def test_what_is_sent_is_what_a_reply_is_looked_up_by():
     said, known = Message(role="user", text="What now?"), ModelFacts(reasons=False, most_output=500)
 
@@ -167,10 +152,8 @@ def test_what_is_sent_is_what_a_reply_is_looked_up_by():
         request(said=replace(said, pictures=(Picture(kind="rgb", png=b"a"),))),
         request(schema={"type": "object"}),
         request(temperature=0.5),
-        request(detail="low"),
         request(known=replace(known, most_output=400)),  # the same options, and another bound is sent
         request(known=replace(known, schema="loose")),
-        request(known=replace(known, reasons=True, most_output=20_000)),
     ]
     assert len({request(), *others}) == 1 + len(others)
     assert request(repairs=9, known=replace(known, images=False, picture_tokens=9)) == request()

@@ -17,7 +17,7 @@ ALL = list(itertools.product((0, 1), repeat=5))
 
 def right(pictures, positions, acuity=64):
     """Evidence for the truth, from -1 to 1, of each joint."""
-    return np.array(evidence(pictures, HANDLES, acuity=acuity)) * (2 * np.array(positions) - 1)
+    return np.array(evidence(tuple(pictures), HANDLES, acuity=acuity)) * (2 * np.array(positions) - 1)
 
 
 @pytest.mark.parametrize("kinds", [(coloured,), (in_depth,), (coloured, in_depth)])
@@ -46,7 +46,7 @@ def test_a_picture_without_handles_convinces_of_nothing():
     empty = Picture(kind="rgb", png=to_png(np.full((HEIGHT, WIDTH, 3), 130, dtype=np.uint8)))
     black = Picture(kind="depth", png=to_png(np.zeros((HEIGHT, WIDTH, 3), dtype=np.uint8)))
     for picture in (empty, black):
-        assert np.abs(evidence([picture], HANDLES, acuity=64)).max() < 0.01
+        assert np.abs(evidence((picture,), HANDLES, acuity=64)).max() < 0.01
 
 
 def test_misreads_come_as_pictures_get_coarser():

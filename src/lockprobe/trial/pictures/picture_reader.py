@@ -18,6 +18,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,9 @@ from numpy.typing import NDArray
 from lockprobe.trial.pictures.depth import turbo
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.pictures.png import from_png
+
+_REMEMBERED = 256
+"""Readings that are kept, so that a picture is not read again at every step."""
 
 Handles = Sequence[tuple[tuple[float, float], tuple[float, float]]]
 """For each joint where its handle is seen, (column, row), at position 0 and at position 1."""
@@ -89,6 +93,7 @@ def gaze_at(image: _File) -> tuple[float, float]:
     return int.from_bytes(drawn[:4], "big") / 2**32, int.from_bytes(drawn[4:8], "big") / 2**32
 
 
+@lru_cache(_REMEMBERED)
 def evidence(pictures: Sequence[Picture], handles: Handles, *, acuity: int) -> tuple[float, ...]:
     """The evidence on each joint's position, from -1 (certainly 0) to 1 (certainly 1), from pictures of one moment.
 
@@ -111,6 +116,7 @@ def clear_positions(rgb: NDArray[np.uint8], handles: Handles | _Places) -> tuple
     return tuple(None if abs(one) < _CLEAR else one > 0 for one in found.tolist())
 
 
+@lru_cache(_REMEMBERED)
 def needed_acuity(pictures: Sequence[Picture], handles: Handles, least: int) -> int:
     """The least acuity that reads pictures as their finest pixels do, wherever the coarse pixels lie.
 
