@@ -108,11 +108,10 @@ def test_to_say_what_your_own_class_can_take_in_runs_none_of_its_code(tmp_path, 
     (tmp_path / "trap.py").write_text("raise SystemExit('it ran')")
     monkeypatch.syspath_prepend(tmp_path)
     assert resolve("python:trap:Agent").senses == "pictures"
-    with pytest.raises(BadValue, match="expected --allow with it in this command"):
-        resolve("python:trap:Agent").make()
-    allow("python:trap:Agent")
-    with pytest.raises(BadValue, match="it ran"):
-        resolve("python:trap:Agent").make()
+    for said in ("expected --allow with it in this command", "it ran"):
+        with pytest.raises(BadValue, match=said):
+            resolve("python:trap:Agent").make()
+        allow("python:trap:Agent")
 
 
 def test_strategies_import_no_engine():

@@ -11,17 +11,11 @@ from lockprobe.studies.options.agent_names import named_agents
 CONTENT = b"GGUF" + bytes(3000)
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("none.gguf", r"none.gguf: cannot be read \(No such file or directory\)$"),
-        ("text.gguf", "text.gguf: not a GGUF file$"),
-    ],
-)
-def test_a_file_that_is_no_model_is_named(tmp_path, name, message):
+def test_a_file_that_is_no_model_is_named(tmp_path):
     (tmp_path / "text.gguf").write_bytes(b"hello")
-    with pytest.raises(BadFile, match=message):
-        weights.locate(f"llm:gguf:{tmp_path / name}")
+    for name, said in (("none", r"cannot be read \(No such file or directory\)"), ("text", "not a GGUF file")):
+        with pytest.raises(BadFile, match=f"{name}.gguf: {said}$"):
+            weights.locate(f"llm:gguf:{tmp_path / name}.gguf")
 
 
 def test_a_damaged_embedded_file_is_refused_and_a_missing_one_says_how_to_get_it(tmp_path, monkeypatch):
