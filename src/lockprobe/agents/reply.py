@@ -248,7 +248,7 @@ def without_marks(text: str) -> tuple[str, tuple[Tidied, ...]]:
     A whole JSON object is left as it is. Of reasoning that ends nowhere, or after which nothing comes, nothing is left,
     unless one object is all that there is besides the tags.
     """
-    if not MARK.search(text) or isinstance(_loaded(text), tuple):
+    if not any(sign in text for sign in "<[◁") or isinstance(_loaded(text), tuple):
         return text, ()
     bare = _TAG.sub("", text)
     said = _after_reasoning(text)

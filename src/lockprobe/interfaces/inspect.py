@@ -124,16 +124,20 @@ class _ModelOfTheEval:
         self._model, self._state = model, state
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        from lockprobe.agents.llm.model import decided
+        from lockprobe.agents.llm.model import Verdict, decided, verdict_on
         from lockprobe.agents.llm.settings import Model
 
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
+            call = await self._asked(turn, messages)
+            return call, verdict_on(call, situation)
+
         try:
-            return await decided(situation, Model(name=str(self._model)), self._ask)
+            return await decided(situation, Model(name=str(self._model)), ask)
         except Exception as error:
             self.broke = error  # so that the limits and retries of Inspect apply
             raise
 
-    async def _ask(self, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+    async def _asked(self, turn: int, messages: Sequence[Message]) -> Call:
         from lockprobe.trial.model_call import Call, Usage
 
         asked, began = [_sent(message) for message in messages], time.perf_counter()

@@ -44,8 +44,11 @@ _WHITE_SPACE = 100
 _ALIKE, _ALIKE_TRIALS = 12, 3
 """Unusable replies in a row with the same words, and trials that got them, after which they are its server's."""
 
-Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Call]]
-"""From the turn, from 1, the conversation and the form of the reply to the call with its reply."""
+Verdict = Decision | ReplyFault
+"""What a reply comes to."""
+
+Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[tuple[Call, Verdict]]]
+"""From the turn, from 1, the conversation and the form of the reply to the call with its reply, and its verdict."""
 
 
 class HostedModel:
@@ -89,11 +92,11 @@ class HostedModel:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
         step, model = len(situation.past) + 1, self.line.model
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
             request = fingerprint(model, messages, schema)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
                 self._note(_Read.of(messages, known), turn)
-                return known
+                return known, verdict_on(known, situation)
             await self.line.pause(turn - 1)
             worst = model.at_most(messages)
             asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
@@ -102,7 +105,8 @@ class HostedModel:
                 done, began = replace(asked, error=BROKEN_OFF), time.perf_counter()
                 try:
                     done = _credible(await self.line.ask(asked, messages, schema, self._book.reserve), worst)
-                    self._check(done, situation, messages)
+                    verdict = verdict_on(done, situation)
+                    self._check(done, verdict, messages)
                 except ModelFault as fault:
                     account = {"retries": fault.retries, "unanswered": fault.unanswered, "usage": Usage(**fault.usage)}
                     spent = replace(asked, error=str(fault), seconds=time.perf_counter() - began, **account)  # type: ignore[arg-type]
@@ -110,24 +114,22 @@ class HostedModel:
                     raise
                 finally:
                     self._book.write(replace(done, most=None))
-            return done
+            return done, verdict
 
         return await decided(situation, model, ask)
 
-    def _check(self, answer: Call, situation: Situation, messages: Sequence[Message]) -> None:
+    def _check(self, answer: Call, verdict: Verdict, messages: Sequence[Message]) -> None:
         """Refuse a reply to half of a conversation, and words that all trials get now that had replies before.
 
         Raises:
             ModelFault: If it is one; it keeps the account of the call.
         """
         read, why, text = _Read.of(messages, answer), "", answer.reply or ""
-        try:
-            parse_reply(text, situation, answer.stop)
+        if isinstance(verdict, Decision):
             self._alike.usable()
-        except RefusalFault:
-            pass
-        except ReplyFault:
-            if self._alike.unusable(self._key, text) and answer.turn > self.line.model.settings.repairs:
+        elif not isinstance(verdict, RefusalFault):
+            alike = self._alike.unusable(self._key, text)
+            if alike and answer.turn > self.line.model.settings.repairs:
                 why = f"all trials get the same words in the place of replies: {text[:200]!r}"
         if read.cuts(self._before):
             why = (
@@ -237,11 +239,11 @@ class ReplayedModel:
         """
         step = len(situation.past) + 1
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
             known = self._recall(step, turn, fingerprint(self._model, messages, schema))
             if known is None or known.reply is None:
                 raise ModelFault("there is no such reply")
-            return known
+            return known, verdict_on(known, situation)
 
         return await decided(situation, self._model, ask)
 
@@ -251,6 +253,14 @@ def fingerprint(model: Model, messages: Sequence[Message], schema: dict[str, obj
     said = [[message.role, message.text, *(picture.name for picture in message.pictures)] for message in messages]
     text = json.dumps([said, schema, [model.parameters(), model.form, model.settings.detail]], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def verdict_on(call: Call, situation: Situation) -> Verdict:
+    """The decision in the reply of a call, or why there is none."""
+    try:
+        return parse_reply(call.reply or "", situation, call.stop)
+    except ReplyFault as fault:
+        return fault
 
 
 async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
@@ -265,29 +275,27 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
     replies: list[str] = []
     usage, cut_off = Usage(), 0
     while True:
-        answer = await ask(len(replies) + 1, messages, schema)
+        answer, verdict = await ask(len(replies) + 1, messages, schema)
         text = answer.reply or ""
         replies.append(text)
         usage += answer.usage
-        try:
-            decision = parse_reply(text, situation, answer.stop)
-            return replace(decision, replies=tuple(replies), usage=usage, served=answer.served)
-        except RefusalFault as fault:
-            raise RefusalFault(str(fault), tuple(replies), asdict(usage)) from None
-        except ReplyFault as fault:
-            said = without_marks(text)[0].strip()
-            by_form = "" if model.form == "none" else _by_form(text, answer.stop)
-            if answer.stop == _CUT_OFF:
-                cut_off += 1 if said else _MOST_CUT_OFF
-            if by_form or len(replies) > model.settings.repairs or cut_off >= _MOST_CUT_OFF:
-                cause = by_form or _cause(answer, model.most_tokens, empty=not said)
-                why = f"no usable reply in {count(len(replies), 'turn')}: {fault}{cause}"
-                raise ReplyFault(why, tuple(replies), asdict(usage)) from None
-            messages = [
-                *messages,
-                Message(role="assistant", text=spoken(text)),
-                Message(role="user", text=repair(fault, situation)),
-            ]
+        if isinstance(verdict, Decision):
+            return replace(verdict, replies=tuple(replies), usage=usage, served=answer.served)
+        if isinstance(verdict, RefusalFault):
+            raise RefusalFault(str(verdict), tuple(replies), asdict(usage))
+        said = without_marks(text)[0].strip()
+        by_form = "" if model.form == "none" else _by_form(text, answer.stop)
+        if answer.stop == _CUT_OFF:
+            cut_off += 1 if said else _MOST_CUT_OFF
+        if by_form or len(replies) > model.settings.repairs or cut_off >= _MOST_CUT_OFF:
+            cause = by_form or _cause(answer, model.most_tokens, empty=not said)
+            why = f"no usable reply in {count(len(replies), 'turn')}: {verdict}{cause}"
+            raise ReplyFault(why, tuple(replies), asdict(usage))
+        messages = [
+            *messages,
+            Message(role="assistant", text=spoken(text)),
+            Message(role="user", text=repair(verdict, situation)),
+        ]
 
 
 def _by_form(text: str, stop: str) -> str:
