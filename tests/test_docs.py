@@ -11,7 +11,7 @@ import pytest
 import typer
 from typer.exceptions import TyperException
 
-from lockprobe.agents.catalogue import known_specs, resolve
+from lockprobe.agents.catalogue import KNOWN, resolve
 from lockprobe.boxes.boxfile import read_box
 from lockprobe.cli import build
 from lockprobe.studies.options.agent_names import named_agents
@@ -184,7 +184,7 @@ def test_the_agents_of_the_table_are_those_that_are_listed():
     named = {
         name for first in re.findall(r"^\| (.*?) \|", section, re.MULTILINE) for name in re.findall(r"`(.*?)`", first)
     }
-    listed = set(known_specs())
+    listed = set(KNOWN)
     assert {name for name in named if name not in listed and name != "cognitive:MODEL"} == set()
     assert {name for name in listed if not name.startswith("cognitive:")} <= named
 

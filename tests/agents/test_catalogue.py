@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from lockprobe import run_trial
-from lockprobe.agents.catalogue import description, is_strategy, known_specs, resolve
+from lockprobe.agents.catalogue import KNOWN, description, is_strategy, resolve
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import allow
 
@@ -66,17 +66,16 @@ def test_options_of_a_viewer_and_of_its_strategy_stand_side_by_side():
 
 
 def test_every_kind_of_agent_is_described():
-    described = known_specs()
-    assert all(described.values())
-    assert "acuity, doubt" in described["viewer[:STRATEGY]"]
-    assert "images" in described["llm:PROVIDER/MODEL"]
+    assert all(KNOWN.values())
+    assert "acuity, doubt" in KNOWN["viewer[:STRATEGY]"]
+    assert "images" in KNOWN["llm:PROVIDER/MODEL"]
     assert description("cognitive:careful") == "Turns to what has neither moved nor failed, the target first."
     assert description("human-inspired:proximity").startswith("After every perceived change")
     assert [description(spec) for spec in ("participant", "python:a:B", "llm:openai/gpt-4o")] == [""] * 3
 
 
 def test_your_own_class(tmp_path, monkeypatch):
-    (tmp_path / "mine.py").write_text(
+    (tmp_path / "own_agent.py").write_text(
         "from lockprobe.trial.record import Decision\n"
         "class First:\n"
         "    facts = {}\n"
@@ -91,16 +90,16 @@ def test_your_own_class(tmp_path, monkeypatch):
         "    decide = staticmethod(First().decide)\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
-    allow("python:mine:NoAgent", "python:mine:Nobody", "python:mine:Plain")
-    trial = run_trial(agent="python:mine:First")
+    allow("python:own_agent:NoAgent", "python:own_agent:Nobody", "python:own_agent:Plain")
+    trial = run_trial(agent="python:own_agent:First")
     assert len(set(trial.actions)) == 1
-    assert run_trial(agent="python:mine:Later").actions == trial.actions
-    with pytest.raises(UserMistake, match="^agent 'python:mine:Plain': decide must be `async def`$"):
-        resolve("python:mine:Plain").check()
-    with pytest.raises(BadValue, match="^agent: got 'python:mine:NoAgent', expected a class with"):
-        resolve("python:mine:NoAgent").make()
-    with pytest.raises(BadValue, match="^agent: got 'python:mine:Nobody', expected python:module:Name"):
-        resolve("python:mine:Nobody").make()
+    assert run_trial(agent="python:own_agent:Later").actions == trial.actions
+    with pytest.raises(UserMistake, match="^agent 'python:own_agent:Plain': decide must be `async def`$"):
+        resolve("python:own_agent:Plain").check()
+    with pytest.raises(BadValue, match="^agent: got 'python:own_agent:NoAgent', expected a class with"):
+        resolve("python:own_agent:NoAgent").make()
+    with pytest.raises(BadValue, match="^agent: got 'python:own_agent:Nobody', expected python:module:Name"):
+        resolve("python:own_agent:Nobody").make()
 
 
 def test_to_say_what_your_own_class_can_take_in_runs_none_of_its_code(tmp_path, monkeypatch):

@@ -69,7 +69,7 @@ def _described(kind: type[Any]) -> str:
     return f"{first_line(kind)} Options: {options}." if options else first_line(kind)
 
 
-_KNOWN: Mapping[str, str] = {
+KNOWN: Mapping[str, str] = {
     **{name: _described(kind) for name, (kind, _) in _STRATEGIES.items() if spec_kind(name) not in _FAMILIES},
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
     _OBSERVER: "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
@@ -87,6 +87,7 @@ _KNOWN: Mapping[str, str] = {
     "mcp:NAME": "An agent with tools, which connects to lockprobe mcp.",
     "python:module:Name": "Your own class with the Agent protocol.",
 }
+"""The forms of all specs of Lockprobe's own agents, with descriptions."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,11 +110,6 @@ class AgentSource:
     senses: Senses = "reports"
 
 
-def known_specs() -> dict[str, str]:
-    """The forms of all specs of Lockprobe's own agents, with descriptions."""
-    return dict(_KNOWN)
-
-
 def description(spec: str) -> str:
     """The description of a shipped agent in one sentence; empty for hosted models, people and other agents.
 
@@ -125,7 +121,7 @@ def description(spec: str) -> str:
         return CHARACTERS[form.name][0]
     if form.kind in (PEOPLE, "python"):
         return ""
-    families = {name.partition("[")[0]: what for name, what in _KNOWN.items()} | {MCP: _KNOWN["mcp:NAME"]}
+    families = {name.partition("[")[0]: what for name, what in KNOWN.items()} | {MCP: KNOWN["mcp:NAME"]}
     found = families.get(form.full_name) or families.get(form.kind, "")
     return f"{found.partition('. ')[0].removesuffix('.')}." if found else ""
 
@@ -158,7 +154,7 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
     if (plugin := find_plugin("agent", text)) is not None:
         return _of_another_package(spec, plugin)
     near = f"llm:{spec}" if "/" in spec.full_name else None
-    raise UnknownName("agent", text, [*_KNOWN, *plugin_names("agent")], near=near)
+    raise UnknownName("agent", text, [*KNOWN, *plugin_names("agent")], near=near)
 
 
 def is_strategy(spec: str) -> bool:
@@ -211,7 +207,7 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
             check=lambda: local.check(spec),
         )
     if "/" not in spec.name.strip("/"):
-        raise UnknownName("language model", text, [name for name in _KNOWN if spec_kind(name) == spec.kind])
+        raise UnknownName("language model", text, [name for name in KNOWN if spec_kind(name) == spec.kind])
     blind = Model.parse(text).facts.images is False  # of one that is not known its provider has to say so
 
     def make() -> Agent:

@@ -9,28 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_probability
 
 
-@dataclass(frozen=True, slots=True)
-class Traces:
-    """The memory of the softmax model.
+class Traces(NamedTuple):
+    """The memory of the softmax model."""
 
-    Attributes:
-        failures: Failure trace of each joint, [0, 1], shape (joints,).
-        opened: Joints believed away from their start, bit j for joint j.
-        last: The joint attempted last; -1 before.
-        moved: Whether it moved, as told.
-    """
-
-    failures: tuple[float, ...]
-    opened: int = 0
-    last: int = -1
-    moved: bool = False
+    failures: tuple[float, ...]  # failure trace of each joint, [0, 1], shape (joints,)
+    opened: int = 0  # joints believed away from their start, bit j for joint j
+    last: int = -1  # the joint attempted last; -1 before
+    moved: bool = False  # whether it moved, as told
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,21 +97,13 @@ class SoftmaxMemory(Policy[Traces]):
         return tuple(weight / sum(weights) for weight in weights)
 
 
-@dataclass(frozen=True, slots=True)
-class Habits:
-    """The memory of the random map.
+class Habits(NamedTuple):
+    """The memory of the random map."""
 
-    Attributes:
-        recent: The last attempts with their outcomes, oldest first: ``2 * joint + moved``.
-        opened: Joints reported away from their start, bit j for joint j; 0 where positions are not told.
-        failed: Joints that failed since the last perceived move, bit j for joint j; kept by ``avoid=failed``.
-        first: What was first done in each state so far.
-    """
-
-    recent: tuple[int, ...] = ()
-    opened: int = 0
-    failed: int = 0
-    first: frozenset[tuple[tuple[tuple[int, ...], int, int], int]] = frozenset()
+    recent: tuple[int, ...] = ()  # the last attempts with their outcomes, oldest first: 2 * joint + moved
+    opened: int = 0  # joints reported away from their start, bit j for joint j; 0 where positions are not told
+    failed: int = 0  # joints that failed since the last perceived move, bit j for joint j; kept by avoid=failed
+    first: frozenset[tuple[tuple[tuple[int, ...], int, int], int]] = frozenset()  # what was first done in each state
 
     @property
     def state(self) -> tuple[tuple[int, ...], int, int]:
@@ -195,23 +179,14 @@ _CYCLE = 3
 """Joints of its cycle."""
 
 
-@dataclass(frozen=True, slots=True)
-class Round:
-    """The memory of a loop breaker.
+class Round(NamedTuple):
+    """The memory of a loop breaker."""
 
-    Attributes:
-        told: What it was last told of each joint: 0 nothing, 1 that it was blocked, 2 that it moved; shape (joints,).
-        cycle: The joints of its cycle that are drawn so far, in order.
-        at: Which of them comes next.
-        free: How many random actions are left.
-        last: The joint attempted last while free; -1 else.
-    """
-
-    told: tuple[int, ...]
-    cycle: tuple[int, ...] = ()
-    at: int = 0
-    free: int = 0
-    last: int = -1
+    told: tuple[int, ...]  # what it was last told of each joint: 0 nothing, 1 blocked, 2 moved; shape (joints,)
+    cycle: tuple[int, ...] = ()  # the joints of its cycle that are drawn so far, in order
+    at: int = 0  # which of them comes next
+    free: int = 0  # how many random actions are left
+    last: int = -1  # the joint attempted last while free; -1 else
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
 from lockprobe.foundation.validation import check_probability
@@ -101,21 +101,13 @@ class RightToLeft(RoundRobin):
         return evenly([order[-1 - memory]], view)
 
 
-@dataclass(frozen=True, slots=True)
-class Tried:
-    """The strategy's memory. A set of joints is a number with bit j for joint j.
+class Tried(NamedTuple):
+    """The strategy's memory. A set of joints is a number with bit j for joint j."""
 
-    Attributes:
-        failed: Joints that failed since the last perceived move.
-        opened: Joints believed away from their start.
-        moved: The joint that moved last; -1 before.
-        seen: Attempts made in each configuration: bit ``opened * joints + joint``; kept by ``memory=configuration``.
-    """
-
-    failed: int = 0
-    opened: int = 0
-    moved: int = -1
-    seen: int = 0
+    failed: int = 0  # joints that failed since the last perceived move
+    opened: int = 0  # joints believed away from their start
+    moved: int = -1  # the joint that moved last; -1 before
+    seen: int = 0  # attempts made in each configuration: bit opened * joints + joint; kept by memory=configuration
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,9 +26,9 @@ app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 @app.command()
 def agents(json: options.AsJson = False) -> None:
     """List the agents by spec."""
-    from lockprobe.agents.catalogue import known_specs
+    from lockprobe.agents.catalogue import KNOWN
 
-    _list("agent", known_specs(), 24, json=json)
+    _list("agent", KNOWN, 24, json=json)
 
 
 @app.command()
