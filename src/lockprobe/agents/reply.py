@@ -15,7 +15,6 @@ import unicodedata
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import Literal
 
 from lockprobe.foundation.errors import RefusalFault, ReplyFault
 from lockprobe.trial.record import Decision, Outcome, Situation
@@ -30,10 +29,7 @@ CLAIMS: Mapping[str, Outcome | None] = {in_words("moved"): "moved", in_words("bl
 LONGEST_HYPOTHESIS = 4000
 """Characters."""
 
-Tidied = Literal["reasoning", "template", "fence", "prose", "repeated", "syntax", "spelling"]
-"""What had to be tidied to read a reply."""
-
-TIDIED: Mapping[Tidied, str] = {
+TIDIED: Mapping[str, str] = {
     "reasoning": "reasoning in the text",
     "template": "tokens of the server's template",
     "fence": "a code fence",
@@ -42,7 +38,7 @@ TIDIED: Mapping[Tidied, str] = {
     "syntax": "bent JSON",
     "spelling": "another spelling of a value",
 }
-"""The same in words, in the order of a record."""
+"""What had to be tidied to read a reply, in words, in the order of a record."""
 
 _REASONING = r"(?:seed:)?(?:think|thinking|thoughts?|reason|reasoning|reasoning_content|analysis|reflection|scratchpad)"
 _MESSAGE = r"[^<]*(?:<\|constrain\|>[^<]*)?<\|message\|>"
@@ -91,7 +87,7 @@ _NOTHING = ("", "none", "null", "nothing", "na", "n/a")
 _Pairs = tuple[tuple[str, object], ...]
 """A JSON object as it stands in the text, with repeated names."""
 
-Found = tuple[dict[str, object], set[Tidied]]
+Found = tuple[dict[str, object], set[str]]
 """The fields of an object, under the names asked for, and what was tidied to read it."""
 
 
@@ -242,7 +238,7 @@ def spoken(text: str) -> str:
     return without_marks(text)[0] or "(empty)"
 
 
-def without_marks(text: str) -> tuple[str, tuple[Tidied, ...]]:
+def without_marks(text: str) -> tuple[str, tuple[str, ...]]:
     """The reply without reasoning and without tokens of a template, and which of the two were removed.
 
     A whole JSON object is left as it is. Of reasoning that ends nowhere, or after which nothing comes, nothing is left,
@@ -255,11 +251,10 @@ def without_marks(text: str) -> tuple[str, tuple[Tidied, ...]]:
     if not said.strip() and isinstance(_loaded(alone := _without_tokens(bare)), tuple):
         return alone.strip(), ("reasoning",)
     spoken = _without_tokens(said)
-    reasoned = said not in (text, bare)
-    tidied: list[Tidied] = ["reasoning"] if reasoned else []
-    if spoken != said or (said != text and not reasoned):
-        tidied.append("template")
-    return (spoken.strip(), tuple(tidied)) if tidied else (text, ())
+    if spoken == text:
+        return text, ()
+    reasoning = ("reasoning",) if said not in (text, bare) else ()
+    return spoken.strip(), (*reasoning, "template") if spoken != said or not reasoning else reasoning
 
 
 def _after_reasoning(text: str) -> str:
@@ -335,7 +330,7 @@ def _fields_of(pairs: _Pairs, names: Sequence[str]) -> Found:
         ReplyFault: If one has two values.
     """
     known = {plain_form(name): name for name in names}
-    fields, tidied = dict[str, object](), set[Tidied]()
+    fields, tidied = dict[str, object](), set[str]()
     for key, value in pairs:
         if (name := known.get(plain_form(key))) is None:
             continue
