@@ -20,8 +20,7 @@ from playwright.async_api import async_playwright
 from seated import diaries_of
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.people.experiment import Experiment
-from lockprobe.people.texts import filled, read_words
+from lockprobe.people.experiment import Experiment, filled, read_words
 from lockprobe.people.web.address import Address
 from lockprobe.people.web.serving import opened
 from lockprobe.studies.records.read_records import load

@@ -14,12 +14,10 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.people.assignment import conditions_of
-from lockprobe.people.diary import Act, Agree, Answers, Attempt, Next, read_diaries
-from lockprobe.people.experiment import Experiment
-from lockprobe.people.journey import flow_of
+from lockprobe.people.diary import Act, Agree, Answers, Attempt, flow_of, read_diaries
+from lockprobe.people.experiment import Experiment, read_words
 from lockprobe.people.scenes import ActRefused
 from lockprobe.people.server_state import Reply, ServerState
-from lockprobe.people.texts import read_words
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
@@ -27,6 +25,7 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 WORDS = read_words("en")
+GO_ON = Answers(answers=(), rt=1.0)
 
 
 def people_study(**settings) -> Study:
@@ -67,7 +66,6 @@ class Shown:
     """What a page gets, and the token that its browser keeps."""
 
     token: str
-    lease: str
     turn: int
     scene: Parts
     identity: str | None
@@ -84,11 +82,11 @@ class Reception:
     async def enter(self, token, platform) -> Shown:
         return _shown(await self.state.enter(token, platform))
 
-    async def act(self, token, lease, turn, act, platform) -> Shown:
-        return _shown(await self.state.act(token, lease, turn, act, platform))
+    async def act(self, token, turn, act, platform) -> Shown:
+        return _shown(await self.state.act(token, turn, act, platform))
 
-    async def withdraw(self, token, lease) -> Shown:
-        return _shown(await self.state.withdraw(token, lease))
+    async def withdraw(self, token) -> Shown:
+        return _shown(await self.state.withdraw(token))
 
     @property
     def sessions(self):
@@ -127,7 +125,7 @@ def free(reception: Reception) -> list[int]:
 async def leaves(reception: Reception, token: str) -> Shown:
     """Somebody loads the page and withdraws."""
     shown = await reception.enter(token, {})
-    return await reception.withdraw(shown.token, shown.lease)
+    return await reception.withdraw(shown.token)
 
 
 class Clock:
@@ -191,7 +189,7 @@ def an_act(scene: Parts) -> Act:
             return right_answers(scene)
         case "check" | "ask":
             return Answers(answers=((*scene.questions[0].options, "")[0],), rt=812.5)
-    return Next()
+    return GO_ON
 
 
 def _task(scene: Parts, study: Study) -> Task:
@@ -221,7 +219,7 @@ async def go_on(reception: Reception, player: Player, shown: Shown, until=lambda
     """Act until the end, or until something is shown."""
     while shown.scene.kind not in ("debrief", "closed") and not until(shown):
         act = await player.act(shown)
-        shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
+        shown = await reception.act(shown.token, shown.turn, act, {})
     return shown
 
 
@@ -243,7 +241,7 @@ def take_part(
         act = Agree(agreed=True)
         if until(shown) or shown.scene.kind != "consent":
             return shown
-        shown = await reception.act(shown.token, shown.lease, shown.turn, act, platform or {})
+        shown = await reception.act(shown.token, shown.turn, act, platform or {})
         return await go_on(reception, Player(directory, study, spec), shown, until)
 
     async def all_of_them() -> list[Shown]:
@@ -291,7 +289,7 @@ def sitting(directory: Path, study: Study, body, *, experiment: Experiment | Non
     async def played():
         async with opened(directory, study, experiment or short(), clock=clock) as reception:
             shown = await reception.enter(None, {})
-            shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})
+            shown = await reception.act(shown.token, 1, Agree(agreed=True), {})
             return await body(reception, shown)
 
     return asyncio.run(played())
@@ -300,12 +298,12 @@ def sitting(directory: Path, study: Study, body, *, experiment: Experiment | Non
 async def to_first(kind: str, reception: Reception, shown: Shown) -> Shown:
     """Go on, with any joint, to the first scene of a kind."""
     while shown.scene.kind != kind:
-        shown = await reception.act(shown.token, shown.lease, shown.turn, an_act(shown.scene), {})
+        shown = await reception.act(shown.token, shown.turn, an_act(shown.scene), {})
     return shown
 
 
 async def refused(reception: Reception, shown: Shown, act: Act) -> str:
     """The code with which an act is refused in the scene that is shown."""
     with pytest.raises(ActRefused) as refusal:
-        await reception.act(shown.token, shown.lease, shown.turn, act, {})
+        await reception.act(shown.token, shown.turn, act, {})
     return refusal.value.code

@@ -9,8 +9,7 @@ from visitor import Visitor
 
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
-from lockprobe.people.experiment import Experiment
-from lockprobe.people.texts import read_words
+from lockprobe.people.experiment import Experiment, read_words
 from lockprobe.people.web.address import Address
 from lockprobe.people.web.serving import opened
 from lockprobe.studies.study import Study

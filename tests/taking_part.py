@@ -7,12 +7,14 @@ from itertools import count
 from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.people.diary import Answers, Attempt, Did, Joined, Next, Slot, write_entry
+from lockprobe.people.diary import Answers, Attempt, Did, Joined, Slot, write_entry
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
+
+READ = Answers(answers=(), rt=700.0)
 
 START = 1_790_000_000.25
 """When the first participant joins, seconds since 1970."""
@@ -73,9 +75,9 @@ def take_part(
             line = Did(at=joined + 1.5 * turn, turn=turn, scene=scene, act=act, **more)
             write_entry(journal.store, identity, turn, line)
 
-        did("page", Next(), item="1")
+        did("page", READ, item="1")
         did("box", Attempt(joint="A", rt=900.5), box=0, step=1, told="A moved.", ended="solved")
-        did("over", Next(), box=0)
+        did("over", READ, box=0)
         for box, slot in enumerate(places, 1):
             trial = play_as(study, identity, slot, box)
             leaves = left_after if box == len(places) else None
@@ -88,7 +90,7 @@ def take_part(
             if leaves is None:
                 journal.append(trial, Timing(key=trial.key, seconds=1.5, steps=len(trial.steps)))
                 finished.append(trial)
-                did("over", Next(), box=box)
+                did("over", READ, box=box)
         if left_after is None:
             if check is not None:
                 did("check", Answers(answers=("blue" if check else "red",), rt=2000.0), item="1", right=check)

@@ -15,7 +15,7 @@ import forked
 from seated import Player, parts
 from wire import Gone, Wire
 
-from lockprobe.people.texts import read_words
+from lockprobe.people.experiment import read_words
 
 PATIENCE = 60.0
 """Seconds for which a visitor tries to reach a server that is gone."""
@@ -54,7 +54,7 @@ class Visitor:
         self.http = Wire(self.url)
         self.seen = []
         self.resent = 0
-        self.lease = self.identity = self.words = None
+        self.identity = self.words = None
         self._player = Player(self.directory, self.study, self.strategy)
 
     @property
@@ -90,7 +90,7 @@ class Visitor:
         """Do something, until it has counted once."""
         before = self.seen[-1]
         while True:
-            body = {"lease": self.lease, "turn": before.turn, "act": act, "platform": self.platform}
+            body = {"turn": before.turn, "act": act, "platform": self.platform}
             answer = await self.post("/api/act", body)
             if answer.status_code == 200:
                 self._take(answer.json())
@@ -103,7 +103,7 @@ class Visitor:
             assert self.seen[-1] == before, "what was shown has changed"
 
     def _take(self, reply):
-        self.lease, self.identity = reply["lease"], reply["participant"]
+        self.identity = reply["participant"]
         if self.seen and self.turn == reply["turn"] and reply["scene"]["kind"] != "closed":
             assert self.scene == reply["scene"], "what was shown has changed"
             return
@@ -116,7 +116,7 @@ class Visitor:
             case "consent":
                 await self.act(kind="agree", agreed=True)
             case "page" | "over":
-                await self.act(kind="next")
+                await self.act(kind="answers", answers=[], rt=rt)
             case "comprehension":
                 right = {one.question: one.right for one in read_words("en").comprehension.questions}
                 answers = [right[one["question"]] for one in scene["questions"]]

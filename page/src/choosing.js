@@ -37,7 +37,7 @@ export function guardKeys() {
 
 /** Whether keys write there. */
 function isWritten(target) {
-  return target instanceof HTMLTextAreaElement || (target instanceof HTMLInputElement && target.type === "number");
+  return target instanceof HTMLTextAreaElement;
 }
 
 /** Keys that stand for things on the page, letters as capitals, until what is returned is called. */

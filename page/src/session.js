@@ -24,8 +24,8 @@ function platform() {
 
 /** What the server shows to this tab, and how it is answered. One thing is said at a time. */
 export class Session {
-  /** What the server sent last: `scene`, its number `turn`, `lease`, `progress`, and the `participant`. */
-  shown = { scene: { kind: "none" }, turn: 0, lease: "" };
+  /** What the server sent last: `scene`, its number `turn`, `progress`, and the `participant`. */
+  shown = { scene: { kind: "none" }, turn: 0 };
   words = { page: FIRST_WORDS };
   #line = Promise.resolve();
 
@@ -37,12 +37,12 @@ export class Session {
   /** Does something in the present scene. Afterwards there is a new one. */
   act(act) {
     const { turn } = this.shown;
-    return this.#inTurn(() => this.#said("api/act", { lease: this.shown.lease, turn, act, platform: platform() }));
+    return this.#inTurn(() => this.#said("api/act", { turn, act, platform: platform() }));
   }
 
   /** Ends it, and has all deleted. Afterwards there is a new scene. */
   withdraw() {
-    return this.#inTurn(() => this.#said("api/withdraw", { lease: this.shown.lease }));
+    return this.#inTurn(() => this.#said("api/withdraw", {}));
   }
 
   #inTurn(todo) {
@@ -69,7 +69,6 @@ export class Session {
     }
     const { page } = this.words;
     if (answer.error === "incomplete") await ask(page.incomplete, "");
-    else if (answer.error === "elsewhere") await ask(page.elsewhere, page.here);
     else if (answer.error !== "stale") await ask(page.refused, page.reload);
     await this.#opened();
   }

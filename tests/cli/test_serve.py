@@ -13,8 +13,7 @@ from visitor import server
 from lockprobe.cli import build
 from lockprobe.cli.serve import EXAMPLES, _experiment, _planned, _study_and_people
 from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
-from lockprobe.people.experiment import Experiment, read_experiment
-from lockprobe.people.texts import read_words, words_file
+from lockprobe.people.experiment import Experiment, read_experiment, read_words, words_file
 from lockprobe.studies.records.directory import read_study
 
 

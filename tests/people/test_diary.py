@@ -6,11 +6,10 @@ import shutil
 import pytest
 from builders import small_study, write_study
 from stored import acts, rewrite_acts, sql
-from taking_part import START, take_part
+from taking_part import READ, START, take_part
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.people.diary import Attempt, Did, Joined, Next, Slot, read_diaries, take_diaries, write_entry
-from lockprobe.people.journey import acts_of_steps
+from lockprobe.people.diary import Attempt, Did, Joined, Slot, acts_of_steps, read_diaries, take_diaries, write_entry
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import written
 
@@ -37,7 +36,7 @@ def there(tmp_path):
 
 
 def test_a_diary_reads_back_as_written_and_ends_when_it_is_deleted(tmp_path):
-    lines = [JOINED, Did(at=11.0, turn=2, scene="page", act=Next(), item="1"), STEP]
+    lines = [JOINED, Did(at=11.0, turn=2, scene="page", act=READ, item="1"), STEP]
     lines += [Did(turn=turn, **line) for turn, line in ((4, BROKEN), (5, LATE))]
     with written(tmp_path) as store:
         for number, line in enumerate(lines, 1):

@@ -32,8 +32,7 @@ from stored import acts, rewrite_acts, sql
 from lockprobe.foundation.errors import BadFile, SettingsChanged, UserMistake
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.diary import read_diaries
-from lockprobe.people.experiment import Experiment
-from lockprobe.people.texts import read_words
+from lockprobe.people.experiment import Experiment, read_words
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
@@ -277,7 +276,7 @@ def test_as_long_as_nobody_needs_the_place_nobody_is_sent_away_and_who_comes_bac
             player = Player(tmp_path, STUDY, "round-robin")
             on = await go_on(reception, player, first, lambda shown: shown.scene.kind == "over")
             clock.now += 1000 * HOURS
-            on = await reception.act(on.token, on.lease, on.turn, an_act(on.scene), {})  # in the same tab
+            on = await reception.act(on.token, on.turn, an_act(on.scene), {})  # in the same tab
             return await go_on(reception, player, on), flow(reception)
 
     shown, progress = asyncio.run(comes_back())
@@ -323,10 +322,12 @@ def test_what_people_left_is_played_by_others_no_luck_is_met_twice_and_orders_st
     assert len(set(lucks)) == len(lucks)
 
 
-def test_only_so_many_trials_are_held_and_who_comes_back_goes_on(tmp_path):
+def test_only_so_many_trials_are_held_and_who_comes_back_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr("lockprobe.people.server_state._MOST_HELD", 2)
+
     async def four():
         async with opened(tmp_path, STUDY, short()) as reception:
-            reception.state._most, people = 2, []
+            people = []
             for _ in range(4):
                 people.append(await to_first("box", reception, await reception.enter(None, {})))
                 assert sum(session.holds for session in reception.sessions) <= 2
@@ -335,8 +336,6 @@ def test_only_so_many_trials_are_held_and_who_comes_back_goes_on(tmp_path):
             for shown in people:
                 again = await reception.enter(shown.token, {})
                 assert again.scene == shown.scene
-                assert (
-                    await reception.act(again.token, again.lease, again.turn, an_act(again.scene), {})
-                ).scene.step == 2
+                assert (await reception.act(again.token, again.turn, an_act(again.scene), {})).scene.step == 2
 
     asyncio.run(four())

@@ -6,7 +6,6 @@ What one participant does is on disk before more is shown, or it has not been do
 import asyncio
 import tempfile
 from contextlib import AsyncExitStack
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from seated import (
+    GO_ON,
     Clock,
     Player,
     an_act,
@@ -36,7 +36,7 @@ from seated import (
 from stored import acts, records, rewrite_acts, timings
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.people.diary import Agree, Answers, Attempt, Next
+from lockprobe.people.diary import Agree, Answers, Attempt
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.scenes import ActRefused
 from lockprobe.plants import catalogue
@@ -136,13 +136,13 @@ async def has_accidents(directory, spec, study, experiment, luck):
         while shown.scene.kind != "debrief":
             act, turn, accident = await player.act(shown), shown.turn, luck.choice(ACCIDENTS)
             if accident == "broken off":
-                task = asyncio.create_task(reception.act(shown.token, shown.lease, turn, act, {}))
+                task = asyncio.create_task(reception.act(shown.token, turn, act, {}))
                 for _ in range(luck.randrange(7)):
                     await asyncio.sleep(0)
                 task.cancel()
                 await asyncio.gather(task, return_exceptions=True)
             if accident == "killed before the disk" and shown.scene.kind == "box":
-                then = await reception.act(shown.token, shown.lease, turn, act, {})
+                then = await reception.act(shown.token, turn, act, {})
                 if then.scene.kind == "box":  # a trial is recorded after its last act
                     rewrite_acts(directory, then.identity, acts(directory, then.identity)[:-1])
             if accident in ("restart", "killed before the disk"):
@@ -153,7 +153,7 @@ async def has_accidents(directory, spec, study, experiment, luck):
                 assert back.turn in (turn, turn + (accident == "broken off"))
                 assert back.scene == shown.scene or back.turn > turn
                 shown = back
-            replies = [await reception.act(shown.token, shown.lease, turn, act, {}) for _ in range(luck.choice((1, 3)))]
+            replies = [await reception.act(shown.token, turn, act, {}) for _ in range(luck.choice((1, 3)))]
             assert all(reply == replies[0] for reply in replies)
             assert replies[0].turn == turn + 1
             shown = replies[0]
@@ -173,31 +173,12 @@ def test_whatever_happens_between_acts_each_counts_once_and_the_record_is_that_o
             assert as_played(trial, claims=claims) == as_played(without_page(study, trial, spec), claims=claims)
 
 
-def test_after_a_restart_an_old_page_whose_act_is_refused_does_not_take_the_place_of_the_newer_one(tmp_path):
-    choice = Attempt(joint="A", rt=1.0)
-
-    async def two():
-        async with opened(tmp_path, people_study(), short()) as reception:
-            old = await to_first("box", reception, await reception.enter(None, {}))
-            new = await reception.enter(old.token, {})
-            new = await reception.act(new.token, new.lease, new.turn, choice, {})
-        async with opened(tmp_path, people_study(), short()) as reception:
-            later = choice.model_copy(update={"rt": 2.0})
-            assert await refused(reception, old, later) == "stale"
-            assert await refused(reception, replace(old, turn=new.turn), later) == "impossible"
-            act = choice.model_copy(update={"claimed": "moved"})
-            assert (await reception.act(new.token, new.lease, new.turn, act, {})).turn == new.turn + 1
-            assert await refused(reception, replace(old, turn=new.turn + 1), act) == "elsewhere"
-
-    asyncio.run(two())
-
-
 def test_another_person_at_the_same_browser_is_another_participant(tmp_path):
     async def one_computer():
         async with opened(tmp_path, STUDY, short()) as reception:
             ann, bob = {"PROLIFIC_PID": "ann"}, {"PROLIFIC_PID": "bob"}
             first = await reception.enter(None, ann)
-            first = await reception.act(first.token, first.lease, 1, Agree(agreed=True), ann)
+            first = await reception.act(first.token, 1, Agree(agreed=True), ann)
             again = await reception.enter(first.token, ann)
             assert (again.token, again.scene) == (first.token, first.scene)
             second = await reception.enter(first.token, bob)
@@ -212,18 +193,18 @@ def test_an_answer_is_one_of_the_options_or_words_and_is_kept_as_it_is(tmp_path)
 
     async def answers(reception, shown):
         shown = await to_first("check", reception, shown)
-        for wrong in (says("green"), says(""), says("red", "red"), Next()):
+        for wrong in (says("green"), says(""), says("red", "red"), GO_ON):
             assert await refused(reception, shown, wrong) == "impossible"
-        shown = await reception.act(shown.token, shown.lease, shown.turn, says("red"), {})
+        shown = await reception.act(shown.token, shown.turn, says("red"), {})
         shown = await to_first("ask", reception, shown)
         assert shown.scene.longest == 2000
         with pytest.raises(ValidationError):
             says("a" * 2001)
         for answer in (text, "old", "because"):
-            shown = await reception.act(shown.token, shown.lease, shown.turn, says(answer), {})
+            shown = await reception.act(shown.token, shown.turn, says(answer), {})
             if shown.scene.kind == "ask":
                 assert await refused(reception, shown, says(" ")) == "impossible"
-        assert await refused(reception, shown, Next()) == "impossible"
+        assert await refused(reception, shown, GO_ON) == "impossible"
         return shown
 
     shown = sitting(tmp_path, STUDY, answers, experiment=short(**ASKING))
@@ -249,14 +230,14 @@ def test_wrong_answers_on_the_instructions_lead_back_to_them_until_they_are_righ
     async def answers(reception, shown):
         for _ in range(2):
             shown = await to_first("comprehension", reception, shown)
-            shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), {})
+            shown = await reception.act(shown.token, shown.turn, wrong_answers(shown.scene), {})
             assert shown.scene.kind == "page"
             assert shown.scene.notice
         shown = await to_first("comprehension", reception, shown)
         right = right_answers(shown.scene)
-        for impossible in (Next(), says(), says("other", *right.answers[1:])):
+        for impossible in (GO_ON, says(), says("other", *right.answers[1:])):
             assert await refused(reception, shown, impossible) == "impossible"
-        return await reception.act(shown.token, shown.lease, shown.turn, right, {})
+        return await reception.act(shown.token, shown.turn, right, {})
 
     shown = sitting(tmp_path, STUDY, answers, experiment=Experiment())
     assert (shown.scene.practice, shown.scene.number, len(shown.scene.panel.joints)) == (True, 0, 4)
@@ -270,9 +251,9 @@ def test_after_the_limit_of_rounds_the_session_ends_and_its_places_are_free(tmp_
     async def fails(reception, shown):
         before = free(reception)
         shown = await to_first("comprehension", reception, shown)
-        shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), {})
+        shown = await reception.act(shown.token, shown.turn, wrong_answers(shown.scene), {})
         assert (shown.scene.why, shown.scene.code, shown.progress) == ("screened", "S1", None)
-        assert await refused(reception, shown, Next()) == "impossible"
+        assert await refused(reception, shown, GO_ON) == "impossible"
         assert (await reception.enter(shown.token, {})).scene == shown.scene
         return before, free(reception), flow(reception)
 
@@ -297,12 +278,12 @@ def test_who_comes_back_in_another_browser_reads_their_code_again_and_no_more(tm
         async with opened(tmp_path, STUDY, experiment) as reception:
             stranger = await reception.enter(None, ids)  # opens the page twice before anybody agrees
             shown = await reception.enter(None, ids)
-            shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), ids)
+            shown = await reception.act(shown.token, 1, Agree(agreed=True), ids)
             if to == "closed":
                 shown = await to_first("comprehension", reception, shown)
-                shown = await reception.act(shown.token, shown.lease, shown.turn, wrong_answers(shown.scene), ids)
+                shown = await reception.act(shown.token, shown.turn, wrong_answers(shown.scene), ids)
             shown = await to_first(to, reception, shown)
-            agrees = await reception.act(stranger.token, stranger.lease, 1, Agree(agreed=True), ids)
+            agrees = await reception.act(stranger.token, 1, Agree(agreed=True), ids)
             return shown, await reception.enter(shown.token, ids), await reception.enter(None, ids), agrees
 
     shown, reloaded, elsewhere, agrees = asyncio.run(comes_back())
@@ -320,7 +301,7 @@ def test_a_step_is_on_disk_when_it_is_shown_and_says_what_the_last_one_did_where
         assert await refused(reception, shown, claimed) == "impossible"
         assert await refused(reception, shown, Attempt(joint=label, rt=1.0, claimed_rt=1.0)) == "impossible"
         act = Attempt(joint=label, rt=1234.5, pointer="pen", viewport=(640, 480))
-        shown = await reception.act(shown.token, shown.lease, shown.turn, act, {})
+        shown = await reception.act(shown.token, shown.turn, act, {})
         line = acts(tmp_path, shown.identity)[-1]
         assert line["act"] == Attempt(joint=label, rt=1234.5).model_dump()
         assert (line["box"], line["step"], line["turn"], line["ended"]) == (1, 1, shown.turn - 1, None)
@@ -329,8 +310,8 @@ def test_a_step_is_on_disk_when_it_is_shown_and_says_what_the_last_one_did_where
         assert shown.scene.ask
         assert await refused(reception, shown, act) == "impossible"
         assert await refused(reception, shown, claimed.model_copy(update={"joint": "Z"})) == "impossible"
-        assert await refused(reception, shown, Next()) == "impossible"
-        return await reception.act(shown.token, shown.lease, shown.turn, claimed, {})
+        assert await refused(reception, shown, GO_ON) == "impossible"
+        return await reception.act(shown.token, shown.turn, claimed, {})
 
     assert sitting(tmp_path, STUDY, first_steps, experiment=short(device=False)).scene.step == 3
 
@@ -431,10 +412,10 @@ def test_nobody_acts_before_they_agree_and_a_code_that_is_wrong_admits_nobody(tm
                     await reception.enter(None, platform)
             code = {"code": "open-sesame"}
             shown = await reception.enter(None, code)
-            assert await refused(reception, shown, Next()) == "impossible"
+            assert await refused(reception, shown, GO_ON) == "impossible"
             assert await refused(reception, shown, Agree(agreed=True)) == "incomplete"
             with pytest.raises(ActRefused, match="no token"):
-                await reception.act(None, shown.lease, 1, Agree(agreed=True), code)
-            await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), code)
+                await reception.act(None, 1, Agree(agreed=True), code)
+            await reception.act(shown.token, 1, Agree(agreed=True), code)
 
     asyncio.run(comes())

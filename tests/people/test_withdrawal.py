@@ -11,13 +11,13 @@ from sqlite3 import connect
 
 import pytest
 from builders import make_trial
-from seated import Clock, Player, diary_of, flow, free, go_on, leaves, opened, people_study, short, take_part
+from seated import GO_ON, Clock, Player, diary_of, flow, free, go_on, leaves, opened, people_study, short, take_part
 from stored import sql, timings
 from typed import typed
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Database
-from lockprobe.people.diary import Agree, Attempt, Next, read_diaries
+from lockprobe.people.diary import Agree, Attempt, read_diaries
 from lockprobe.people.scenes import ActRefused
 from lockprobe.people.withdrawal import withdraw, withdrawn
 from lockprobe.studies.records.journal import Journal
@@ -63,12 +63,12 @@ def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path)
     async def withdraws():
         async with opened(tmp_path, STUDY, short()) as reception:
             shown = await reception.enter(left.token, {})
-            shown = await reception.withdraw(shown.token, shown.lease)
+            shown = await reception.withdraw(shown.token)
             assert (shown.scene.why, shown.identity) == ("withdrawn", None)
-            again = await reception.withdraw(shown.token, shown.lease)  # its reply was lost
+            again = await reception.withdraw(shown.token)  # its reply was lost
             assert again.scene == shown.scene
             with pytest.raises(ActRefused) as refusal:
-                await reception.act(shown.token, shown.lease, 7, Next(), {})
+                await reception.act(shown.token, 7, GO_ON, {})
             assert refusal.value.code == "stale"
             progress, places = flow(reception), free(reception)
             assert (progress.withdrawn, progress.consented, places) == (1, 3, [2, 2])
@@ -77,7 +77,7 @@ def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path)
             assert {diary.identity for diary in read_diaries(tmp_path)} == {one.identity for one in last}
             shown = await reception.enter(left.token, {})
             assert shown.scene.kind == "consent"
-            shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})
+            shown = await reception.act(shown.token, 1, Agree(agreed=True), {})
             assert shown.identity != left.identity
             await go_on(reception, Player(tmp_path, STUDY, "random"), shown)
 
@@ -102,7 +102,7 @@ def test_who_has_withdrawn_cannot_begin_again_under_the_same_platform_id(tmp_pat
             for who, kind in (("zq7name", "closed"), ("other", "consent")):
                 shown = await reception.enter(None, {"PROLIFIC_PID": who})
                 assert shown.scene.kind == kind
-                shown = await reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {"PROLIFIC_PID": who})
+                shown = await reception.act(shown.token, 1, Agree(agreed=True), {"PROLIFIC_PID": who})
                 assert (shown.identity is None) == (who == "zq7name")
             assert flow(reception).withdrawn == 1
 
@@ -212,15 +212,15 @@ def test_where_it_could_not_be_erased_nobody_is_told_that_it_was_and_nobody_come
                     patched.setattr(Database, "erase", _cannot)
                 for _ in range(2):
                     with pytest.raises(BadFile, match=said):
-                        await reception.withdraw(shown.token, shown.lease)
+                        await reception.withdraw(shown.token)
                     with pytest.raises(ActRefused):
-                        await reception.act(shown.token, shown.lease, shown.turn, Next(), {})
+                        await reception.act(shown.token, shown.turn, GO_ON, {})
                 assert [diary.identity for diary in read_diaries(tmp_path)] == [stays.identity]
                 assert left_of(tmp_path, of)
             if why == "a reader":  # the next who withdraws takes them along
                 await leaves(reception, stays.token)
                 assert left_of(tmp_path, of) == set()
-            assert (await reception.withdraw(shown.token, shown.lease)).scene.why == "withdrawn"
+            assert (await reception.withdraw(shown.token)).scene.why == "withdrawn"
             assert left_of(tmp_path, of) == set()
             assert free(reception) == ([4, 4] if why == "a reader" else [3, 3])
 
@@ -242,13 +242,13 @@ def test_where_nothing_could_be_deleted_they_go_on(tmp_path, monkeypatch):
             with monkeypatch.context() as patched:
                 patched.setattr(Database, "transaction", _cannot)
                 with pytest.raises(BadFile):
-                    await reception.withdraw(shown.token, shown.lease)
+                    await reception.withdraw(shown.token)
             again = await reception.enter(left.token, {})
             assert (again.scene, again.turn) == (shown.scene, shown.turn)
             act = Attempt(joint="A", claimed="moved", rt=1.0)
-            again = await reception.act(again.token, again.lease, again.turn, act, {})
+            again = await reception.act(again.token, again.turn, act, {})
             assert again.turn == shown.turn + 1
-            await reception.withdraw(again.token, again.lease)
+            await reception.withdraw(again.token)
 
     asyncio.run(withdraws())
     assert (left_of(tmp_path, of), withdrawn(tmp_path)) == (set(), 1)
@@ -264,8 +264,8 @@ def test_who_withdraws_while_they_join_has_withdrawn(tmp_path):
             await late.show()  # is held, so that letting go of it takes a moment
             clock.now += 7200
             shown = await reception.enter(None, {})
-            joins = reception.act(shown.token, shown.lease, 1, Agree(agreed=True), {})
-            return await asyncio.gather(joins, reception.withdraw(shown.token, shown.lease))
+            joins = reception.act(shown.token, 1, Agree(agreed=True), {})
+            return await asyncio.gather(joins, reception.withdraw(shown.token))
 
     _, shown = asyncio.run(both())
     assert (shown.scene.why, withdrawn(tmp_path)) == ("withdrawn", 1)

@@ -1,4 +1,4 @@
-import { actButton, acts, element, filled, heading, noticeOf, paragraphs } from "../element.js";
+import { actButton, acts, element, heading, noticeOf, paragraphs } from "../element.js";
 
 /** Questions, all answered at once: of a page with a title, or one that is the title itself. */
 export function questionsOf(scene, { page: words }, answer) {
@@ -6,11 +6,11 @@ export function questionsOf(scene, { page: words }, answer) {
   const fields = scene.questions.map((asked, i) => fieldOf(asked, i, alone, scene.longest));
   const send = (event) =>
     answer(event, (rt) => {
-      const wrong = fields.findIndex((field, i) => !isAnswered(scene.questions[i], field));
-      if (wrong < 0) return { kind: "answers", answers: fields.map(given), rt };
-      const input = inputOf(fields[wrong]);
-      say(input.validity.valid ? words[alone ? "required" : "all_required"] : numberWanted(scene.questions[wrong], words));
-      input.focus();
+      const answers = fields.map(given);
+      const open = answers.findIndex((said, i) => scene.questions[i].required && !said);
+      if (open < 0) return { kind: "answers", answers, rt };
+      say(alone ? words.required : words.all_required);
+      fields[open].querySelector("input, textarea").focus();
       return null;
     });
   const skip = (event) => answer(event, (rt) => ({ kind: "answers", answers: [""], rt }));
@@ -41,10 +41,8 @@ export function questionsOf(scene, { page: words }, answer) {
   return { part, keyed };
 }
 
-/** One question: options to choose from, or room for a number or for words. */
-function fieldOf({ question, options, type, low, high }, i, alone, longest) {
-  const own = { "aria-labelledby": `question-${i}`, "data-field": "answer" };
-  const number = { type: "number", step: type === "integer" ? 1 : "any", min: low, max: high, autocomplete: "off" };
+/** One question: options to choose from, or room for words. */
+function fieldOf({ question, options }, i, alone, longest) {
   const choices = options.map((text) =>
     element(
       "label",
@@ -53,11 +51,8 @@ function fieldOf({ question, options, type, low, high }, i, alone, longest) {
       element("span", {}, text),
     ),
   );
-  const written = () =>
-    type === "text"
-      ? element("textarea", { rows: 5, maxlength: longest, ...own })
-      : element("input", { ...number, ...own });
-  const room = choices.length ? element("div", { class: "options" }, ...choices) : written();
+  const written = { rows: 5, maxlength: longest, "aria-labelledby": `question-${i}`, "data-field": "answer" };
+  const room = choices.length ? element("div", { class: "options" }, ...choices) : element("textarea", written);
   const title = alone ? heading(question) : question;
   return element(
     "fieldset",
@@ -67,25 +62,7 @@ function fieldOf({ question, options, type, low, high }, i, alone, longest) {
   );
 }
 
-/** Where an answer is given: what was chosen or could be, or what is written in. */
-function inputOf(field) {
-  return field.querySelector("input:checked") ?? field.querySelector("input, textarea");
-}
-
-/** An option exactly as it came, or words without space around them. */
+/** An option exactly as it came, or words without space around them; empty for none. */
 function given(field) {
-  const input = inputOf(field);
-  if (input.type === "radio") return input.checked ? input.value : "";
-  return input.value.trim();
-}
-
-/** Whether a question has what it needs; the browser knows what a number is, and the server looks again. */
-function isAnswered({ required }, field) {
-  return inputOf(field).validity.valid && (given(field) !== "" || !required);
-}
-
-/** Between what a number has to be, in signs that every language has. */
-function numberWanted({ type, low, high }, words) {
-  const limits = low === null && high === null ? "" : ` (${low ?? "…"} – ${high ?? "…"})`;
-  return filled(type === "integer" ? words.integer : words.number, { limits });
+  return field.querySelector("input:checked")?.value ?? field.querySelector("textarea")?.value.trim() ?? "";
 }

@@ -2,8 +2,9 @@ import { actButton, acts, element, filled, heading, noticeOf, paragraphs } from 
 
 /** Something to read: consent, a page, what is said after a box, and the ends: a debriefing and a closed door. */
 export function textOf(scene, { page: words }, answer) {
-  const does = (act, text, done, looks) => actButton(act, text, (event) => answer(event, () => done), looks);
-  const agrees = (agreed) => ({ kind: "agree", agreed });
+  const does = (act, text, done, looks) => actButton(act, text, (event) => answer(event, done), looks);
+  const agrees = (agreed) => () => ({ kind: "agree", agreed });
+  const read = (rt) => ({ kind: "answers", answers: [], rt });
   const buttons = {
     consent: () => [
       does("agree", words.agree, agrees(true), "first"),
@@ -12,7 +13,7 @@ export function textOf(scene, { page: words }, answer) {
     debrief: () => wayBack(scene, words),
     closed: () => wayBack(scene, words),
   };
-  const next = () => [does("next", scene.begins ? words.begin : words.next, { kind: "next" }, "first")];
+  const next = () => [does("next", scene.begins ? words.begin : words.next, read, "first")];
   const below = (buttons[scene.kind] ?? next)();
   const part = element(
     "article",

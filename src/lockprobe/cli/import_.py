@@ -19,9 +19,8 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.foundation.storage.database import Damaged
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.people.diary import make_private, read_diaries, sound_entries, take_diaries
-from lockprobe.people.experiment import EXPERIMENT
-from lockprobe.people.texts import TEXTS
+from lockprobe.people.diary import make_private, read_diaries, take_diaries
+from lockprobe.people.experiment import EXPERIMENT, TEXTS
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.merge import MergeSource, gather, source_of_directory
 from lockprobe.studies.records.picture_store import ALBUM
@@ -80,7 +79,7 @@ def _source(path: Path, directory: Path, held: ExitStack) -> MergeSource:
         return source_of_directory(path)
     except Damaged as damaged:
         sound = Path(held.enter_context(TemporaryDirectory()))
-        saved = save_sound_rows(path, sound, sound_entries)
+        saved = save_sound_rows(path, sound)
         _copy_settings_for_people(path, sound)
         print(printable(damaged.found), file=sys.stderr)
         print(printable(f"Sound in {path}: {count(saved, 'trial')}."), file=sys.stderr)

@@ -23,9 +23,17 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.assignment import boxes_each, conditions_of, trials_for
-from lockprobe.people.experiment import Experiment, experiment_from, kept_experiment, read_experiment
+from lockprobe.people.experiment import (
+    LANGUAGES,
+    Experiment,
+    Words,
+    checked,
+    kept_experiment,
+    read_experiment,
+    read_words,
+    words_file,
+)
 from lockprobe.people.server_state import CODE, PREVIEW
-from lockprobe.people.texts import LANGUAGES, Words, read_words, words_file
 from lockprobe.studies.options.study_options import STUDIES, StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
@@ -214,7 +222,7 @@ def _people(given: list[str]) -> tuple[Path | None, int | None]:
 def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
     """The settings for people: as given, or as stored in this directory."""
     given = read_experiment(path) if path is not None else kept_experiment(directory) or Experiment()
-    return experiment_from({**given.model_dump(), **asked})
+    return checked(Experiment, {**given.model_dump(), **asked})
 
 
 def _write(texts: Path | None, people: Path | None, language: str | None) -> None:

@@ -19,8 +19,7 @@ from lockprobe.cli.study_lines import in_boundaries
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.people.diary import read_diaries
-from lockprobe.people.journey import flow_of
+from lockprobe.people.diary import flow_of, read_diaries
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.costs.call_log import LoggedCall, logged_calls

@@ -56,10 +56,6 @@ def trials_for(people: int, conditions: int, repetitions: int, experiment: Exper
     return ceil(luck / repetitions)
 
 
-Trial = tuple[str, int, int]
-"""Condition, repetition and number of a trial."""
-
-
 class Given(NamedTuple):
     """The trials that a participant got, in order, and those of them that nobody else can play any more."""
 
@@ -68,18 +64,18 @@ class Given(NamedTuple):
 
 
 def assigned(
-    study: Study, experiment: Experiment, given: Collection[Given], on_record: Collection[Trial] = ()
+    study: Study, experiment: Experiment, given: Collection[Given], on_record: Collection[tuple[str, int, int]] = ()
 ) -> tuple[Slot, ...]:
-    """The trials of a participant who joins now, in order; ``on_record`` are more that cannot be given any more.
+    """The trials of a participant who joins now, in order: :func:`boxes_each`, or fewer where not as many are left.
 
-    Their number is :func:`boxes_each`; smaller where fewer are left.
+    ``on_record`` are the condition, repetition and number of more trials that cannot be given any more.
     """
     taken = {*on_record, *((slot.condition, slot.repetition, slot.trial) for _, kept in given for slot in kept)}
     order = _order(study, boxes_each(study, experiment), given, taken)
     return _with_luck(order, study, given, taken) if order else ()
 
 
-def _order(study: Study, length: int, given: Collection[Given], taken: set[Trial]) -> list[str]:
+def _order(study: Study, length: int, given: Collection[Given], taken: set[tuple[str, int, int]]) -> list[str]:
     """Every condition equally often, as far as the length goes; the rest from those that were played least.
 
     Of these, ties go to the condition that others got least often together with those already found, and each takes
@@ -112,7 +108,9 @@ def _order(study: Study, length: int, given: Collection[Given], taken: set[Trial
     return [*order, *(more[i] for i in linear_sum_assignment(price)[1].tolist())]
 
 
-def _with_luck(order: Sequence[str], study: Study, given: Collection[Given], taken: set[Trial]) -> tuple[Slot, ...]:
+def _with_luck(
+    order: Sequence[str], study: Study, given: Collection[Given], taken: set[tuple[str, int, int]]
+) -> tuple[Slot, ...]:
     """A different repetition and trial for each position of an order, from what is free, on different boxes.
 
     Those that are free in most conditions are used first, so that the last ones still fit another participant.

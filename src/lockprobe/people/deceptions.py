@@ -40,15 +40,15 @@ def deceptions(conditions: Iterable[Condition]) -> tuple[Deception, ...]:
 
 def _in(condition: Condition) -> set[Deception]:
     """The deceptions of a condition. A dose of 0 does nothing, and a warning of false reports is true with some."""
-    found = {kind for spec, doses in condition.acting if (kind := _of(Spec.parse(spec, "intervention"), doses))}
+    found, truth = set[Deception](), {"truth"}
+    for text, doses in condition.acting:
+        spec = Spec.parse(text, "intervention")
+        corrects = (
+            {spec.options.get("first"), spec.options.get("last", "truth")} if spec.full_name == "correction" else {}
+        )
+        kind = _KINDS.get(spec.full_name, "changed")
+        if kind and corrects != truth and not (doses and float(spec.options.get(doses[0], "0")) == 0):
+            found.add(kind)
     if float(modality_doses(condition.modality)[1].get("p", "0")):
         found.add("false")
     return found - {"warned"} if found & {"false", "late", "changed"} else found
-
-
-def _of(spec: Spec, doses: tuple[str, ...]) -> Deception | None:
-    if doses and float(spec.options.get(doses[0], "0")) == 0:
-        return None
-    if spec.full_name == "correction" and {spec.options.get("first"), spec.options.get("last", "truth")} == {"truth"}:
-        return None
-    return _KINDS.get(spec.full_name, "changed")

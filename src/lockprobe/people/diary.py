@@ -1,4 +1,4 @@
-"""Diaries on disk: who joined, with the record of consent, and every act of each participant as the page sends it.
+"""Diaries on disk: who joined, with the record of consent, and every act of each participant; and what they say of all.
 
 The server flushes an act to disk before the page sees the outcome. Steps of an unfinished trial are only here. A
 finished trial is recorded like any other; its response times stay in the diary.
@@ -6,8 +6,8 @@ finished trial is recorded like any other; its response times stay in the diary.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -24,7 +24,7 @@ from lockprobe.studies.records.store import STORE, check_row, read, write_acts
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Ending
+from lockprobe.trial.record import Ending, Trial
 
 LONGEST_ANSWER = 2000
 """Characters of an answer in words."""
@@ -51,12 +51,6 @@ class Agree(StrictModel):
     agreed: bool
 
 
-class Next(StrictModel):
-    """To go on from something to read."""
-
-    kind: Literal["next"] = "next"
-
-
 class Attempt(StrictModel):
     """To choose a joint.
 
@@ -78,14 +72,17 @@ class Attempt(StrictModel):
 
 
 class Answers(StrictModel):
-    """To the questions of a scene, in their order: an option in its words, or a written answer; empty for none."""
+    """To the questions of a scene, in their order: an option in its words, or a written answer; empty for none.
+
+    It is also how to go on from something to read, where nothing is asked.
+    """
 
     kind: Literal["answers"] = "answers"
     answers: Annotated[tuple[Annotated[str, Field(max_length=LONGEST_ANSWER)], ...], Field(max_length=20)]
     rt: Milliseconds
 
 
-Act = Annotated[Agree | Next | Attempt | Answers, Field(discriminator="kind")]
+Act = Annotated[Agree | Attempt | Answers, Field(discriminator="kind")]
 
 
 class Slot(StrictModel):
@@ -110,6 +107,7 @@ class Joined(StrictModel):
         platform: The parameters of the recruitment platform that the experimenter keeps.
         slots: The trials in the order in which they are played.
         words: Language and fingerprint of the texts.
+        page: Version of the page.
     """
 
     identity: str
@@ -118,6 +116,7 @@ class Joined(StrictModel):
     platform: dict[str, str]
     slots: tuple[Slot, ...]
     words: str
+    page: str = ""
 
 
 class Did(StrictModel):
@@ -137,7 +136,6 @@ class Did(StrictModel):
         ended: How the trial ended with this; None where it goes on.
         shut: Why the participant can do nothing after this, and others may play unfinished trials: ``late`` (away
             until somebody else needed the place) or ``screened`` (too many rounds of wrong answers on instructions).
-        page: Version of the page, with the first step of a box; empty for the practice box.
     """
 
     at: Seconds
@@ -152,7 +150,6 @@ class Did(StrictModel):
     right: bool | None = None
     ended: Ending | None = None
     shut: Literal["", "late", "screened"] = ""
-    page: str = ""
 
 
 @dataclass(slots=True)
@@ -285,6 +282,12 @@ def read_diaries(directory: Path | str) -> list[Diary]:
     """The diaries of a study in the order in which the participants joined; raises BadFile if one is damaged."""
     if not is_there(Path(directory) / STORE):
         return []
+    found = [_diary(Path(directory) / STORE, identity, of) for identity, of in _entries(directory).items()]
+    return sorted(found, key=lambda diary: (diary.joined.at, diary.identity))
+
+
+def _entries(directory: Path | str) -> dict[str, list[str]]:
+    """The entries of each participant as they are stored."""
     entries: dict[str, list[str]] = {}
     with read(directory) as store:
         for identity, number, entry, crc in store.rows(
@@ -292,17 +295,7 @@ def read_diaries(directory: Path | str) -> list[Diary]:
         ):
             check_row(store, f"participant {identity}: entry {number}", crc, identity, number, entry)
             entries.setdefault(identity, []).append(entry)
-    found = [_diary(store.path, identity, of) for identity, of in entries.items()]
-    return sorted(found, key=lambda diary: (diary.joined.at, diary.identity))
-
-
-def sound_entries(store: Path, identity: str, entries: Sequence[str]) -> int:
-    """How many of the first entries of a diary are sound."""
-    for many in range(len(entries), 0, -1):
-        with suppress(Damaged):
-            _diary(store, identity, entries[:many])
-            return many
-    return 0
+    return entries
 
 
 def _diary(store: Path, identity: str, entries: Sequence[str]) -> Diary:
@@ -334,20 +327,18 @@ def take_diaries(store: Database, sources: Iterable[Path]) -> list[str]:
     Raises:
         BadFile: If a diary is damaged, or two people have one ID.
     """
-    known = {diary.identity: diary for diary in read_diaries(store.path.parent)}
-    coming = dict[str, Diary]()
+    known, coming = _entries(store.path.parent), dict[str, list[str]]()
     for source in sources:
         for diary in read_diaries(source):
-            here = known.get(diary.identity, Diary(diary.joined, []))
-            common = min(len(here.lines), len(diary.lines))
-            if (here.joined, here.lines[:common]) != (diary.joined, diary.lines[:common]):
+            entries = [entry.model_dump_json() for entry in (diary.joined, *diary.lines)]
+            here = known.get(diary.identity, [])
+            if any(one != other for one, other in zip(here, entries, strict=False)):
                 raise bad_diary(source / STORE, diary.identity, "somebody else has this ID")
-            if diary.identity not in known or len(here.lines) < len(diary.lines):
-                known[diary.identity] = coming[diary.identity] = diary
+            if len(here) < len(entries):
+                known[diary.identity] = coming[diary.identity] = entries
     with store.transaction(sync=True) as writing:
-        for identity, diary in coming.items():
+        for identity, entries in coming.items():
             writing.execute("delete from act where participant = ?", (identity,))
-            entries = (entry.model_dump_json() for entry in (diary.joined, *diary.lines))
             write_acts(writing, identity, 1, entries)
     return list(coming)
 
@@ -356,3 +347,75 @@ def make_private(directory: Path) -> None:
     """Let nobody but this user read the directory of a study in which people take part, nor what is in it."""
     with writing(directory):
         directory.chmod(0o700)
+
+
+def acts_of_steps(
+    study: Study, trials: Mapping[str, Trial], diaries: Iterable[Diary], directory: Path
+) -> dict[tuple[str, int], Did]:
+    """The act behind each step of people's trials, by key of the trial and step from 1: records have no clock.
+
+    ``directory`` is named in messages.
+
+    Raises:
+        BadFile: If a diary and a record disagree, or a diary belongs to another study.
+    """
+    found: dict[tuple[str, int], Did] = {}
+    for diary in diaries:
+        diary.check_slots(study, directory)
+        for box, acts in diary.steps.items():
+            trial = trials.get(key := diary.key(study, box))
+            if trial is None or trial.agent != diary.spec:
+                continue
+            chosen = [(one.joint, one.claimed) for did in acts if isinstance(one := did.act, Attempt)]
+            played = [(step.decision.joint, step.decision.claimed) for step in trial.steps]
+            if chosen[: len(played)] != played:  # the attempt that broke a box is in the diary alone
+                raise bad_diary(directory / STORE, diary.identity, f"the steps of {key} are not those on record")
+            found.update(((key, step.step), did) for step, did in zip(trial.steps, acts, strict=False))
+    return found
+
+
+def seconds_of_trials(study: Study, diaries: Iterable[Diary]) -> dict[str, float]:
+    """How long each finished box took its participant, from when it was shown to its last step, by its key."""
+    return {
+        diary.key(study, box): round(diary.seconds(box), 3)
+        for diary in diaries
+        for box, steps in diary.steps.items()
+        if box and steps[-1].ended
+    }
+
+
+def flow_of(diaries: Sequence[Diary], gone: int) -> dict[str, int]:
+    """How far participants came, for a report: dropout can bias every other number. Empty where nobody took part.
+
+    Everybody who ``consented`` has ``withdrawn`` (``gone``; nothing else is known of them), was ``screened`` out by the
+    limit of rounds of questions on the instructions, has ``left_open`` boxes (and may still take part), or
+    ``finished`` all. ``questioned`` are those who answered these questions, ``second_round`` those who had to again.
+    ``checks`` are answers to attention checks, ``right`` those of them that are right.
+    """
+    if not diaries and not gone:
+        return {}
+    screened, finished = (sum(one.shut == "screened" for one in diaries), sum(one.boxes_done for one in diaries))
+    checks = [right for one in diaries for right in one.checks]
+    return {
+        "consented": len(diaries) + gone,
+        "withdrawn": gone,
+        "screened": screened,
+        "left_open": len(diaries) - screened - finished,
+        "finished": finished,
+        "questioned": sum(len(one.rounds) > 0 for one in diaries),
+        "second_round": sum(len(one.rounds) > 1 for one in diaries),
+        "checks": len(checks),
+        "right": sum(checks),
+    }
+
+
+def boxes_of(study: Study, diaries: Sequence[Diary]) -> dict[str, tuple[int, int]]:
+    """Condition -> boxes that people were given, and those of them that are not over, in the order of the study.
+
+    Without those of people who were screened out before the first box.
+    """
+    playing = [one for one in diaries if one.shut != "screened"]
+    boxes = [(slot.condition, box in one.endings) for one in playing for box, slot in enumerate(one.joined.slots, 1)]
+    given, left = Counter(condition for condition, _ in boxes), Counter(one for one, over in boxes if not over)
+    labels = [one.label for one in study.conditions_of(PEOPLE)]
+    return {label: (given[label], left[label]) for label in labels if given[label]}

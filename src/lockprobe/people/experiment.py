@@ -1,12 +1,17 @@
-"""The experimenter's settings for people (``people.toml``). They change no trial that models play."""
+"""What an experimenter writes for people: settings (``people.toml``), and the texts of each language, consent included.
+
+Neither changes a trial that models play.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
 from lockprobe.foundation.inputs import is_there, parse_json, read_input, read_toml
@@ -26,63 +31,26 @@ class SettingsPart(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-def _bare(text: str) -> str:
-    """Refuse surrounding space: it is invisible, and would make another option."""
-    if text != text.strip():
-        raise ValueError(f"got {text!r}, expected words without space around them")
-    return text
-
-
-Text = Annotated[str, Field(min_length=1, max_length=2000), AfterValidator(_bare)]
-Option = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_bare)]
+Text = Annotated[str, Field(min_length=1, max_length=2000)]
+Option = Annotated[str, Field(min_length=1, max_length=200)]
 Options = Annotated[tuple[Option, ...], Field(max_length=20)]
 Url = Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")]
 Code = Annotated[str, Field(max_length=100)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 
-_WRITTEN = {"number": re.compile(r"[+-]?[0-9]{1,15}([.,][0-9]{1,15})?"), "integer": re.compile(r"[+-]?[0-9]{1,15}")}
-
 
 class Question(SettingsPart):
-    """A question: one of the options is chosen; without options the answer is written.
-
-    Attributes:
-        required: Whether it has to be answered.
-        type: The form of a written answer.
-        low: The least number allowed; None for any.
-        high: The largest number allowed; None for any.
-    """
+    """A question: one of the options is chosen; without options the answer is written."""
 
     question: Text
     options: Options = ()
     required: bool = True
-    type: Literal["text", "number", "integer"] = "text"
-    low: Annotated[float, Field(allow_inf_nan=False)] | None = None
-    high: Annotated[float, Field(allow_inf_nan=False)] | None = None
-
-    @model_validator(mode="after")
-    def _can_be_answered(self) -> Self:
-        ends, number = [end for end in (self.low, self.high) if end is not None], self.type != "text"
-        if (self.options and number) or (ends and not number) or ends != sorted(ends):
-            raise ValueError("low and high, in this order, are of a number or an integer, which has no options")
-        return self
 
     def takes(self, given: str) -> bool:
-        """Whether an answer is acceptable.
-
-        >>> age = Question(question="How old are you?", required=False, type="integer", low=18, high=120)
-        >>> [age.takes(answer) for answer in ("34", "banana", "7", "")]
-        [True, False, False, True]
-        """
-        answer = given.strip()
-        if not answer:
+        """Whether an answer is acceptable; an empty one leaves the question out."""
+        if not given.strip():
             return not self.required
-        if self.options or self.type == "text":
-            return given in self.options or not self.options
-        if not _WRITTEN[self.type].fullmatch(answer):
-            return False
-        number = float(answer.replace(",", "."))
-        return (self.low is None or self.low <= number) and (self.high is None or number <= self.high)
+        return given in self.options or not self.options
 
 
 class OneRight(Question):
@@ -128,7 +96,6 @@ class Experiment(SettingsPart):
     recruitment: Annotated[tuple[Name, ...], Field(max_length=8)] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
     comprehension: bool = True
     rounds: Annotated[int, Field(ge=1, le=100)] | None = None
-    say_false: bool = False
     completion_url: Url = ""
     completion_code: Code = ""
     left_url: Url = ""
@@ -148,41 +115,130 @@ class Experiment(SettingsPart):
         return self
 
 
-def experiment_from(settings: object, path: Path | None = None) -> Experiment:
-    """Settings, of a file if they are of one.
+Part = TypeVar("Part", bound=SettingsPart)
+
+
+def checked(kind: type[Part], given: object, path: Path | None = None) -> Part:
+    """Settings or texts, of a file if they are of one.
 
     Raises:
-        UserMistake: If one is wrong; the message names the key.
+        UserMistake: If something is wrong, as BadFile if it is of a file: where, what came, what is allowed.
     """
     try:
-        return Experiment.model_validate(settings)
+        return kind.model_validate(given)
     except ValidationError as error:
-        said = first_error(error, Experiment)
-        raise (UserMistake(said) if path is None else BadFile(path, said)) from None
+        first = error.errors()[0]
+    where = ".".join(map(str, first["loc"])) or "all"
+    said = str(first["ctx"]["error"]) if first["type"] == "value_error" else plain(first["msg"])
+    mistake = f"{where}: {said}"
+    if first["type"] == "extra_forbidden" and len(first["loc"]) == 1:
+        mistake = f"{where}: {UnknownName('key', where, kind.model_fields)}"
+    elif first["type"] != "value_error" and said.startswith("expected "):
+        mistake = str(BadValue(where, first["input"], said.removeprefix("expected ")))
+    raise UserMistake(mistake) if path is None else BadFile(path, mistake)
 
 
 def read_experiment(path: Path) -> Experiment:
-    """The settings in a user's TOML file.
-
-    Raises:
-        BadFile: If one is wrong; the message names the key.
-    """
-    return experiment_from(read_toml(path), path)
+    """The settings in a user's TOML file. Raises BadFile if one is wrong."""
+    return checked(Experiment, read_toml(path), path)
 
 
 def kept_experiment(directory: Path) -> Experiment | None:
     """The settings under which people took part in a study; None where none are stored. Raises BadFile if damaged."""
     path = directory / PEOPLE_DIRECTORY / EXPERIMENT
-    return experiment_from(parse_json(read_input(path), path), path) if is_there(path) else None
+    return checked(Experiment, parse_json(read_input(path), path), path) if is_there(path) else None
 
 
-def first_error(error: ValidationError, model: type[BaseModel]) -> str:
-    """The first mistake that pydantic found in what should have been a ``model``: where, what came, what is allowed."""
-    first = error.errors()[0]
-    where = ".".join(map(str, first["loc"])) or "all"
-    said = str(first["ctx"]["error"]) if first["type"] == "value_error" else plain(first["msg"])
-    if first["type"] == "extra_forbidden" and len(first["loc"]) == 1:
-        return f"{where}: {UnknownName('key', where, model.model_fields)}"
-    if first["type"] != "value_error" and said.startswith("expected "):
-        return str(BadValue(where, first["input"], said.removeprefix("expected ")))
-    return f"{where}: {said}"
+_TEXTS = Path(__file__).with_name("texts")
+
+LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))
+"""The shipped languages."""
+
+TEXTS = "texts.toml"
+"""The copy of the texts, in the directory of people."""
+
+Sentences = Annotated[str, Field(min_length=1, max_length=4000)]
+Paragraphs = Annotated[tuple[Sentences, ...], Field(max_length=40)]
+
+
+class Longer(SettingsPart):
+    """A title and what stands under it.
+
+    Attributes:
+        if_false: More paragraphs, where what is told or shown can be false. Only an end admits it.
+        if_asked: More paragraphs, where the page asks after every step what the last action did.
+        questions: What is asked under them, on the instructions.
+    """
+
+    title: Sentences
+    paragraphs: Paragraphs
+    if_false: Paragraphs = ()
+    if_asked: Paragraphs = ()
+    questions: Annotated[tuple[OneRight, ...], Field(max_length=20)] = ()
+
+
+class Words(SettingsPart):
+    """Everything that a participant reads.
+
+    ``language`` is a BCP 47 tag for screen readers, ``page`` the buttons, labels and sentences of reports, ``changes``
+    what a study did to people (:data:`~lockprobe.people.deceptions.Deception`), ``closed`` the last scene of who cannot
+    go on, by why (:data:`~lockprobe.people.scenes.Why`). Each other field is a scene.
+    """
+
+    language: Annotated[str, Field(pattern=r"^[A-Za-z]{2,8}(-[A-Za-z0-9]{1,8})*$")]
+    direction: Literal["ltr", "rtl"] = "ltr"
+    title: Sentences
+    consent: Longer
+    instructions: Annotated[tuple[Longer, ...], Field(max_length=20)] = ()
+    comprehension: Longer
+    practice_over: Longer
+    over: Longer
+    debrief: Longer
+    changes: dict[str, Sentences]
+    closed: dict[str, Longer]
+    page: dict[str, Sentences]
+
+    @model_validator(mode="after")
+    def _as_in_english(self) -> Self:
+        english: dict[str, Any] = read_toml(_TEXTS / "en.toml")
+        for part, given in (("page", self.page), ("changes", self.changes), ("closed", self.closed)):
+            if missing := english[part].keys() - given.keys():
+                raise ValueError(f"{part}: {min(missing)} is missing")
+            if other := given.keys() - english[part].keys():
+                raise ValueError(str(UnknownName(f"key in {part}", min(other), english[part])))
+        return self
+
+    @property
+    def fingerprint(self) -> str:
+        """Language and fingerprint, for example ``en 3f9a01bc22d1``."""
+        known = json.dumps(self.model_dump(mode="json"), sort_keys=True)
+        return f"{self.language} {hashlib.sha256(known.encode()).hexdigest()[:12]}"
+
+
+def filled(text: str, **facts: object) -> str:
+    """A text with its ``{names}`` filled in; unknown names stay as they are.
+
+    >>> filled("Step {step} of {budget} {x}", step=1, budget=20)
+    'Step 1 of 20 {x}'
+    """
+    return re.sub(r"\{(\w+)\}", lambda found: str(facts.get(found[1], found[0])), text)
+
+
+def read_words(name: str) -> Words:
+    """The texts of a shipped language such as ``en``, or of a TOML file.
+
+    Raises:
+        UnknownName: If the language does not exist.
+        BadFile: If a text is missing or wrong; the message says which.
+    """
+    path = words_file(name)
+    return checked(Words, read_toml(path), path)
+
+
+def words_file(name: str) -> Path:
+    """The path of a shipped language's texts or of a file, whether it exists or not."""
+    if name.endswith(".toml") or "/" in name:
+        return Path(name)
+    if name in LANGUAGES:
+        return _TEXTS / f"{name}.toml"
+    raise UnknownName("language", name, [*LANGUAGES, "FILE.toml"])

@@ -15,9 +15,8 @@ from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.interventions.words import TextChannel
 from lockprobe.people.deceptions import deceptions
-from lockprobe.people.diary import LONGEST_ANSWER, Act, Answers, Diary, Next
-from lockprobe.people.experiment import Experiment, OneRight, Question
-from lockprobe.people.texts import Longer, Words, filled
+from lockprobe.people.diary import LONGEST_ANSWER, Act, Answers, Diary
+from lockprobe.people.experiment import Experiment, Longer, OneRight, Question, Words, filled
 from lockprobe.studies.modality import is_pictured, shown
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Names, Plan
@@ -29,9 +28,6 @@ Scene = dict[str, Any]
 Why = Literal["declined", "withdrawn", "full", "taken", "finished", "late", "screened"]
 """Why somebody cannot go on: ``full`` is no place left, ``taken`` and ``finished`` are the same platform ID in another
 browser, ``late`` was away until somebody else needed the place, ``screened`` had too many rounds of wrong answers."""
-
-_SHOWN = {"question", "options", "required", "type", "low", "high"}
-"""What the page gets of a question."""
 
 
 class ActRefused(LockprobeError):
@@ -74,8 +70,7 @@ class Scenes:
         self.words, self.study, self.experiment = words, study, experiment
         changes = " ".join(words.changes[kind] for kind in deceptions(study.conditions_of(PEOPLE)))
         self._facts = {"joints": len(study.box.joints), "budget": study.max_steps, "changes": changes}
-        asked = words.comprehension.questions if experiment.comprehension else ()
-        self._asked = tuple(one for one in asked if one.only is None or experiment.say_false)
+        self._asked = words.comprehension.questions if experiment.comprehension else ()
 
     def way(self, boxes: int) -> tuple[Station, ...]:
         """All scenes of a participant who has agreed to take part and plays this many boxes, in order."""
@@ -107,8 +102,7 @@ class Scenes:
         done = self.experiment
         way = {"taken": ("", ""), "finished": (done.completion_url, done.completion_code)}
         url, code = way.get(why, (done.left_url, done.left_code))
-        scene = self._text("closed", self.words.closed[why], false=bool(self._facts["changes"]))
-        return scene | {"why": why, "url": url, "code": code}
+        return self._text("closed", self.words.closed[why]) | {"why": why, "url": url, "code": code}
 
     def at(self, station: Station, diary: Diary) -> Scene:
         """The scene of a participant outside a box. ``notice`` says why somebody is back at the instructions."""
@@ -117,20 +111,20 @@ class Scenes:
         match station.kind:
             case "page":
                 number = int(station.item)
-                scene = self._text("page", pages[number - 1], false=done.say_false, boxes=of)
+                scene = self._text("page", pages[number - 1], boxes=of)
                 notice, begins = self._notice(diary) if number == 1 else (), number == len(pages) and not self._asked
                 return scene | {"number": number, "of": len(pages), "notice": notice, "begins": begins}
             case "over":
                 return self._over(station.box, diary)
             case "debrief":
-                scene = self._text("debrief", words.debrief, false=bool(self._facts["changes"]), boxes=of)
+                scene = self._text("debrief", words.debrief, boxes=of)
                 return scene | {"url": done.completion_url, "code": done.completion_code}
             case "comprehension":
                 scene = self._text("comprehension", words.comprehension, boxes=of)
                 scene["notice"] = () if pages else self._notice(diary)
             case kind:
                 scene = {"kind": kind, "title": "", "paragraphs": ()}  # one question, which stands for itself
-        asked = tuple(one.model_dump(include=_SHOWN) for one in station.asked)
+        asked = tuple(one.model_dump(include={"question", "options", "required"}) for one in station.asked)
         return scene | {"questions": asked, "longest": LONGEST_ANSWER}
 
     def right(self, station: Station, act: Act) -> bool | None:
@@ -140,12 +134,14 @@ class Scenes:
             ActRefused: As ``impossible``, if it does not answer it.
         """
         asked = station.asked
-        if asked and isinstance(act, Answers) and len(act.answers) == len(asked):
-            if all(one.takes(answer) for one, answer in zip(asked, act.answers, strict=True)):
-                right = tuple(one.right for one in asked if isinstance(one, OneRight))
-                return act.answers == right if right else None
-        elif station.kind in ("page", "over") and isinstance(act, Next):
-            return None
+        if (
+            isinstance(act, Answers)
+            and station.kind != "debrief"
+            and len(act.answers) == len(asked)
+            and all(one.takes(answer) for one, answer in zip(asked, act.answers, strict=True))
+        ):
+            right = tuple(one.right for one in asked if isinstance(one, OneRight))
+            return act.answers == right if right else None
         raise ActRefused("impossible", f"nothing that can be done in a scene of kind {station.kind}")
 
     def _over(self, number: int, diary: Diary) -> Scene:
@@ -166,10 +162,10 @@ class Scenes:
         wrong = [one.question for one, answer in zip(self._asked, given, strict=False) if answer != one.right]
         return (filled(self.words.page["again"], questions=" / ".join(wrong)),) if wrong else ()
 
-    def _text(self, kind: str, text: Longer, *, false: bool = False, **facts: object) -> Scene:
-        """A scene of a filled-in title and paragraphs; ``false`` is whether it says that reports are false."""
+    def _text(self, kind: str, text: Longer, **facts: object) -> Scene:
+        """A scene of a filled-in title and paragraphs."""
         known = {**self._facts, **facts}
-        more = (*(text.if_false if false else ()), *(text.if_asked if self.study.assessment else ()))
+        more = (*(text.if_false if known["changes"] else ()), *(text.if_asked if self.study.assessment else ()))
         paragraphs = tuple(filled(part, **known) for part in (*text.paragraphs, *more))
         return {"kind": kind, "title": filled(text.title, **known), "paragraphs": paragraphs}
 

@@ -1,9 +1,9 @@
 """The participants' server without HTTP: load the page, agree, act, resume, withdraw, and who has which place.
 
-Everything runs in one event loop. A token identifies a participant, a lease the page that may act, and a turn the
-scene that an act answers. So no act counts twice, no act is lost after its outcome was shown, and two pages cannot
-play one box. Nothing is stored before a participant agrees; the record of consent is the first entry of the diary,
-``Joined``: the time and the texts. No network address is stored.
+Everything runs in one event loop. A token identifies a participant, and a turn the scene that an act answers. So no act
+counts twice, none is lost after its outcome was shown, and of two pages one learns that the other was quicker. Nothing
+is stored before a participant agrees; the record of consent is the first entry of the diary, ``Joined``: the time and
+the texts. No network address is stored.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import hashlib
 import json
 import re
 import secrets
-import sys
 import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager, nullcontext
@@ -28,10 +27,9 @@ from lockprobe.foundation.spec import PEOPLE, group_of, spec_name
 from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.people.assignment import Given, assigned, boxes_each
 from lockprobe.people.diary import Act, Agree, Diary, Joined, Slot, make_private, read_diaries, write_entry
-from lockprobe.people.experiment import ENDS, EXPERIMENT, Experiment, kept_experiment
+from lockprobe.people.experiment import ENDS, EXPERIMENT, TEXTS, Experiment, Words, kept_experiment, words_file
 from lockprobe.people.scenes import ActRefused, Scene, Scenes
 from lockprobe.people.session import OpenStudy, Session
-from lockprobe.people.texts import TEXTS, Words, words_file
 from lockprobe.people.withdrawal import delete_unnamed_pictures, has_withdrawn, keyed_digest, withdraw, withdrawn
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
@@ -45,8 +43,8 @@ from lockprobe.trial.loop import here
 CODE, PREVIEW = "code", "preview"
 """The parameters of the URL that hold the code to join, and the key of a preview."""
 
-_MOST_WITH_CAMERA = 32
-"""The most trials in memory where each holds a plant with a camera, of 60 to 70 MiB."""
+_MOST_HELD = 32
+"""The most trials in memory, of 60 to 70 MiB each where the plant has a camera; others are played again when needed."""
 
 _ENGLISH = frozenset({"nudge", "remark", "distract", "warn", "correction"})
 """Interventions whose words reach the page as they are."""
@@ -62,8 +60,8 @@ class Reply(NamedTuple):
 
     Attributes:
         token: Identifies the participant; the browser keeps it where scripts cannot read it.
-        body: The scene; its ``turn``, from 1; the ``lease``, which the page sends with every act; the ``participant``,
-            None for who does not take part, or not yet; and their ``progress`` (:attr:`Session.progress`).
+        body: The scene; its ``turn``, from 1; the ``participant``, None for who does not take part, or not yet; and
+            their ``progress`` (:attr:`Session.progress`).
     """
 
     token: str
@@ -76,11 +74,11 @@ class ServerState:
     def __init__(self, opened: OpenStudy) -> None:
         self._opened, self._scenes = opened, opened.scenes
         self._study, self._experiment = opened.scenes.study, opened.scenes.experiment
+        self._id = next(iter(self._experiment.recruitment), "")
+        """The parameter of the URL that identifies a person; empty without one."""
         self._joining = asyncio.Lock()
         self._sessions: dict[str, Session] = {}
         """Everybody who takes part, and previews, by the mark of their token."""
-        cameras = any(resolve_plant(one).has_camera for one in self._study.plants)
-        self._most = _MOST_WITH_CAMERA if cameras else sys.maxsize
         self.preview = keyed_digest(opened.journal.directory, PREVIEW)[:16]
         """The key of a preview."""
 
@@ -131,39 +129,33 @@ class ServerState:
             if withdrawn(directory):
                 delete_unnamed_pictures(journal)
 
-    def check(self) -> None:
-        """Raise BadFile if another process has changed the records."""
-        self._opened.journal.store.check()
-
     async def enter(self, token: str | None, platform: Mapping[str, str]) -> Reply:
         """Answer a page that was just loaded under an URL with these parameters.
 
-        The participant with this token resumes here; older pages can act no longer.
+        The participant with this token resumes here.
 
         Raises:
             ActRefused: As ``incomplete``, if a required parameter is missing, wrong or not filled in.
         """
-        preview, lease = self._is_preview(platform), secrets.token_hex(16)
-        person = self._person({} if preview else platform)
+        preview = self._is_preview(platform)
+        person = "" if preview else platform.get(self._id, "")
         session = self._sessions.get(_mark(token or ""))
         if session is not None:
-            known = self._person(session.diary.joined.platform)
+            known = session.diary.joined.platform.get(self._id, "")
             another = session.preview != preview or bool(person and known and known != person)  # at the same browser
             async with session.lock:
                 if not (another or session.gone):
-                    session.lease = lease
-                    return await self._reply(token or "", lease, session)
+                    return await self._reply(token or "", session)
         closed = None if preview else self._closed_to(self._admitted(platform))
         scene = closed or self._scenes.consent(boxes_each(self._study, self._experiment))
-        return _stranger(secrets.token_hex(32), lease, scene)
+        return _stranger(secrets.token_hex(32), scene)
 
-    async def act(self, token: str | None, lease: str, turn: int, act: Act, platform: Mapping[str, str]) -> Reply:
+    async def act(self, token: str | None, turn: int, act: Act, platform: Mapping[str, str]) -> Reply:
         """Do an act that answers scene number ``turn``. It is on disk before this returns the next scene.
 
         Raises:
-            ActRefused: As ``malformed`` without a token; ``elsewhere`` if a newer page was loaded; ``stale`` if another
-                scene is shown; ``impossible`` if this scene does not allow the act; ``incomplete``. Nothing is then
-                written, except that a box broke.
+            ActRefused: As ``malformed`` without a token; ``stale`` if another scene is shown; ``impossible`` if this
+                scene does not allow the act; ``incomplete``. Nothing is then written, except that a box broke.
             BadFile: If it cannot be written; the act then has no effect.
         """
         token, mark = _proof(token)
@@ -173,42 +165,36 @@ class ServerState:
                 raise ActRefused("stale", "not the scene that is shown")
             if not isinstance(act, Agree):
                 raise ActRefused("impossible", "nothing that can be done before somebody agrees to take part")
-            joined = await self._joined(mark, act, platform)
+            joined = await self._joined(mark, platform) if act.agreed else self._scenes.closed("declined")
             if not isinstance(joined, Session):
-                return _stranger(token, lease, joined)
+                return _stranger(token, joined)
             session = joined
-            session.lease = session.lease or lease
         async with session.lock:
-            _check_lease(session, lease)
             again = turn == session.diary.turn - 1 and act == session.diary.last  # its reply was lost
             if session.gone or not (again or turn == session.diary.turn):
                 raise ActRefused("stale", "not the scene that is shown")
             if not again:
                 await session.do(act)
-            session.lease = lease
-            return await self._reply(token, lease, session)
+            return await self._reply(token, session)
 
-    async def withdraw(self, token: str | None, lease: str) -> Reply:
+    async def withdraw(self, token: str | None) -> Reply:
         """Delete all data of the participant, at their request; what fails the next opening of the study finishes."""
         token, mark = _proof(token)
         async with self._joining:  # they may be about to join
             session = self._sessions.get(mark)
         if session is not None:
             async with session.lock:
-                _check_lease(session, lease)
                 await session.let_go()
                 joined = session.diary.joined
                 if not (session.preview or session.gone):
-                    withdraw(self._opened.journal, joined.identity, self._person(joined.platform))
+                    withdraw(self._opened.journal, joined.identity, joined.platform.get(self._id, ""))
                 session.gone = True
                 self._sessions.pop(mark, None)
         self._opened.journal.erase()  # also what failed before
-        return _stranger(token, lease, self._scenes.closed("withdrawn"))
+        return _stranger(token, self._scenes.closed("withdrawn"))
 
-    async def _joined(self, mark: str, act: Agree, platform: Mapping[str, str]) -> Session | Scene:
-        """Record consent and assign trials; or the scene of a person who does not take part, or cannot."""
-        if not act.agreed:
-            return self._scenes.closed("declined")
+    async def _joined(self, mark: str, platform: Mapping[str, str]) -> Session | Scene:
+        """Record consent and assign trials; or the scene of a person who cannot take part."""
         preview = self._is_preview(platform)
         kept = {} if preview else self._admitted(platform)
         async with self._joining:
@@ -217,14 +203,27 @@ class ServerState:
             if not preview:
                 if closed := self._closed_to(kept):
                     return closed
-                await self._make_room()
+                for late in self._late():
+                    if len(self._free()) >= boxes_each(self._study, self._experiment):
+                        break
+                    async with late.lock:
+                        if late in self._late():  # still, and not deleted while another was released
+                            await late.release()
             if not (slots := self._free(preview=preview)):
                 return self._scenes.closed("full")
             identity = secrets.token_hex(4)
             while any(one.diary.identity == identity for one in self._people):
                 identity = secrets.token_hex(4)
             now, words = self._opened.clock(), self._scenes.words.fingerprint
-            joined = Joined(identity=identity, token=mark, at=now, platform=kept, slots=slots, words=words)
+            joined = Joined(
+                identity=identity,
+                token=mark,
+                at=now,
+                platform=kept,
+                slots=slots,
+                words=words,
+                page=self._opened.page,
+            )
             if not preview:
                 write_entry(self._opened.journal.store, identity, 1, joined)
             self._sessions[mark] = session = Session(self._opened, Diary(joined, []), preview=preview)
@@ -251,28 +250,20 @@ class ServerState:
     def _late(self) -> list[Session]:
         """Who was away so long that others can get their unfinished trials, longest away first.
 
-        Nothing else releases them: as long as nobody needs the place, a late participant who comes back goes on.
+        As long as nobody needs the place, a late participant who comes back goes on.
         """
         latest = self._opened.clock() - self._experiment.away_minutes * 60
-        late = [one for one in self._people if one.used < latest]
-        late = [one for one in late if not (one.gone or one.diary.shut or one.diary.boxes_done)]
-        return sorted(late, key=lambda session: session.used)
-
-    async def _make_room(self) -> None:
-        """Release the trials of late participants, longest away first, as far as a new one needs them."""
-        for session in self._late():
-            if len(self._free()) >= boxes_each(self._study, self._experiment):
-                return
-            async with session.lock:
-                if session in self._late():  # still, and not deleted while another was released
-                    await session.release()
+        late = [one for one in self._people if one.used < latest and not (one.gone or one.diary.shut)]
+        return sorted((one for one in late if not one.diary.boxes_done), key=lambda session: session.used)
 
     def _closed_to(self, platform: Mapping[str, str]) -> Scene | None:
         """The scene of a person who cannot join; None if they can, perhaps with trials of a late participant."""
-        if person := self._person(platform):
-            theirs = [one for one in self._people if self._person(one.diary.joined.platform) == person]
+        if person := platform.get(self._id, ""):
+            theirs = [one for one in self._people if one.diary.joined.platform.get(self._id) == person]
             if theirs:
-                ends = [one.diary.shut or "finished" for one in theirs if one.diary.shut or one.finished]
+                ends = [
+                    one.diary.shut or "finished" for one in theirs if one.diary.shut or one.station.kind == "debrief"
+                ]
                 return self._scenes.closed(ends[0] if ends else "taken")
             if has_withdrawn(self._opened.journal, person):
                 return self._scenes.closed("withdrawn")
@@ -288,25 +279,21 @@ class ServerState:
         for name, value in kept.items():
             if not _PLATFORM_VALUE.fullmatch(value):
                 raise ActRefused("incomplete", f"{name} in the URL is not a value of a recruitment platform")
-        if experiment.require_id and not self._person(kept):
-            raise ActRefused("incomplete", f"{experiment.recruitment[0]} is missing in the URL")
+        if experiment.require_id and not kept.get(self._id):
+            raise ActRefused("incomplete", f"{self._id} is missing in the URL")
         code = experiment.join_code
         if code and not secrets.compare_digest(platform.get(CODE, "").encode(), code.encode()):
             raise ActRefused("incomplete", f"{CODE} in the URL is not the code of this study")
         return kept
 
-    def _person(self, platform: Mapping[str, str]) -> str:
-        """A person's ID on the recruitment platform; empty without one."""
-        return platform.get(next(iter(self._experiment.recruitment), ""), "")
-
-    async def _reply(self, token: str, lease: str, session: Session) -> Reply:
+    async def _reply(self, token: str, session: Session) -> Reply:
         scene, diary = await session.show(), session.diary
         held = [one for one in self._sessions.values() if one.holds and not (one is session or one.lock.locked())]
-        for other in sorted(held, key=lambda one: one.used)[: max(0, len(held) - self._most + 1)]:
+        for other in sorted(held, key=lambda one: one.used)[: max(0, len(held) - _MOST_HELD + 1)]:
             async with other.lock:
                 await other.let_go()
         who = {"participant": diary.identity, "progress": session.progress}
-        return Reply(token, {"lease": lease, "turn": diary.turn, "scene": scene, **who})
+        return Reply(token, {"turn": diary.turn, "scene": scene, **who})
 
 
 def _mark(token: str) -> str:
@@ -321,27 +308,20 @@ def _proof(token: str | None) -> tuple[str, str]:
     return token, _mark(token)
 
 
-def _check_lease(session: Session, lease: str) -> None:
-    """Only the page that was loaded last may act. After a restart, the page that acts first may."""
-    if session.lease is not None and not secrets.compare_digest(session.lease, lease):
-        raise ActRefused("elsewhere", "open in another page")
-
-
-def _stranger(token: str, lease: str, scene: Scene) -> Reply:
+def _stranger(token: str, scene: Scene) -> Reply:
     """The answer to somebody who does not take part, or not yet."""
-    return Reply(token, {"lease": lease, "turn": 1, "scene": scene, "participant": None, "progress": None})
+    return Reply(token, {"turn": 1, "scene": scene, "participant": None, "progress": None})
 
 
 def _check(study: Study, experiment: Experiment, words: Words) -> None:
     """Refuse what cannot be had before anything is written: a plant, a condition, settings of another study."""
     study.check_agents()
     check_playable(study.conditions, PERSON)
-    luck, boxes = study.repetitions * study.trials, boxes_each(study, experiment)
-    if (experiment.trials_each or 1) > luck:
-        raise BadValue("trials_each", experiment.trials_each, f"at most {luck}, the trials of a condition")
-    for check in experiment.checks:
-        if check.after > boxes:
-            raise BadValue("checks, after", check.after, f"at most {boxes}, the boxes of a participant")
+    boxes = boxes_each(study, experiment)
+    after = max((check.after for check in experiment.checks), default=0)
+    for setting, number in (("trials_each", experiment.trials_each or 1), ("checks, after", after)):
+        if number > boxes:
+            raise BadValue(setting, number, f"at most {boxes}, the boxes that are there for a participant")
     if words.language.partition("-")[0].lower() != "en":
         for spec in (spec for condition in study.conditions_of(PEOPLE) for spec in condition.specs):
             if spec_name(spec) in _ENGLISH:

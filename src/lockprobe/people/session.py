@@ -42,7 +42,6 @@ class Session:
         diary: How far the participant has come.
         preview: Whether an experimenter looks at the study: nothing is written, and no place is taken.
         lock: Held while one request acts for the participant.
-        lease: The lease of the page that may act; None before the first page asks.
         gone: Whether all data of the participant have been deleted.
         used: When the participant last asked for something, seconds since 1970.
     """
@@ -51,23 +50,16 @@ class Session:
         self.diary = diary
         self.preview = preview
         self.lock = asyncio.Lock()
-        self.lease: str | None = None
         self.gone = False
         self.used = diary.at
         self._opened = opened
         self._way = opened.scenes.way(len(diary.joined.slots))
         self._trial: PausedTrial | None = None
-        self._owes = True
 
     @property
     def station(self) -> Station:
         """The scene that the participant is in, unless they cannot go on."""
         return self._way[min(self.diary.place, len(self._way) - 1)]
-
-    @property
-    def finished(self) -> bool:
-        """Whether the participant has reached the debriefing."""
-        return self.station.kind == "debrief"
 
     @property
     def progress(self) -> dict[str, float] | None:
@@ -126,19 +118,19 @@ class Session:
 
     async def record_owed(self) -> None:
         """Record the finished trials that are not on record, from the steps on disk, as after a kill or a full disk."""
-        for box, ending in self.diary.endings.items() if self._owes and not self.preview else ():
-            if box and ending != "error" and self._opened.journal.owes(self._plan(box).key):
+        for box, ending in self.diary.endings.items():
+            if self._records(box) and ending != "error" and self._opened.journal.owes(self._plan(box).key):
                 played = await self._replayed(box)
                 await played.close()
                 if played.trial is None or not played.sound:
                     raise self._bad(f"the replay of box {box} ends differently from the play")
                 self._append(box, played)
-        self._owes = False
 
     async def _ready(self) -> PausedTrial | None:
         """The trial that waits for a joint; None where the scene is no box. Boxes that nobody can play are skipped."""
         self.used = self._opened.clock()
-        await self.record_owed()
+        if self.station.kind == "over":
+            await self.record_owed()
         while (station := self.station).kind == "box" and not self.diary.shut:
             self._trial = trial = self._trial or await self._replayed(station.box)
             if trial.situation is not None:
@@ -172,7 +164,6 @@ class Session:
                 step=step,
                 told=told,
                 shown="" if trial.situation is None else opened.scenes.read(trial.plan, trial.situation)[-1],
-                page=opened.page if box and step == 1 else "",
                 ended=None if trial.trial is None else trial.trial.ending,
             )
             undo.pop_all()
@@ -182,11 +173,11 @@ class Session:
 
     async def _replayed(self, box: int) -> PausedTrial:
         """The trial of a box after the steps that are on disk."""
-        opened, begun, plan = self._opened, self.diary.steps.get(box), self._plan(box)
+        opened, joined, plan = self._opened, self.diary.joined, self._plan(box)
         facts: Mapping[str, Fact] = {
             "view": view_of(plan.modality),
-            "words": self.diary.joined.words,
-            "page": (begun[0].page if begun else "") or opened.page,
+            "words": joined.words,
+            "page": joined.page,
             "position": box,
             "history": opened.scenes.experiment.history,
             "feedback": opened.scenes.experiment.feedback,
@@ -197,7 +188,7 @@ class Session:
                 self.diary.attempts(box),
                 facts=facts,
                 words_alone=True,
-                pictures=opened.journal.directory / ALBUM if box and not self.preview else None,
+                pictures=opened.journal.directory / ALBUM if self._records(box) else None,
                 place=opened.place,
             )
         except BadValue as error:
@@ -209,14 +200,17 @@ class Session:
             return joined.slots[box - 1].plan(scenes.study, joined.identity)
         return practice_plan(scenes.study, scenes.experiment, joined.identity)
 
+    def _records(self, box: int) -> bool:
+        """Whether a box goes on record: not the practice, and nothing of a preview."""
+        return bool(box) and not self.preview
+
     def _append(self, box: int, played: PausedTrial) -> None:
-        """Record a finished trial, unless it is the practice, or the record holds it, whoever played it."""
+        """Record a finished trial, unless the record holds it, whoever played it."""
         trial, journal = played.trial, self._opened.journal
         assert trial is not None
-        if box and not self.preview and journal.owes(trial.key):
-            seconds, self._owes = max(0.0, self.diary.seconds(box)), True
+        if self._records(box) and journal.owes(trial.key):
+            seconds = max(0.0, self.diary.seconds(box))
             journal.append(trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps)))
-            self._owes = False
 
     def _write(self, *, at: float | None = None, **what: Any) -> None:
         """Write an entry of what happened now, or earlier."""

@@ -12,8 +12,7 @@ import secrets
 from pathlib import Path
 
 from lockprobe.agents.outside import participant_spec
-from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.inputs import check_regular, is_there
+from lockprobe.foundation.inputs import is_there, read_input
 from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal
@@ -25,27 +24,17 @@ from lockprobe.trial.pictures.picture import PICTURE_NAME
 SECRET = "secret"  # noqa: S105 - the name of a file
 """The file of the secret of a study, in the directory of people; only its owner can read it."""
 
-_BYTES = 32
-
 
 def keyed_digest(directory: Path, text: str) -> str:
     """A digest of a text under the secret of the study in a directory, which is made if it is missing.
 
     Raises:
-        BadFile: If the secret cannot be read or made, or is none.
+        BadFile: If the secret cannot be read or made.
     """
     path = directory / PEOPLE_DIRECTORY / SECRET
-    check_regular(path)
-    try:
-        if not path.exists():
-            write_private(path, secrets.token_bytes(_BYTES), mode=0o600)
-        path.chmod(0o600)
-        secret = path.read_bytes()
-    except OSError as error:
-        raise BadFile(path, f"cannot be used ({error.strerror})") from error
-    if len(secret) != _BYTES:
-        raise BadFile(path, f"not a secret of {_BYTES} bytes")
-    return hmac.digest(secret, text.encode(), "sha256").hex()
+    if not is_there(path):
+        write_private(path, secrets.token_bytes(32), mode=0o600)
+    return hmac.digest(read_input(path), text.encode(), "sha256").hex()
 
 
 def withdrawn(directory: Path | str) -> int:

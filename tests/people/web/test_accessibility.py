@@ -9,7 +9,7 @@ from browser import ACTS, browser, needs_a_browser, new_tab, plan_of, run, serve
 from seated import people_study
 
 from lockprobe.boxes.families import box
-from lockprobe.people.texts import read_words
+from lockprobe.people.experiment import read_words
 
 pytestmark = needs_a_browser
 

@@ -22,7 +22,7 @@ from browser import (
 from seated import diaries_of, people_study, under
 
 from lockprobe.boxes.families import box
-from lockprobe.people.texts import filled, read_words
+from lockprobe.people.experiment import filled, read_words
 from lockprobe.trial.condition import Condition
 
 pytestmark = needs_a_browser
@@ -141,7 +141,7 @@ def test_whatever_happens_to_the_page_no_action_counts_twice(tmp_path):
 
         await context.route("**/api/act", _losing_its_reply, times=1)  # what is done arrives, and its reply does not
         look = await goes_on(tab, look, at_step(1, 7))
-        return await goes_on(tab, await _two_tabs(context, tab, look, address))
+        return await goes_on(tab, await _two_tabs(context, tab, look, address, goes_on))
 
     assert at_the_page(tmp_path, study, interrupted).scene == "debrief"
     check_equal(tmp_path, study, "human-inspired", 2)
@@ -152,16 +152,15 @@ async def _losing_its_reply(route):
     await route.abort()
 
 
-async def _two_tabs(context, tab, look, address):
-    """The later tab plays; the earlier cannot, until it is told to go on there."""
+async def _two_tabs(context, tab, look, address, goes_on):
+    """The later tab plays; the earlier learns it from what it does, which does not count."""
     other = Tab(await context.new_page())
     assert await other.open(address) == look
+    later = await goes_on(other, look, at_step(1, 8))
     await tab.page.locator("[data-claim=moved]").click()
     await tab.page.locator("button[data-joint=A]").click()
-    await tab.page.locator("dialog [data-act=here]").click()
-    await tab.page.wait_for_selector("dialog:has([data-act=here])", state="detached")
-    again = await tab.look()
-    assert again.turn == look.turn  # nothing was done
+    again = await tab.look(after=look.turn)
+    assert again == later  # nothing was done
     await other.page.close()
     return again
 

@@ -11,7 +11,7 @@ import pytest
 
 import lockprobe.people.web
 from lockprobe import people
-from lockprobe.people.texts import read_words
+from lockprobe.people.experiment import read_words
 
 STATIC = Path(str(resources.files(lockprobe.people.web))) / "static"
 PAGE = Path(__file__).parents[3] / "page"

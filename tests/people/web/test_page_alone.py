@@ -10,7 +10,7 @@ import pytest
 from browser import browser, needs_a_browser, run
 
 import lockprobe.people.web
-from lockprobe.people.texts import read_words
+from lockprobe.people.experiment import read_words
 
 pytestmark = needs_a_browser
 
@@ -68,7 +68,6 @@ class Server:
         self.troubles = {path: list(answers) for path, answers in troubles.items()}
         self.posts = []
         self.turn = 1
-        self.lease = 0
 
     async def answer(self, route):
         path = route.request.url.removeprefix(HOME).partition("?")[0]
@@ -89,13 +88,11 @@ class Server:
             await route.fulfill(json=self._done(path))
 
     def _done(self, path):
-        if path == "open":
-            self.lease += 1
-        else:
+        if path != "open":
             self.turn += 1
             self.scenes = self.scenes[1:] or self.scenes
         scene = self.scenes[0]
-        answer = {"lease": str(self.lease), "turn": self.turn, "scene": scene, "participant": "me"}
+        answer = {"turn": self.turn, "scene": scene, "participant": "me"}
         if path == "open":
             answer["words"] = of_the_page("en")
         return answer
@@ -135,7 +132,7 @@ async def test_an_act_without_a_reply_is_sent_again_as_it_was_and_it_is_said(tro
         first, *again = server.sent("act")
         assert len(again) == 2
         assert all(body == first for body in again)
-        assert (first["turn"], first["lease"], first["act"]["joint"]) == (1, "1", "B")
+        assert (first["turn"], first["act"]["joint"]) == (1, "B")
         assert await page.inner_text("#trouble") == ""
 
 
@@ -152,26 +149,6 @@ async def test_what_is_shown_no_longer_is_asked_for_anew():
         await page.click("[data-joint=A]")
         await shown(page, 8)
         assert server.sent("act")[1]["turn"] == 7
-        assert server.sent("act")[1]["lease"] == "2"
-
-
-@played
-async def test_where_it_is_open_in_another_tab_nothing_happens_before_it_is_to_go_on_here():
-    server = Server(a_box(), act=[refusal(409, "elsewhere")])
-    async with page_of(server) as page:
-        await page.click("[data-joint=B]")
-        await page.wait_for_selector("dialog[open]:has-text('another tab')")
-        for key in ("Escape", "Escape", "Escape"):
-            await page.keyboard.press(key)
-        await page.keyboard.press("a")
-        await page.wait_for_timeout(300)
-        await page.wait_for_selector("dialog[open]")
-        assert [path for path, _ in server.posts] == ["open", "act"]
-        await page.click("[data-act=here]")
-        await page.wait_for_selector("dialog[open]", state="detached")
-        await page.click("[data-joint=C]")
-        await shown(page, 2)
-        assert server.sent("act")[1]["act"]["joint"] == "C"
 
 
 @pytest.mark.parametrize("language", ["en", "de"])

@@ -17,15 +17,13 @@ from visitor import Visitor, server, start
 from wire import Wire
 
 from lockprobe import load
-from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.foundation.errors import BadValue, Missing
 from lockprobe.people.diary import Did
+from lockprobe.people.experiment import read_words
 from lockprobe.people.server_state import ServerState
-from lockprobe.people.texts import read_words
-from lockprobe.people.web import serving
 from lockprobe.people.web.address import Address
 from lockprobe.people.web.serving import opened
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.store import STORE
 
 SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "60"))
 """People at once."""
@@ -188,7 +186,7 @@ def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
         await at_the_box(one)
         monkeypatch.setattr(ServerState, "act", slow)
         act = {"kind": "attempt", "joint": one.scene["panel"]["joints"][0]["label"], "rt": 1}
-        asked = asyncio.create_task(one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act}))
+        asked = asyncio.create_task(one.http.post("/api/act", {"turn": one.turn, "act": act}))
         await arrived.wait()
         await serving.__aexit__(None, None, None)
         answer = await asked
@@ -249,19 +247,6 @@ def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path
     assert where.url == "https://study.example.org/"
     assert (named.status_code, unnamed.status_code, plain.status_code) == (200, 200, 403)
     assert "secure" in named.headers["set-cookie"].lower().split("; ")
-
-
-def test_it_ends_in_one_line_where_somebody_else_replaces_the_records(tmp_path, monkeypatch):
-    monkeypatch.setattr(serving, "SECONDS_BETWEEN_CHECKS", 0.02)
-
-    def replace_records(where, state):
-        (tmp_path / "new").touch()
-        (tmp_path / "new").replace(tmp_path / "d" / STORE)
-
-    words = read_words(EXPERIMENT.language)
-    door = Address(port=0)
-    with pytest.raises(BadFile, match="study.db: replaced by somebody else"):
-        asyncio.run(serving.serve(tmp_path / "d", STUDY, EXPERIMENT, words, door, announce=replace_records))
 
 
 def test_the_log_is_a_line_each_that_says_nothing_of_who_asked(tmp_path, capfd):

@@ -12,7 +12,7 @@ from taking_part import take_part
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Damaged
-from lockprobe.people.diary import read_diaries, sound_entries
+from lockprobe.people.diary import read_diaries
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records import store
 from lockprobe.studies.records.attempt_log import AttemptLog
@@ -58,7 +58,7 @@ def everything(directory):
 
 def test_of_a_sound_study_all_is_saved(whole, tmp_path):
     (tmp_path / "saved").mkdir()
-    assert save_sound_rows(whole, tmp_path / "saved", sound_entries) == len(load(whole)) == 44
+    assert save_sound_rows(whole, tmp_path / "saved") == len(load(whole)) == 44
     saved, there = contents(tmp_path / "saved"), contents(whole)
     assert sorted(map(repr, saved.pop("study.db"))) == sorted(map(repr, there.pop("study.db")))
     assert saved == there
@@ -80,7 +80,7 @@ def test_of_a_damaged_study_what_is_sound_is_saved(whole, tmp_path, seed):
         everything(directory)
     (tmp_path / "saved").mkdir()
     try:
-        save_sound_rows(directory, tmp_path / "saved", sound_entries)
+        save_sound_rows(directory, tmp_path / "saved")
     except BadFile:
         assert 0 in pages  # what SQLite has to read first
         return

@@ -9,9 +9,8 @@ from typing import Literal, NamedTuple, get_args
 from lockprobe.foundation.errors import BadFile
 from lockprobe.interfaces.export.table import Column, Table, count, mark, number, text
 from lockprobe.interfaces.export.trials import PAGE, PARTICIPANT, SERVER, steps_table, trials_table
-from lockprobe.people.diary import Answers, Attempt, Diary, Did, read_diaries
+from lockprobe.people.diary import Answers, Attempt, Diary, Did, acts_of_steps, read_diaries, seconds_of_trials
 from lockprobe.people.experiment import Experiment, kept_experiment
-from lockprobe.people.journey import acts_of_steps, seconds_of_trials
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
@@ -112,7 +111,10 @@ class _ActRow(NamedTuple):
     recorded: bool
 
 
-_RT = f"Response time, from painting the scene to the choice of the joint or the answer, without a claim, {PAGE}."
+_RT = (
+    "Response time, from painting the scene to the choice of the joint, the answer or going on, without a claim, "
+    f"{PAGE}."
+)
 _AT = f"Time of arrival at the server, counted from the participant's consent, {SERVER}."
 
 _ACTS = (
@@ -202,7 +204,7 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
         _AnswerRow(kept.joined.identity, did, questions.get((did.scene, did.item), ""))
         for kept in diaries
         for did in kept.lines
-        if isinstance(did.act, Answers) and did.scene != "comprehension"
+        if isinstance(did.act, Answers) and did.scene in ("check", "ask")
     ]
     return Table("an answer to an attention check or a question", _ANSWERS, lambda: answers)
 

@@ -18,11 +18,9 @@ _NAME = re.compile(r"[A-Za-z0-9_]([A-Za-z0-9_.-]{0,251}[A-Za-z0-9_])?|\[[0-9A-Fa
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Address:
-    """Where the server listens, and how browsers reach it.
+    """Where the server listens (port 0: any free one), and how browsers reach it.
 
     Attributes:
-        host: The name or IP address to listen on.
-        port: The port; 0 for any free one.
         public: The origin that participants use through a proxy, ``https://name`` or ``http://name:port``; empty
             without one.
         allowed: More names of this machine, without port.

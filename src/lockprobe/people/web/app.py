@@ -1,8 +1,8 @@
 """The HTTP API of the participants' page: requests become calls of lockprobe.people.server_state.
 
-``GET /`` is the page. ``POST /api/open``, ``/api/act`` and ``/api/withdraw`` take a JSON object and answer with the
-scene to show. A refused request is answered with a status, a code and a message, logged in one line, and changes
-nothing. A cookie that scripts cannot read holds the token that identifies a participant.
+``GET /`` is the page. ``POST /api/open`` and ``/api/act`` take a JSON object, ``/api/withdraw`` takes nothing; all
+answer with the scene to show. A refused request is answered with a status, a code and a message, is logged in one line,
+and changes nothing. A cookie that scripts cannot read holds the token that identifies a participant.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import Act, StrictModel
+from lockprobe.people.experiment import Words
 from lockprobe.people.scenes import ActRefused
 from lockprobe.people.server_state import Reply, ServerState
-from lockprobe.people.texts import Words
 from lockprobe.people.web.address import Address
 
 STATIC = Path(__file__).with_name("static")
@@ -41,9 +41,7 @@ STATUS: Mapping[str, int] = {
     "incomplete": 400,  # a parameter of the URL is missing, wrong, or not filled in by the recruitment platform
     "cross-site": 403,  # sent by a page of another site
     "stale": 409,  # the act is for another scene than the one shown; the page has to ask for that one
-    "elsewhere": 409,  # the study is open in a newer tab
     "too-large": 413,  # the body has too many bytes
-    "not-json": 415,  # the body is no JSON
     "impossible": 422,  # the act has the right form, but this scene does not allow it
 }
 """The HTTP status for each code of a refusal."""
@@ -83,11 +81,7 @@ class _Open(StrictModel):
     platform: Annotated[dict[Word, Word], Field(max_length=40)] = Field(default_factory=dict)
 
 
-class _Withdraw(StrictModel):
-    lease: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
-
-
-class _Done(_Open, _Withdraw):
+class _Done(_Open):
     turn: Annotated[int, Field(ge=0, le=10**9)]
     act: Act
 
@@ -140,8 +134,7 @@ class Guard:
     """Checks host and origin of every request, and puts the security headers on every answer.
 
     The Host header has to be a name of this server with its port, which Starlette's ``TrustedHostMiddleware`` ignores.
-    A POST has to come from a page of this server, and be JSON. Proxy headers are not trusted, since any client can set
-    them.
+    A POST has to come from a page of this server. Proxy headers are not trusted, since any client can set them.
     """
 
     def __init__(self, app: ASGIApp, address: Address, texts: Mapping[str, Any]) -> None:
@@ -178,12 +171,8 @@ class Guard:
             origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
             if not (set(origins) <= self._origins and set(sites) <= {"same-origin"}):
                 raise ActRefused("cross-site", "only the study's own page can do that")
-        if scope["method"] == "POST":
-            kind, _, parameters = headers.get("content-type", "").lower().partition(";")
-            if kind.strip() != "application/json" or parameters.strip() not in ("", "charset=utf-8"):
-                raise ActRefused("not-json", "the body must be JSON")
-            if "transfer-encoding" in headers and "content-length" in headers:
-                raise ActRefused("malformed", "a body of two lengths")  # where a proxy could read another one
+        if "transfer-encoding" in headers and "content-length" in headers:
+            raise ActRefused("malformed", "a body of two lengths")  # where a proxy could read another one
 
 
 def application(state: ServerState, words: Words, address: Address) -> ASGIApp:
@@ -207,21 +196,16 @@ def application(state: ServerState, words: Words, address: Address) -> ASGIApp:
 
     async def act(request: Request) -> Response:
         asked, token = await _body(request, _Done), request.cookies.get(COOKIE)
-        return shown(await state.act(token, asked.lease, asked.turn, asked.act, asked.platform))
+        return shown(await state.act(token, asked.turn, asked.act, asked.platform))
 
     async def withdraw(request: Request) -> Response:
-        asked = await _body(request, _Withdraw)
-        return shown(await state.withdraw(request.cookies.get(COOKIE), asked.lease))
-
-    async def alive(request: Request) -> Response:
-        return PlainTextResponse("ok")
+        return shown(await state.withdraw(request.cookies.get(COOKIE)))
 
     async def refused(request: Request, error: Exception) -> Response:
         return _refusal(request.scope, error, texts)
 
     inner = Starlette(
         routes=[
-            Route("/healthz", alive),
             Route("/api/open", opened, methods=["POST"]),
             Route("/api/act", act, methods=["POST"]),
             Route("/api/withdraw", withdraw, methods=["POST"]),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import logging
 import time
@@ -13,15 +12,11 @@ from pathlib import Path
 
 from lockprobe.foundation.http_server import listen, running, stop_signals
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.people.experiment import Experiment
+from lockprobe.people.experiment import Experiment, Words
 from lockprobe.people.server_state import ServerState
-from lockprobe.people.texts import Words
 from lockprobe.people.web import app
 from lockprobe.people.web.address import Address
 from lockprobe.studies.study import Study
-
-SECONDS_BETWEEN_CHECKS = 1.0
-"""Time between two checks that nobody else has changed the records."""
 
 SECONDS_TO_FINISH = 10
 """Time for requests that are under way when the server stops."""
@@ -81,14 +76,8 @@ async def serve(
     *,
     announce: Callable[[Address, ServerState], None],
 ) -> None:
-    """Run the server of :func:`opened` until Ctrl-C or SIGTERM, or until another process changes the records.
-
-    Calls ``announce`` as soon as participants can come.
-    """
+    """Run the server of :func:`opened` until Ctrl-C or SIGTERM. Calls ``announce`` as soon as participants can come."""
     async with opened(directory, study, experiment, words, address) as (where, state):
         with stop_signals() as ended:
             announce(where, state)
-            while not ended.is_set():
-                state.check()
-                with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(ended.wait(), SECONDS_BETWEEN_CHECKS)
+            await ended.wait()

@@ -49,7 +49,7 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     own = ended(begun)
     if not numbers.study.invited and not own:
         return
-    from lockprobe.people.journey import boxes_of, flow_of  # the whole experiment, which no study of agents needs
+    from lockprobe.people.diary import boxes_of, flow_of  # the whole experiment, which no study of agents needs
 
     yield _people(quantity="boxes", of="planned", value=numbers.study.invited, unit="boxes")
     yield _people(quantity="boxes", of="finished", value=numbers.finished_by_people, unit="boxes")

@@ -6,7 +6,7 @@ A record has a checksum and says what its row does; that is made anew from it.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -35,11 +35,10 @@ _COLUMNS = {
 """Columns with their types."""
 
 
-def save_sound_rows(directory: Path, into: Path, sound_entries: Callable[[Path, str, Sequence[str]], int]) -> int:
+def save_sound_rows(directory: Path, into: Path) -> int:
     """Copy the settings and all that is sound into another directory, and return the number of trials there.
 
-    Of a trial that was owed again the last sound record counts. A diary is kept up to its first damaged entry:
-    ``sound_entries`` says of a store, a participant and entries how many of the first are sound.
+    Of a trial that was owed again the last sound record counts. A diary is kept up to its first damaged entry.
 
     Raises:
         BadFile: If the store is missing, or cannot even be opened.
@@ -65,7 +64,7 @@ def save_sound_rows(directory: Path, into: Path, sound_entries: Callable[[Path, 
             if number == len(there) + 1 and crc == checksum(participant, number, entry):
                 there.append(entry)
         for participant, entries in diaries.items():
-            write_acts(writing, participant, 1, entries[: sound_entries(damaged.path, participant, entries)])
+            write_acts(writing, participant, 1, entries)
         with suppress(BadFile):
             writing.executemany("insert into note values (?, ?)", damaged.rows("select name, value from note"))
         (saved,) = store.one("select count(*) from trial where current")
