@@ -13,7 +13,6 @@ from seated import (
     Clock,
     Player,
     an_act,
-    as_played,
     diary_of,
     flow,
     free,
@@ -25,7 +24,6 @@ from seated import (
     take_part,
     to_first,
     under,
-    without_page,
 )
 from stored import acts, rewrite_acts, sql
 
@@ -195,28 +193,6 @@ def test_a_diary_that_disagrees_with_what_is_played_again_is_named(tmp_path, cha
         begun(tmp_path)
 
 
-def test_everybody_goes_on_after_a_restart_and_balance_is_kept(tmp_path):
-    study = people_study(p=(0.0, 0.2, 0.4), trials=6)
-    left = [begun(tmp_path, study) for _ in range(3)]
-
-    async def go_on_together():
-        async with opened(tmp_path, study, short()) as reception:
-            back = [await reception.enter(shown.token, {}) for shown in left]
-            assert [shown.scene for shown in back] == [shown.scene for shown in left]
-            player = lambda: Player(tmp_path, study, "ideal-observer")  # noqa: E731 - one for each
-            await asyncio.gather(*(go_on(reception, player(), shown) for shown in back))
-
-    asyncio.run(go_on_together())
-    take_part(tmp_path, study, short(), "ideal-observer", people=3)
-    trials = load(tmp_path)
-    assert len({trial.key for trial in trials}) == len(trials) == study.size
-    for trial in trials:
-        assert as_played(trial) == as_played(without_page(study, trial, "ideal-observer"))
-    slots = [diary.joined.slots for diary in read_diaries(tmp_path)]
-    for place in range(3):
-        assert Counter(person[place].condition for person in slots) == {one.label: 2 for one in study.conditions}
-
-
 @pytest.mark.parametrize(
     ("study", "settings", "people", "kinds"),
     [
@@ -305,21 +281,6 @@ def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_w
     for experiment in (short(), short(away_minutes=100_000)):
         assert asyncio.run(comes_back(experiment)) == [0, 0]
     assert len(load(tmp_path)) == 3  # what was finished stays
-
-
-def test_what_people_left_is_played_by_others_no_luck_is_met_twice_and_orders_stay_balanced(tmp_path):
-    clock, study = Clock(), people_study(p=(0.0, 0.2, 0.4, 0.5), trials=8, max_steps=2)
-    for _ in range(8):  # each is sent away for the next
-        take_part(tmp_path, study, short(participants=1), until=lambda one: one.scene.kind == "over", clock=clock)
-        clock.now += 48 * HOURS
-    assert Counter(trial.p for trial in load(tmp_path)) == dict.fromkeys(study.p, 2)
-    joined = [diary.joined for diary in read_diaries(tmp_path)]
-    assert set(Counter(tuple(slot.condition for slot in one.slots) for one in joined).values()) == {2}
-    take_part(tmp_path, study, short(), people=8, clock=clock)
-    trials = load(tmp_path)
-    assert len({trial.key for trial in trials}) == len(trials) == study.size
-    lucks = [(trial.agent, trial.repetition, trial.trial) for trial in trials]
-    assert len(set(lucks)) == len(lucks)
 
 
 def test_only_so_many_trials_are_held_and_who_comes_back_goes_on(tmp_path, monkeypatch):

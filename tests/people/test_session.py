@@ -19,7 +19,6 @@ from seated import (
     an_act,
     as_played,
     diary_of,
-    flow,
     free,
     go_on,
     opened,
@@ -245,23 +244,6 @@ def test_wrong_answers_on_the_instructions_lead_back_to_them_until_they_are_righ
     assert [(did.item, did.right) for did in rounds] == [("1", False), ("2", False), ("3", True)]
 
 
-def test_after_the_limit_of_rounds_the_session_ends_and_its_places_are_free(tmp_path):
-    experiment = Experiment(rounds=1, left_url="https://example.org/no", left_code="S1")
-
-    async def fails(reception, shown):
-        before = free(reception)
-        shown = await to_first("comprehension", reception, shown)
-        shown = await reception.act(shown.token, shown.turn, wrong_answers(shown.scene), {})
-        assert (shown.scene.why, shown.scene.code, shown.progress) == ("screened", "S1", None)
-        assert await refused(reception, shown, GO_ON) == "impossible"
-        assert (await reception.enter(shown.token, {})).scene == shown.scene
-        return before, free(reception), flow(reception)
-
-    before, after, progress = sitting(tmp_path, STUDY, fails, experiment=experiment)
-    assert (before, after) == ([3, 3], [4, 4])
-    assert (progress.screened, progress.left_open, progress.finished) == (1, 0, 0)
-
-
 @pytest.mark.parametrize(
     ("to", "settings", "scene"),
     [
@@ -284,6 +266,7 @@ def test_who_comes_back_in_another_browser_reads_their_code_again_and_no_more(tm
                 shown = await reception.act(shown.token, shown.turn, wrong_answers(shown.scene), ids)
             shown = await to_first(to, reception, shown)
             agrees = await reception.act(stranger.token, 1, Agree(agreed=True), ids)
+            assert free(reception) == ([4, 4] if to == "closed" else [3, 3])
             return shown, await reception.enter(shown.token, ids), await reception.enter(None, ids), agrees
 
     shown, reloaded, elsewhere, agrees = asyncio.run(comes_back())

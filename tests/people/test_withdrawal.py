@@ -17,7 +17,7 @@ from typed import typed
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Database
-from lockprobe.people.diary import Agree, Attempt, read_diaries
+from lockprobe.people.diary import Agree, read_diaries
 from lockprobe.people.scenes import ActRefused
 from lockprobe.people.withdrawal import withdraw, withdrawn
 from lockprobe.studies.records.journal import Journal
@@ -230,28 +230,6 @@ def test_where_it_could_not_be_erased_nobody_is_told_that_it_was_and_nobody_come
 
 def _cannot(store, **how):
     raise BadFile(store.path, "cannot be written (No space left on device)")
-
-
-def test_where_nothing_could_be_deleted_they_go_on(tmp_path, monkeypatch):
-    (left,) = take_part(tmp_path, STUDY, short(), until=in_the_second_box)
-    of = pieces(tmp_path, left.identity)
-
-    async def withdraws():
-        async with opened(tmp_path, STUDY, short()) as reception:
-            shown = await reception.enter(left.token, {})
-            with monkeypatch.context() as patched:
-                patched.setattr(Database, "transaction", _cannot)
-                with pytest.raises(BadFile):
-                    await reception.withdraw(shown.token)
-            again = await reception.enter(left.token, {})
-            assert (again.scene, again.turn) == (shown.scene, shown.turn)
-            act = Attempt(joint="A", claimed="moved", rt=1.0)
-            again = await reception.act(again.token, again.turn, act, {})
-            assert again.turn == shown.turn + 1
-            await reception.withdraw(again.token)
-
-    asyncio.run(withdraws())
-    assert (left_of(tmp_path, of), withdrawn(tmp_path)) == (set(), 1)
 
 
 def test_who_withdraws_while_they_join_has_withdrawn(tmp_path):

@@ -5,7 +5,7 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from browser import ACTS, browser, needs_a_browser, new_tab, plan_of, run, served, violations
+from browser import ACTS, browser, needs_a_browser, new_tab, run, served, violations
 from seated import people_study
 
 from lockprobe.boxes.families import box
@@ -159,24 +159,3 @@ def test_the_keyboard_alone_is_enough(tmp_path):
             assert not await page.locator("dialog[open]").count()
 
     run(without_a_mouse())
-
-
-def test_a_whole_session_asks_nobody_else_and_shows_no_truth(tmp_path):
-    async def overheard():
-        async with browser() as chromium, served(tmp_path, STUDY, **WHOLE) as url:
-            tab, sent, doms = await new_tab(chromium), [], []
-            tab.page.on("requestfinished", lambda request: sent.append(request))  # noqa: PLW0108 - it has to be a function
-
-            async def keep(look):
-                doms.append(await tab.page.content())
-
-            await every_scene(tab, url, keep)
-            await asyncio.sleep(0.2)
-            assert {request.url.startswith(url) for request in sent} == {True}
-            sizes = [(await request.sizes())["responseBodySize"] for request in sent if "/api/" not in request.url]
-            assert 0 < sum(sizes) < 200_000
-            return "".join(doms) + "".join(request.post_data or "" for request in sent)
-
-    said = run(overheard())
-    plan = plan_of(tmp_path, STUDY, "w1", 1)
-    assert [word for word in (*plan.box.names, plan.key, "chain-4", "seed", "interlock") if word in said] == []

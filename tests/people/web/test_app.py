@@ -29,7 +29,6 @@ from lockprobe.people.web import app
 from lockprobe.people.web.address import Address
 from lockprobe.people.withdrawal import keyed_digest
 from lockprobe.studies.records.store import STORE
-from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Names
 from lockprobe.trial.record import Decision
 
@@ -390,39 +389,6 @@ TRUTH = re.compile(
     r'"p"|flip|plant|optimum|truth|"moved":|solved": (true|false)',
     re.IGNORECASE,
 )
-
-
-@pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
-@pytest.mark.parametrize("layout", ["fixed", "dealt", "shuffled"])
-def test_no_truth_in_all_the_traffic_of_a_session(tmp_path, flip, layout):
-    study = Study(
-        name="flips", agents=("participant",), boxes=(box("chain-4"),), conditions=flips((0.4,), flip), layout=layout, repetitions=1,
-        trials=2, max_steps=20,
-    )  # fmt: skip
-
-    async def visit():
-        async with served(tmp_path, study) as place, visiting(place, strategy="random") as one:
-            await one.play()
-            return one
-
-    one = asyncio.run(visit())
-    names = [re.escape(joint.name) for joint in study.box.joints]
-    scenes = [seen.scene for seen in one.seen]
-    for scene in scenes:
-        text = json.dumps(scene)
-        found = TRUTH.search(text) or re.search("|".join(names), text)
-        assert found is None or scene["kind"] in ("consent", "page", "debrief"), text
-    assert not re.search("|".join(names), b"".join(one.http.received).decode())
-    (trial,) = load(tmp_path)
-    assert any(step.moved != step.told_moved for step in trial.steps), "nothing false was told; choose another seed"
-    boxes = [scene for scene in scenes if scene["kind"] == "box"]
-    outcomes = [scene["panel"]["outcome"] for scene in boxes[1:]]
-    told = [("blocked", "moved")[step.told_moved] for step in trial.steps[:-1]]
-    assert outcomes == (told if flip == "outcome-only" else [None] * len(told))  # else states alone are told
-    if flip != "outcome-only":
-        for scene, step in zip(boxes[1:], trial.steps, strict=False):
-            ones = {label for label, at in zip(trial.labels, step.told_state, strict=True) if at == "1"}
-            assert {joint["label"] for joint in scene["panel"]["joints"] if joint["position"]} == ones
 
 
 def _anything(luck, one, other):

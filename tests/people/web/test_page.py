@@ -58,18 +58,6 @@ def test_nothing_is_asked_of_another_host(name):
     assert loads == []
 
 
-def test_scripts_and_styles_stand_in_files():
-    html = (STATIC / "index.html").read_text()
-    assert not re.search(r"<script(?![^>]*\bsrc=)[^>]*>|<style|\sstyle=|\son\w+=|javascript:", html, re.IGNORECASE)
-
-
-def test_nothing_that_is_shown_is_read_as_html():
-    for source in (PAGE / "src").rglob("*.js"):
-        assert not re.search(
-            r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function", source.read_text()
-        ), source
-
-
 def test_every_text_that_is_used_is_in_the_texts_and_every_text_is_used():
     server = (Path(people.__file__).parent / "scenes.py").read_text("utf-8")
     page = "\n".join(source.read_text() for source in (PAGE / "src").rglob("*.js"))

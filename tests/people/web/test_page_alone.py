@@ -136,21 +136,6 @@ async def test_an_act_without_a_reply_is_sent_again_as_it_was_and_it_is_said(tro
         assert await page.inner_text("#trouble") == ""
 
 
-@played
-async def test_what_is_shown_no_longer_is_asked_for_anew():
-    server = Server(a_box(), act=[refusal(409, "stale")])
-    async with page_of(server) as page:
-        await shown(page, 1)
-        server.turn, server.scenes = 7, [a_box(5, last="C", outcome="blocked", report="C stood still.")]
-        await page.click("[data-joint=B]")
-        await shown(page, 7)
-        assert [path for path, _ in server.posts] == ["open", "act", "open"]
-        assert "C stood still." in await page.inner_text(".report")
-        await page.click("[data-joint=A]")
-        await shown(page, 8)
-        assert server.sent("act")[1]["turn"] == 7
-
-
 @pytest.mark.parametrize("language", ["en", "de"])
 @played
 async def test_a_link_that_the_platform_did_not_fill_in_is_said_and_not_tried_again(language):

@@ -3,7 +3,6 @@
 import asyncio
 import json
 import logging
-import os
 import random
 import signal
 import socket
@@ -13,7 +12,7 @@ import pytest
 from seated import as_played, diaries_of, without_page
 from served import EXPERIMENT, STUDY, at_the_box, logged, served, visiting
 from stored import records
-from visitor import Visitor, server, start
+from visitor import Visitor, start
 from wire import Wire
 
 from lockprobe import load
@@ -25,10 +24,7 @@ from lockprobe.people.web.address import Address
 from lockprobe.people.web.serving import opened
 from lockprobe.studies.records.directory import read_study
 
-SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "60"))
-"""People at once."""
-
-KILLS = int(os.environ.get("LOCKPROBE_KILLS", "4"))
+KILLS = 4
 """How often the server is killed while they play."""
 
 STRATEGIES = ("human-inspired", "random", "ideal-observer", "random-no-repeat", "round-robin")
@@ -85,28 +81,17 @@ def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
         assert [" ".join(scene["panel"]["report"]) for scene in shown if scene["step"] > 1] == read
 
 
-@pytest.mark.slow
-def test_very_many_take_part_at_once(tmp_path):
-    people = tmp_path / "people.toml"
-    people.write_text('practice = ""\n')
-    arguments = ("flips", "--box", "chain-4", "--p", "0,0.4", "--trials", SEVERAL, "--repetitions", 1, "--out", tmp_path / "study",
-                 "--people", people, "--port", 0)  # fmt: skip
-    with server(*arguments) as where:
-        study = read_study(tmp_path / "study")
-        visitors = asyncio.run(come(where, tmp_path / "study", study, SEVERAL))
-    check_nothing_lost_doubled_or_crossed(tmp_path / "study", study, visitors)
-
-
 def free_port():
     with socket.socket() as found:
         found.bind(("127.0.0.1", 0))
         return found.getsockname()[1]
 
 
-def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path):
+@pytest.mark.parametrize("number", [16, pytest.param(60, marks=pytest.mark.slow)])
+def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path, number):
     people = tmp_path / "people.toml"
     people.write_text('practice = ""\n')
-    directory, number, luck = tmp_path / "study", 16, random.Random(7)
+    directory, luck = tmp_path / "study", random.Random(7)
     arguments = ("flips", "--box", "chain-4", "--p", "0,0.4", "--trials", number, "--repetitions", 1, "--out", directory,
                  "--people", people)  # fmt: skip
 

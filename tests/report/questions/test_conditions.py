@@ -88,5 +88,3 @@ def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_coun
     (part,) = [part for part in parts_of(lab) if part.name == "conditions"]
     detected = [row.detected for row in lab.against_control()]
     assert part.answer == f"{sum(detected)} of {len(detected)} differences detected."
-
-

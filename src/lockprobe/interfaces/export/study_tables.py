@@ -111,10 +111,7 @@ class _ActRow(NamedTuple):
     recorded: bool
 
 
-_RT = (
-    "Response time, from painting the scene to the choice of the joint, the answer or going on, without a claim, "
-    f"{PAGE}."
-)
+_RT = f"Response time, from painting the scene to the joint, the answer or going on, without a claim, {PAGE}."
 _AT = f"Time of arrival at the server, counted from the participant's consent, {SERVER}."
 
 _ACTS = (
