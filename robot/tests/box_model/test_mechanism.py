@@ -38,25 +38,11 @@ def test_every_kind_locks_every_kind(locked, by, places, newtons):
             assert_pushed_as_ruled(mechanism, drawn, joint, newtons)
 
 
-@pytest.mark.parametrize("layout", ["ngram", "scattered"])
-def test_random_boxes_with_alternatives_pushed_at_random(layout):
-    drawn = next(
-        found
-        for seed in itertools.count(len(layout))
-        if not isinstance(
-            found := generate(
-                Recipe(
-                    family=f"random-{3 + seed % 6}",
-                    layout=layout,
-                    dealt=True,
-                    initial="random",
-                    alternatives=3,
-                    literals=3,
-                    seed=seed,
-                )
-            ),
-            str,
-        )
+@pytest.mark.parametrize("seed", [6, 9])
+def test_random_boxes_with_alternatives_pushed_at_random(seed):
+    family, layout = f"random-{3 + seed % 6}", ("ngram", "scattered")[seed % 2]
+    drawn = generate(
+        Recipe(family=family, layout=layout, dealt=True, initial="random", alternatives=3, literals=3, seed=seed)
     )
     mechanism, _, _ = mechanism_of(drawn)
     mechanism.set_configuration(drawn.initial)

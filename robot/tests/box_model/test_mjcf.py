@@ -87,12 +87,10 @@ def test_without_a_display_the_viewer_says_what_to_do(monkeypatch):
 
 
 def test_a_joint_with_the_name_of_a_hidden_part_is_refused(tmp_path):
-    named = Lockbox(
-        name="odd", joints=(Joint(name="door", kind="revolute", place=(0.2, 0.5)), Joint(name="bolt-0", kind="prismatic", place=(0.8, 0.5))),
-        interlock={"door": ({"bolt-0": True},)}, initial=(False, False), target="door",
-    )  # fmt: skip
-    with pytest.raises(
-        BadValue, match="joint: got 'bolt-0', expected another name: a hidden part of the model has this"
-    ):
+    joints = [
+        Joint(name=name, kind="revolute", place=place) for name, place in (("door", (0.2, 0.5)), ("bolt-0", (0.8, 0.5)))
+    ]
+    named = Lockbox(name="odd", joints=tuple(joints), interlock={}, initial=(False, False), target="door")
+    with pytest.raises(BadValue, match="joint: got 'bolt-0', expected another name: a hidden part of the model has"):
         write_model(named, tmp_path / "box.xml")
     assert list(tmp_path.iterdir()) == []

@@ -37,7 +37,6 @@ def test_a_check_prints_every_motion_and_its_judgement(monkeypatch):
         (["check", "--plant", "rig?rung=scripted", "--height", "1"], "height: got 1.0, expected metres from 0.05"),
         (["check", "--plant", "python:hardware.fakes:calibrated_rig"], "none.json: cannot be read"),
         (["check", "--plant", "python:hardware.fakes:faulty_rig"], "the arm, follow: ConnectionResetError: cable"),
-        (["check", "--box", "nothing"], "no box is called 'nothing'"),
     ],
 )
 def test_mistakes_are_one_line(words, message, monkeypatch):
