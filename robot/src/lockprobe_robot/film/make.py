@@ -44,7 +44,7 @@ _BOARD = np.array([0.42, 0.03, 0.16])
 _LAMP = np.array([0.0, 1.0, 1.5])
 """Where the lamp of a film is, metres: on the side of its camera, so that the arm is lit and shadows fall behind."""
 
-_SHADOWS = 2.5
+_SHADOWS = 1.2
 """How far from it shadows are drawn, metres: farther, they are coarse."""
 
 _HOLD = 1.2
