@@ -1,6 +1,7 @@
 """Pictures: depth is metric, only what is shown is seen, looking changes nothing, noise and view are luck times a size."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -81,18 +82,17 @@ def test_depth_is_metres_along_the_axis_and_hidden_things_are_not_seen(drawn):
     assert np.abs(rgb.astype(int) - [0, 0, 255]).max() <= 1
 
 
-PROGRAMS = {
-    "none": (
-        {"PATH": "", "MUJOCO_GL": "off"},
-        "pictures need OpenGL, which does not work here (",
-        "): install libEGL and Mesa's drivers (Debian: libegl1 libopengl0 libegl-mesa0 libgl1-mesa-dri)",
-    ),
-    "unknown": ({"MUJOCO_GL": "paint"}, "MUJOCO_GL: got 'paint', expected a platform that works here", "unset it"),
-}
-
-
-@pytest.mark.parametrize(("variables", "begins", "ends"), PROGRAMS.values(), ids=PROGRAMS)
-def test_a_machine_that_cannot_draw_is_told_so_in_one_line(variables, begins, ends):
+@pytest.mark.parametrize(
+    ("variables", "said"),
+    [
+        (
+            {"PATH": "", "MUJOCO_GL": "off"},
+            r"pictures need OpenGL, which does not work here \(.*: install libEGL and Mesa",
+        ),
+        ({"MUJOCO_GL": "paint"}, "MUJOCO_GL: got 'paint', expected a platform that works here; unset it"),
+    ],
+)
+def test_a_machine_that_cannot_draw_is_told_so_in_one_line(variables, said):
     program = """
 import lockprobe
 from lockprobe_robot.plants import renderer
@@ -101,12 +101,9 @@ try:
 except lockprobe.foundation.errors.UserMistake as mistake:
     print(mistake)
 """
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", program], capture_output=True, text=True, env=os.environ | variables
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith(begins)
-    assert done.stdout.endswith(f"{ends}\n")
+    words = [sys.executable, "-W", "ignore", "-c", program]
+    done = subprocess.run(words, capture_output=True, text=True, env=os.environ | variables)
+    assert re.match(said, done.stdout), done.stderr
     assert done.stdout.count("\n") == 1
 
 

@@ -1,5 +1,6 @@
 """The twin: truth and what the robot makes of it, on the box that ships."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import mujoco
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from lockprobe_robot import twin as module
 from lockprobe_robot.arm.guarded_move import Touch
+from lockprobe_robot.arm.model import VELOCITY_LIMITS
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
 from lockprobe_robot.fast_twin import FastTwin
 from lockprobe_robot.twin import Twin
@@ -14,6 +16,7 @@ from lockprobe_robot.twin_settings import SceneSettings, TwinSettings
 from mjcf_models import EXAMPLES, written
 from typed import in_process
 
+from lockprobe import run_trial
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.plants.catalogue import resolve_plant
@@ -43,11 +46,11 @@ def moving(move):
 
 @pytest.fixture(scope="module")
 def solution():
-    """A filmed solution with locked joints between: its snapshots, the film's times, and the contacts of the arm."""
-    times, touching, deepest = [], set(), []
+    """A filmed solution with locked joints between: its snapshots, and the speeds and contacts of the arm."""
+    speeds, touching, deepest = [], set(), []
 
     def look(model, data):
-        times.append(data.time)
+        speeds.append(data.qvel[model.joint("arm-1").dofadr[0] :][:7].copy())
         for contact in data.contact:
             names = [model.body(model.geom_bodyid[geom]).name for geom in (contact.geom1, contact.geom2)]
             if any(name.startswith(("arm-", "hand")) for name in names):
@@ -56,7 +59,7 @@ def solution():
 
     plant = twin(film=look)
     snapshots = [plant.attempt(joint) for joint in (TARGET, FREE, SECOND, FREE, FIRST, TARGET)]
-    return SimpleNamespace(snapshots=snapshots, plant=plant, times=times, touching=touching, deepest=deepest)
+    return SimpleNamespace(snapshots=snapshots, plant=plant, speeds=speeds, touching=touching, deepest=deepest)
 
 
 def test_a_whole_solution_with_locked_joints_between_is_as_the_rules_have_it(solution):
@@ -76,18 +79,12 @@ def test_a_whole_solution_with_locked_joints_between_is_as_the_rules_have_it(sol
 def test_only_the_ring_touches_and_only_the_handle_and_nothing_goes_into_anything(solution):
     assert solution.touching == {("hand-plate", "part-")}
     assert max(solution.deepest) < 0.0015
+    assert (np.abs(solution.speeds) < VELOCITY_LIMITS).all()
 
 
 def test_with_noise_the_robot_still_judges_right_and_one_seed_is_one_course_bit_by_bit():
     """Whatever makes pictures hard, too, which changes nothing that the arm does."""
-    hard = {
-        "board": "bare",
-        "labels": False,
-        "handle_colours": "plain",
-        "light": "side",
-        "clutter": 9,
-        "view_jitter": 5.0,
-    }
+    hard = {"board": "bare", "labels": False, "light": "side", "viewpoint": "oblique", "clutter": 9, "view_jitter": 5.0}
     courses = []
     for seed, options in ((1, {}), (1, hard), (2, {})):
         plant = twin(seed, pose_error=0.004, force_noise=0.3, **options)
@@ -193,3 +190,18 @@ def test_what_is_no_hand_is_refused_in_one_line(tmp_path):
     path = written(tmp_path, "<mujoco><worldbody><body><geom size='.01'/></body></worldbody></mujoco>")
     with pytest.raises(BadFile, match="no site 'tool' in a body, which is where the hand holds the top of a knob$"):
         twin(hand=str(path))
+
+
+def test_a_change_of_the_plant_plays_as_a_study_with_that_plant_does():
+    """The same luck, and the same steps."""
+    short = {"agent": "human-inspired", "max_steps": 2, "seed": 3}
+    plain = run_trial(plant="twin?pose_error=0.03", **short)
+    missing = run_trial(plant="twin", condition="plant?pose_error=0.03", **short)
+    assert missing.steps == plain.steps
+    assert missing.plant == plain.plant
+    assert missing.doses == {"plant.pose_error": 0.03}
+    as_plain = {"key": plain.key, "condition": plain.condition, "specs": (), "doses": {}}
+    assert replace(missing, **as_plain) == plain
+    perfect = run_trial(plant="twin", **short)
+    assert (perfect.labels, perfect.listing) == (plain.labels, plain.listing)
+    assert [step.sensed for step in perfect.steps] != [step.sensed for step in plain.steps]

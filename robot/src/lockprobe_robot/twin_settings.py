@@ -19,11 +19,11 @@ Board = Literal["painted", "bare"]
 HandleColours = Literal["coloured", "plain"]
 """Handles of one colour on bars of another, or handles and bars of one colour."""
 
-Light = Literal["plain", "side"]
-"""As ``looks`` has it, or a low lamp at the right, which casts long shadows."""
+Light = Literal["plain", "side", "dim"]
+"""As ``looks`` has it; a low lamp at the right, which casts long shadows; or 30 % of the light."""
 
-Colours = Literal["plain", "second"]
-"""As ``looks`` has them, or a second palette."""
+Colours = Literal["plain", "second", "drawn"]
+"""As ``looks`` has them; a second palette; or wood, handles, bars and ground drawn in each trial."""
 
 Viewpoint = Literal["plain", "oblique"]
 """As ``looks`` has it, or from the left side of the board."""

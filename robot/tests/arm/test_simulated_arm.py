@@ -1,4 +1,4 @@
-"""The simulated arm: published kinematics, springs, limits, luck; and the guarded move on a knob that slides or is held."""
+"""The simulated arm: published kinematics, its reach, and springs."""
 
 import math
 
@@ -6,43 +6,24 @@ import mujoco
 import numpy as np
 import pytest
 from lockprobe_robot.arm.force_control import ForceController
-from lockprobe_robot.arm.guarded_move import HandlePath, guarded_move
 from lockprobe_robot.arm.inverse_kinematics import InverseKinematics
-from lockprobe_robot.arm.model import HOME, VELOCITY_LIMITS, add_arm, add_hand
+from lockprobe_robot.arm.model import HOME, add_arm, add_hand
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
 from scipy.spatial.transform import Rotation
 
 from lockprobe.foundation.errors import PlantFault
 
-TOP, AXIS, TRAVEL = np.array([0.5, 0.0, 0.2]), np.array([0.0, 0.0, -1.0]), 0.08
-PATH = HandlePath(points=np.linspace(TOP, TOP + np.array([0, TRAVEL, 0]), 9), axis=AXIS)
-ABOVE = TOP - 0.1 * AXIS
+AXIS = np.array([0.0, 0.0, -1.0])
+ABOVE = np.array([0.5, 0.0, 0.3])
 STILL = np.zeros(3)
-KNOB = """<mujoco><compiler angle="radian"/><option timestep="0.002" integrator="implicitfast"/><worldbody>
-<body name="bar" pos="0.5 0 0.15">
-  <joint name="knob" type="slide" axis="0 1 0" range="0 {travel}" damping="2" frictionloss="0.6"/>
-  <geom type="cylinder" fromto="0 0 0 0 0 0.05" size="0.015" mass="0.1"/>
-</body></worldbody></mujoco>"""
-
-
-def slider(*, held=False):
-    """A compiled scene with the arm over a knob that slides along y, or is held."""
-    spec = mujoco.MjSpec.from_string(KNOB.format(travel=0.001 if held else TRAVEL))
-    add_hand(spec, add_arm(spec))
-    return spec.compile()
-
-
-def arm_over(model, **options):
-    """The arm at home, and the state that it moves."""
-    data = mujoco.MjData(model)
-    arm = SimulatedArm(model, data, rng=np.random.default_rng(1), **options)
-    arm.stand()
-    return arm, data
 
 
 @pytest.fixture(scope="module")
 def model():
-    return slider()
+    """The arm with its hand, alone."""
+    spec = mujoco.MjSpec.from_string("<mujoco><option timestep='0.002' integrator='implicitfast'/></mujoco>")
+    add_hand(spec, add_arm(spec))
+    return spec.compile()
 
 
 def forward(angles):
@@ -98,7 +79,7 @@ def test_the_tool_is_where_it_was_asked_to_be(model, forward, left, tilt, height
 
 
 def test_what_is_out_of_reach_breaks_the_trial_with_the_place(model):
-    arm, _ = arm_over(model)
+    arm = SimulatedArm(model, mujoco.MjData(model), rng=np.random.default_rng(1))
     for place, axis in (((1.2, 0, 0.2), AXIS), ((0, 0, 2.0), AXIS), ((0.45, 0, 0.16), (math.sin(1), 0, -math.cos(1)))):
         assert not arm.reaches(np.array(place), np.array(axis))
     with pytest.raises(PlantFault, match=r"1\.2"):
@@ -123,25 +104,3 @@ def test_a_push_moves_it_by_force_over_stiffness(model, push, stiffness):
         mujoco.mj_step2(model, data)
     assert controller.tool - ABOVE == pytest.approx(np.array(push) / stiffness, abs=3e-4)
     assert np.trace(turn.T @ controller.turn) == pytest.approx(3, abs=4e-4)
-
-
-@pytest.mark.parametrize("held", [False, True])
-def test_a_knob_that_slides_is_brought_to_its_end_and_one_that_is_held_is_felt_within_all_limits(held):
-    model, angles, speeds = slider(held=held), [], []
-    arm, data = arm_over(
-        model,
-        force_noise=0.3,
-        after_step=lambda: (angles.append(arm._controller.joints.copy()), speeds.append(arm._controller.speeds.copy())),
-    )
-    touch = guarded_move(arm, PATH)
-    assert touch.verdict == ("blocked" if held else "moved")
-    assert (10 < touch.peak_force < 30) if held else (touch.peak_force < 6)
-    assert (data.joint("knob").qpos[0] > 0.8 * TRAVEL) != held
-    first = model.joint("arm-1").id
-    lower, upper = model.jnt_range[first : first + 7].T
-    assert ((np.array(angles) > lower) & (np.array(angles) < upper)).all()
-    assert (np.abs(speeds) < VELOCITY_LIMITS).all()
-    assert arm._controller.joints == pytest.approx(HOME, abs=0.01)
-    again, other = arm_over(model, force_noise=0.3)
-    assert guarded_move(again, PATH) == touch
-    assert other.qpos.tobytes() == data.qpos.tobytes()

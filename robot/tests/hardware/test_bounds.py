@@ -109,10 +109,8 @@ def test_a_program_that_stood_still_in_the_middle_of_a_move_is_stopped_and_betwe
 
 
 def test_late_commands_are_counted():
-    ticks = itertools.accumulate(itertools.cycle([0.001, 0.03]))
-    arm = bounded(FakeArm(), clock=lambda: next(ticks))
-    for _ in range(4):
-        arm.follow(STILL, STILL, stiffness=1)
+    arm = bounded(FakeArm(), clock=itertools.count(0.0, 0.03).__next__)
+    follow(arm, 4)
     assert arm.late == 4
 
 

@@ -71,36 +71,33 @@ _WOODS: tuple[Colour, ...] = (
     (0.83, 0.71, 0.47),
 )
 
-_SECOND: dict[str, Any] = {
-    "wood": (0.47, 0.33, 0.24),
-    "knob": (0.10, 0.42, 0.80),
-    "bar": (0.86, 0.86, 0.82),
-    "floor": (0.60, 0.58, 0.53),
-}
+_SECOND = replace(
+    _PLAIN, wood=(0.47, 0.33, 0.24), knob=(0.10, 0.42, 0.80), bar=(0.86, 0.86, 0.82), floor=(0.60, 0.58, 0.53)
+)
 
-_SIDE: dict[str, Any] = {"light": (0.0, -1.5), "lamp_height": 0.95, "brightness": 1.5, "ambient": 0.75}
+_LIGHTS: dict[str, dict[str, Any]] = {
+    "side": {"light": (0.0, -1.5), "lamp_height": 0.95, "brightness": 1.5, "ambient": 0.75},
+    "dim": {"light": _PLAIN.light, "brightness": 0.3, "ambient": 0.3},
+}
 
 
 def appearance_of(settings: SceneSettings, rng: np.random.Generator) -> Appearance:
     """The appearance of one trial. The number of draws does not depend on the settings."""
     drawn = [float(number) for number in rng.random(_DRAWS)]
-    look = _PLAIN
-    if settings.looks == "varied":
-        grey = drawn[5]
-        look = Appearance(
-            wood=_WOODS[int(drawn[0] * len(_WOODS))],
-            grain=int(drawn[1] * 2**31),
-            knob=colorsys.hsv_to_rgb(drawn[2], 0.88, 0.82),
-            bar=colorsys.hsv_to_rgb((drawn[2] + 0.30 + 0.4 * drawn[3]) % 1, 0.75, 0.95),
-            floor=(0.25 + 0.25 * grey, 0.27 + 0.25 * grey, 0.30 + 0.22 * grey),
-            light=(-0.45 + 0.6 * drawn[7], -0.6 + 1.2 * drawn[8]),
-            brightness=0.8 + 0.35 * drawn[9],
-            camera=(0.03 * (2 * drawn[10] - 1), 0.03 * (2 * drawn[11] - 1), 0.03 * (2 * drawn[12] - 1)),
-        )
-    if settings.colours == "second":
-        look = replace(look, **_SECOND)
-    if settings.light == "side":
-        look = replace(look, **_SIDE)
+    grey = drawn[5]
+    varied = Appearance(
+        wood=_WOODS[int(drawn[0] * len(_WOODS))],
+        grain=int(drawn[1] * 2**31),
+        knob=colorsys.hsv_to_rgb(drawn[2], 0.88, 0.82),
+        bar=colorsys.hsv_to_rgb((drawn[2] + 0.30 + 0.4 * drawn[3]) % 1, 0.75, 0.95),
+        floor=(0.25 + 0.25 * grey, 0.27 + 0.25 * grey, 0.30 + 0.22 * grey),
+        light=(-0.45 + 0.6 * drawn[7], -0.6 + 1.2 * drawn[8]),
+        brightness=0.8 + 0.35 * drawn[9],
+        camera=(0.03 * (2 * drawn[10] - 1), 0.03 * (2 * drawn[11] - 1), 0.03 * (2 * drawn[12] - 1)),
+    )
+    look = varied if settings.looks == "varied" else _PLAIN
+    of = {"plain": look, "second": _SECOND, "drawn": varied}[settings.colours]
+    look = replace(look, wood=of.wood, knob=of.knob, bar=of.bar, floor=of.floor, **_LIGHTS.get(settings.light, {}))
     if settings.handle_colours == "plain":
         look = replace(look, bar=look.knob, pivot=look.knob)
     return replace(look, luck=int(drawn[13] * 2**53))
