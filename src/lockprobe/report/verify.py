@@ -34,7 +34,7 @@ from lockprobe.studies.costs.call_log import kept_replies, logged_calls
 from lockprobe.studies.decisions import due
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.known_facts import KnownFacts, said_by
+from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.records.store import STORE, read
@@ -208,11 +208,10 @@ def _choices(of: _PlayedAgain) -> Iterator[Check]:
 
 def _agents(of: _PlayedAgain) -> Iterator[Check]:
     """An agent is the same in all its trials, and a model the one that its spec names."""
-    known, failed = KnownFacts(of.opened.trials), list[str]()
+    known, failed = KnownFacts(), list[str]()
     for trial in of.opened.trials:
-        for who, said in said_by(trial).items():
-            for name, (before, now) in known.differences(who, said).items():
-                failed.append(f"{trial.key}: {name} is {now}, and {before} in other trials")
+        for (_, name), (before, now) in known.note(trial).items():
+            failed.append(f"{trial.key}: {name} is {now}, and {before} in other trials")
         if kind_of(trial.agent) == "hosted":
             model = Model.parse(trial.agent)
             asked = {name: getattr(model.settings, name) for name in Spec.parse(trial.agent).options}
