@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from statistics import fmean
 from typing import Any, get_args
 
 import numpy as np
@@ -21,6 +22,7 @@ from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.hazards import looping
 from lockprobe.statistics.loops.chance import Null, expected_loop_rate
+from lockprobe.statistics.measures import MEASURES
 from lockprobe.statistics.outcomes import ended, numbered, points
 from lockprobe.statistics.proportions import ALPHA, Z
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
@@ -57,6 +59,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
         ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
         how: dict[str, Any] = {"low": ends[0], "high": ends[1], "note": "simulation"} if error else {"note": "exact"}
         yield cell.estimate("loop_rate", level, of=null, n=n, **how)
+    yield cell.estimate("coverage", fmean(MEASURES["covered"](trial) or 0.0 for trial in trials), n=n)
 
 
 def _over_doses(course: played.Course) -> Iterator[Row]:
