@@ -4,13 +4,13 @@ from contextlib import contextmanager
 
 import pytest
 
-from lockprobe.foundation.workers import Cluster, Node
+from lockprobe.foundation.workers import Cluster
 
 
 class Here:
     """A cluster that is this process."""
 
-    nodes = (Node(host="head", processors=0), Node(host="one\x1b", processors=2))
+    nodes = (("head", 0), ("one\x1b", 2))
 
     def each(self, begin, jobs, hear, *, together):
         work = begin()

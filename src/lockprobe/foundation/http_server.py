@@ -63,6 +63,7 @@ async def running(app: object, listening: socket.socket, *, seconds_to_finish: i
         )
     )
     task = asyncio.create_task(server.serve(sockets=[listening]))
+    await server.ready.wait()
     try:
         yield
     finally:
@@ -85,9 +86,18 @@ def stop_signals() -> Iterator[asyncio.Event]:
 
 
 class _Server(uvicorn.Server):
-    """A server whose caller handles signals."""
+    """A server that reports when it is ready. Its caller handles signals."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.ready = asyncio.Event()
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start to answer requests."""
+        await super().startup(sockets)
+        self.ready.set()
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Capture none."""
+        """Capture no signals."""
         yield

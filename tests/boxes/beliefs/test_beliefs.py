@@ -1,0 +1,270 @@
+"""Beliefs are Bayes', and plans under them the best there are: against slow enumeration, and dynamic programming without shortcuts."""
+
+from collections import defaultdict, deque
+from dataclasses import replace
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pytest
+
+from lockprobe.boxes.beliefs.exact import MOST_PLANNED, Planner, can_plan, planner
+from lockprobe.boxes.beliefs.planning import best_joints, expected_steps, information
+from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, update
+from lockprobe.boxes.beliefs.structures import MOST_INTERLOCKS, NEVER, PRIORS, interlocks
+from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.flip import flip_of
+from lockprobe.trial.record import Moment, Percept, Task
+
+NODES, MASS = np.polynomial.legendre.leggauss(12)
+NODES, MASS = (NODES + 1) / 2, MASS / 2
+
+
+def as_box(needs):
+    """A prior's interlock as a box."""
+    names = [f"j{i}" for i in range(len(needs))]
+    interlock = {names[i]: ({names[need[0]]: bool(need[1])},) for i, need in enumerate(needs) if need}
+    joints = tuple(Joint(name=name, kind="revolute") for name in names)
+    return Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * len(names), target="j0")
+
+
+def told(box, kind, joints, flips, states_only=False):
+    """The reports of these attempts, and where the box was and what moved; None where it opens on the way.
+
+    Where states alone are told, what moved is what comparing a report with the last one says.
+    """
+    task = Task(joints=box.names, target=box.target, budget=99)
+    configuration, percept, reports, truth = box.initial, Percept(positions=box.initial), [], []
+    for joint, flip in zip(joints, flips, strict=True):
+        configuration, moved = box.attempt(configuration, joint)
+        if moved and joint == 0:
+            return None
+        channel = flip_of(kind, float(flip))
+        real = Percept(joint=box.names[joint], outcome="moved" if moved else "blocked", positions=configuration)
+        last, percept = (
+            percept,
+            channel.perceive(real, (Moment(was=real, told=percept),), task, np.random.default_rng(0)),
+        )
+        where = None if kind == "outcome-only" else sum(p << i for i, p in enumerate(percept.positions))
+        said = percept.positions[joint] != last.positions[joint] if states_only else percept.outcome == "moved"
+        reports.append(ReportedAttempt(joint, said, where, states_only))
+        truth.append(moved)
+    return tuple(reports), tuple(truth)
+
+
+@cache
+def _told_under(needs, kind, joints, flips, states_only):
+    return told(as_box(needs), kind, joints, flips, states_only)
+
+
+def likelihood(p, false, of):
+    """Of one pattern with so many false reports; p None is equal density over [0, 1], by quadrature."""
+    if p is None:
+        return float(MASS @ (NODES**false * (1 - NODES) ** (of - false)))
+    return p**false * (1 - p) ** (of - false)
+
+
+def histories(needs, kinds, joints, p, states_only=False):
+    """Every told history of these attempts, with the mass of (interlock, what moved last) behind it."""
+    found = defaultdict(lambda: defaultdict(float))
+    for place, kind in product(range(len(needs)), kinds):
+        for flips in product([False, True], repeat=len(joints)):
+            if (mass := likelihood(p, sum(flips), len(flips))) and (
+                heard := _told_under(needs[place], kind, joints, flips, states_only)
+            ):
+                found[heard[0]][place, heard[1][-1]] += mass / len(kinds)
+    return found
+
+
+def may_move(needs, configuration, joint):
+    need = needs[joint]
+    return need is None or (configuration >> need[0] & 1) == need[1]
+
+
+def distance(needs, start):
+    """Breadth-first search, one interlock at a time."""
+    queue, seen = deque([(start, 1)]), {start}
+    while queue:
+        here, steps = queue.popleft()
+        if may_move(needs, here, 0):
+            return steps
+        for joint in range(1, len(needs)):
+            there = here ^ 1 << joint
+            if may_move(needs, here, joint) and there not in seen:
+                seen.add(there)
+                queue.append((there, steps + 1))
+    return NEVER
+
+
+@pytest.mark.parametrize(("prior", "positions"), [("single-parent", [1]), ("any-literal", [0, 1])])
+@pytest.mark.parametrize("joints", [2, 3, 4])
+def test_literals_are_all_that_can_be_solved(prior, positions, joints):
+    choices = [[None, *product(set(range(joints)) - {joint}, positions)] for joint in range(joints)]
+    every = set(product(*choices))
+    assert set(interlocks(prior, joints).needs) == {needs for needs in every if distance(needs, 0) < NEVER}
+
+
+@pytest.mark.parametrize("prior", PRIORS)
+def test_optima_of_any_literal_and_distances_from_everywhere(prior):
+    known = interlocks(prior, 3)
+    for needs, found in zip(known.needs, known.distance, strict=True):
+        assert found.tolist() == [distance(needs, start) for start in range(8)]
+
+
+def test_too_many_interlocks_are_refused_with_their_number():
+    with pytest.raises(
+        BadValue, match=f"prior any-literal over 5 joints: got '59049 interlocks', expected at most {MOST_INTERLOCKS}"
+    ):
+        interlocks("any-literal", 5)
+    with pytest.raises(BadValue, match="prior single-parent over 6 joints: got '46656 interlocks'"):
+        interlocks("single-parent", 6)
+
+
+SMALL = interlocks("single-parent", 3)
+
+
+def after(known, noise, reports):
+    belief = begin(known, noise)
+    for report in reports:
+        belief = update(belief, report)
+    return belief
+
+
+@pytest.mark.parametrize(
+    ("name", "reading", "kinds", "states_only"),
+    [
+        ("0.3", "memoryless", ["memoryless"], False),
+        ("0.3", "latched", ["latched"], False),
+        ("0.3", "outcomes", ["outcome-only"], False),
+        ("0.3", "positions", ["memoryless", "latched"], False),
+        ("aware", "positions", ["memoryless", "latched"], False),
+        ("aware", "memoryless", ["outcome-only"], False),
+        ("0.3", "latched", ["latched"], True),
+        ("aware", "integrated", ["integrated"], False),
+        ("0.3", "re-observed", ["re-observed"], True),
+        ("0.3", "integrated", ["integrated"], True),
+        ("aware", "positions", ["memoryless", "latched"], True),
+        ("0.3", "outcomes", ["re-observed", "integrated"], False),
+        ("aware", "outcomes", ["re-observed", "integrated"], True),
+    ],
+)
+def test_the_posterior_is_that_of_enumeration(name, reading, kinds, states_only):
+    noise = noise_model(name, reading)
+    for joints in product(range(3), repeat=3):
+        for reports, behind in histories(SMALL.needs, kinds, joints, noise.p, states_only).items():
+            belief = after(SMALL, noise, reports)
+            total = sum(behind.values())
+            expected = [sum(behind[place, moved] for moved in (False, True)) / total for place in range(len(SMALL))]
+            assert np.allclose(belief.weights, expected, atol=1e-12)
+            assert belief.moved == pytest.approx(sum(m for (_, moved), m in behind.items() if moved) / total)
+            assert belief.restarts == 0
+
+
+def test_a_naive_observer_begins_again_from_the_last_report():
+    """Told that joint 1 moved, then that it is where it was: only the second report is kept."""
+    known = interlocks("chains", 4)
+    belief = after(
+        known,
+        noise_model("naive"),
+        [ReportedAttempt(1, moved=True, positions=2), ReportedAttempt(2, moved=False, positions=0)],
+    )
+    assert belief.restarts == 1
+    assert belief.alive == after(known, noise_model("naive"), [ReportedAttempt(2, moved=False, positions=0)]).alive
+
+
+@pytest.mark.parametrize("name", ["1.5", "-0.1", "nan", "often", ""])
+def test_a_noise_model_that_does_not_exist_is_refused(name):
+    with pytest.raises(BadValue, match="noise: got .*, expected naive, aware, or a number from 0 to 1"):
+        noise_model(name)
+
+
+NAIVE = noise_model("naive")
+
+
+def slow_values(known):
+    """V of every set and configuration that can be met from the prior anywhere, by sweeps over all of them."""
+    start = [
+        (frozenset(np.flatnonzero(known.distance[:, c] < 255).tolist()), c) for c in range(0, 1 << known.joints, 2)
+    ]
+    ways, queue = {}, start
+    while queue:
+        alive, here = state = queue.pop()
+        if state in ways:
+            continue
+        ways[state] = []
+        for joint in range(known.joints):
+            moved = frozenset(s for s in alive if known.masks[here][joint] >> s & 1)
+            parts = [(moved, here ^ 1 << joint if joint else None), (alive - moved, here)]
+            ways[state].append([(len(part) / len(alive), part, there) for part, there in parts if part])
+            queue += [(part, there) for part, there in parts if part and there is not None]
+    values = dict.fromkeys(ways, 0.0)
+    for _ in range(100):
+        values = {
+            state: min(
+                1 + sum(f * (values[part, there] if there is not None else 0.0) for f, part, there in way)
+                for way in found
+            )
+            for state, found in ways.items()
+        }
+    return values
+
+
+@pytest.mark.parametrize(("prior", "joints"), [("chains", 3), ("single-parent", 3), ("chains", 4)])
+def test_planning_is_dynamic_programming(prior, joints):
+    known = interlocks(prior, joints)
+    fresh, slow = Planner(known), slow_values(known)
+    assert len(slow) >= 12
+    for (alive, here), value in slow.items():
+        number = sum(1 << s for s in alive)
+        assert fresh.value(number, here) == pytest.approx(value)
+        assert min(fresh.values(number, here)) == pytest.approx(value)
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds", "states_only"),
+    [
+        ("0.3", ["memoryless"], False),
+        ("0.3", ["latched"], False),
+        ("0.3", ["outcome-only"], False),
+        ("aware", ["memoryless", "latched"], False),
+        ("0.3", ["latched"], True),
+        ("0.3", ["re-observed"], False),
+        ("0.3", ["integrated"], True),
+        ("aware", ["re-observed", "integrated"], True),
+    ],
+)
+def test_information_is_what_reports_give_on_average(name, kinds, states_only):
+    """Over every next report, told or that the box opens, weighed by slow enumeration."""
+    known = interlocks("single-parent", 3)
+    unsaid = "outcomes" if "re-observed" in kinds else "positions"
+    noise = noise_model(name, kinds[0] if kinds[0] != "outcome-only" and len(kinds) == 1 else unsaid)
+    for joints in [(1, 2), (1, 1), (0, 2)]:
+        longer = [histories(known.needs, kinds, (*joints, joint), noise.p, states_only) for joint in range(3)]
+        for reports, behind in histories(known.needs, kinds, joints, noise.p, states_only).items():
+            belief = begin(known, noise)
+            for report in reports:
+                belief = update(belief, report)
+            total, expected = sum(behind.values()), []
+            for joint in range(3):
+                left = 0.0
+                for more, mass in longer[joint].items():
+                    if more[:-1] == reports:
+                        left += sum(mass.values()) / total * entropy(update(belief, more[-1]))
+                opening = belief.weights * known.may_move(belief.configuration)[:, 0]
+                if joint == 0 and (opens := opening.sum()) > 0:
+                    left += opens * entropy(replace(belief, weights=opening / opens))
+                expected.append(entropy(belief) - left)
+            assert information(belief) == pytest.approx(expected, abs=1e-9)
+
+
+def test_what_cannot_be_planned_is_refused_with_what_can():
+    known = interlocks("chains", 7)
+    assert not can_plan(known)
+    with pytest.raises(
+        BadValue,
+        match=f"got '720 interlocks of prior chains over 7 joints', expected at most {MOST_PLANNED} .*plan=information",
+    ):
+        expected_steps(begin(known, NAIVE))
+    assert best_joints(begin(known, NAIVE), "information").any()
+    assert planner(interlocks("chains", 6)) is planner(interlocks("chains", 6))
