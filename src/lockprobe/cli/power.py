@@ -110,9 +110,11 @@ def power(
     if json:
         found_here = {"target": TARGET, "studies": studies, "seed": seed, "rows": rows}
         print(json_.dumps(found_here, indent=1, default=asdict))
-    else:
+    elif rows:
         print_rows([[*_heads(rows[0])], *([cell for value in row.values() for cell in _cells(value)] for row in rows)])
         print(f"\n{note}")
+    else:
+        print("Nothing was concluded in any study.")
 
 
 def _conditions(

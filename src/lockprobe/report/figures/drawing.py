@@ -192,19 +192,15 @@ def share_axis(axes: Axes, label: str, along: Literal["x", "y"] = "y", *, grid: 
     axis(axes, along, [0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"], label, grid=grid)
 
 
-def dose_axis(axes: Axes, cells: Sequence[Cell], name: str = FLIPS.name, *, label: str | None = None) -> None:
+def dose_axis(axes: Axes, cells: Sequence[Cell], name: str = FLIPS.name) -> None:
     """The horizontal axis of Figs. 4 and 5b: flip rate, or another dose, a tick at every value played.
 
-    A tick is named where its name fits; a single value stands in the name of the axis. With a ``label`` there is that
-    in place of an axis.
+    A tick is named where its name fits; a single value stands in the name of the axis.
     """
     values = sorted({cell.dose for cell in cells if cell.dose is not None}) or [0.0]
     first, reach = values[0], values[-1] - values[0]
     margin = 0.06 * reach or 0.1
     axes.set_xlim(first - margin, values[-1] + margin)
-    if label is not None:
-        axis(axes, "x", [], [], label, bare=True)
-        return
     if len(values) == 1:
         axis(axes, "x", [], [], f"{axis_label(name)} = {first:g}")
         return
