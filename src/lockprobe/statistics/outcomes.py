@@ -231,18 +231,6 @@ def joined(groups: Sequence[Outcomes]) -> Outcomes:
     return Outcomes(**columns, order=groups[0].order, budget=max(one.budget for one in groups))
 
 
-def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:
-    """An agent's trials at one dose, each in the cluster of the person, if any, who met the same luck there.
-
-    They are returned unchanged if they have players, or ``other``, the trials of people, has none.
-    """
-    if group.crossed or not other.crossed:
-        return group
-    own, met = (zip(of.repetition.tolist(), of.trial.tolist(), strict=True) for of in (group, other))
-    played = dict(zip(met, other.player.tolist(), strict=True))
-    return replace(group, player=np.array([played.get(luck, "") for luck in own], dtype=np.str_))
-
-
 def points(counted: Outcomes) -> list[Point]:
     """The points of the paper's fits and correlation: shares of ended trials by dose and repetition."""
     found = []

@@ -11,7 +11,6 @@ from builders import SOLUTION, make_trial, small_study
 from drawn import bars, course, dots, lines, pictures, published, shades, touching, written
 from hypothesis import given, settings
 from matplotlib.colors import to_rgb
-from net import unpacked
 from reported import found_in
 
 from lockprobe.boxes.box import Joint, Lockbox
@@ -20,7 +19,6 @@ from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.drawing import COLOURS, agent_label, render, settable, sheet, style_of
 from lockprobe.report.questions import contrasts, loops, success
 from lockprobe.report.questions.speed import draw as fig3
-from lockprobe.report.results import results
 from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.statistics.proportions import proportion
 from lockprobe.studies.options.studyfile import study
@@ -58,14 +56,6 @@ def test_every_text_is_large_enough_inside_and_touches_no_other(studies, case):
             legible(name, figure)
 
 
-def forks(directory):
-    return results(unpacked("forks", directory))
-
-
-def misreading(directory):
-    return results(unpacked("sticky", directory))
-
-
 def stopping(directory):
     """A study that stopped: all truths are solved, and every fourth trial told lies."""
     planned = replace(small_study(["human-inspired"], (0.0, 0.4), 1, 40), until=Until(rule="decided"))
@@ -85,7 +75,7 @@ def readings(directory):
     return found_in(directory, study("flips", **asked, condition="nothing=drop?p=1", trials=6, repetitions=1, seed=3))
 
 
-@pytest.mark.parametrize("made", [forks, misreading, stopping, readings])
+@pytest.mark.parametrize("made", [stopping, readings])
 def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made):
     found = made(tmp_path)
     drawn = pictures(found)[made.__name__]

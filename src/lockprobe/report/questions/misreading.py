@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from operator import attrgetter
 from statistics import mean, stdev
-from textwrap import fill
-from typing import Any
 
 from lockprobe.foundation.formatting import percent
-from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import count_of
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import by_conditions, condition_words, under, varied
 from lockprobe.report.rows import Cell, Estimate, Results, Row
-from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
+from lockprobe.report.section import Block, Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.misinterpretation import Claim, claims
 from lockprobe.statistics.outcomes import ended
@@ -83,34 +80,15 @@ def _table1(found: Results) -> Lines:
 _TABLE = Table("table1", _table1)
 
 
-def draw(found: Results) -> Any:
-    """The shares of the three errors, a panel for each agent."""
-    from matplotlib.ticker import MaxNLocator
+def _beliefs(found: Results) -> Lines:
+    """How often claim and report, report and truth, and claim and truth differ; where no report was false, the same."""
+    cells = _asked(found)
+    yield ["agent", _varied(cells), *(head for _, head in _ERRORS.values())]
+    for cell in cells if any(cell.value("false_report") for cell in cells) else ():
+        yield [*_names(cell, cells), *map(cell.get, _ERRORS)]
 
-    from lockprobe.report.figures import drawing as figures
 
-    colours = figures.TARGET, figures.FAINT, figures.ACCENT
-    looks = [
-        figures.Style(colour=colour, marker=mark, lead=mark != "s") for colour, mark in zip(colours, "osD", strict=True)
-    ]
-    asked = _asked(found)
-    panels = list(grouped(asked, lambda cell: _names(cell, asked)[0]).values())
-    most = max((row.high or 0.0 for cell in asked for name in _ERRORS if (row := cell.get(name))), default=1.0)
-
-    def panel(axes: Any, cells: list[Cell]) -> None:
-        for place, (quantity, style) in enumerate(zip(_ERRORS, looks, strict=True)):
-            rows = [(i + 0.24 * (place - 1), row) for i, cell in enumerate(cells) if (row := cell.get(quantity))]
-            across, shares = [at for at, _ in rows], [row for _, row in rows]
-            figures.estimates(axes, across, shares, style, across=True, label=_ERRORS[quantity][1])
-        name = "flip rate " * (_varied(asked) == "flip rate")
-        names = [fill(figures.safe_name(name + _names(cell, asked)[1], 40), 20) for cell in cells]
-        axes.set(xlim=(-0.02 * most, 1.02 * most), ylim=(len(cells) - 0.5, -0.5))
-        figures.axis(axes, "y", range(len(cells)), names)
-        ticks = [share for share in MaxNLocator(5).tick_values(0, most) if 0 <= share <= 1.02 * most]
-        figures.axis(axes, "x", ticks, [f"{100 * share:g} %" for share in ticks], "share of claims", grid=True)
-        figures.title(axes, figures.safe_name(_names(cells[0], asked)[0], 40))
-
-    return figures.sheet(panels, panel, height=0.47 * max(map(len, panels), default=0), width=4.2)
+_BELIEFS = Table("beliefs", _beliefs)
 
 
 def _varied(cells: list[Cell]) -> str:
@@ -126,15 +104,10 @@ def _names(cell: Cell, among: list[Cell]) -> tuple[str, str]:
     return cell.label, under(cell, among)
 
 
-_FIGURE = Figure(
-    "misreading",
-    "Shares of claims that contradict the report, of false reports, and of claims that contradict the truth",
-    Note(
-        "How often claim and report, report and truth, and claim and truth differ.",
-        "Bars are 95 % intervals clustered by trial. A false report that is misread leaves a true belief.",
-    ),
-    draw,
-    applies=lambda found: any(cell.value("misinterpretations") for cell in _asked(found)),
+_BELIEVED = Note(
+    "How often claim and report, report and truth, and claim and truth differ. A false report that is misread leaves a "
+    "true belief.",
+    "Intervals (95 %) are clustered by trial.",
 )
 
 _NOTE = Note(
@@ -154,7 +127,8 @@ def _show(found: Results) -> Iterator[Part]:
     said = f"From {shares[0]} ({first}) to {shares[1]} ({last}) of claims contradict the report."
     if shares[0] == shares[1]:
         said = f"{shares[0] if high.value('misread') else 'None'} of claims contradict the report."
-    yield Part("What is misread?", said, [_TABLE, _NOTE, *[_FIGURE] * _FIGURE.applies(found)])
+    beliefs: list[Block] = [_BELIEFS, _BELIEVED] if _BELIEFS.cells(found) else []
+    yield Part("What is misread?", said, [_TABLE, _NOTE, *beliefs])
 
 
-SECTIONS = (Section("misreading", "Misreading", _rows, _show, (_TABLE,), (_FIGURE,)),)
+SECTIONS = (Section("misreading", "Misreading", _rows, _show, (_TABLE, _BELIEFS)),)
