@@ -20,8 +20,9 @@ from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.format import texts
 from lockprobe.report.prose import rules_broken_said
-from lockprobe.report.questions.forks import fork_rows, fork_said, fork_table
+from lockprobe.report.questions.forks import RARE, fork_rows, fork_said, fork_table
 from lockprobe.report.rows import Estimate
+from lockprobe.report.section import without_rare
 from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.rules import Rules
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
@@ -141,7 +142,7 @@ def _print_effects(rows: Sequence[Estimate], rules: str) -> None:
     if not rows:
         print("No effect can be estimated: that takes at least two trials forked at the same step.")
         return
-    print_rows(texts([*fork_table(rows)]))
+    print_rows(texts(without_rare(fork_table(rows), RARE)))
     print()
     for said in filter(None, (fork_said(rows), rules)):
         print(printable(said))

@@ -15,7 +15,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.curve import MOST
 from lockprobe.report.format import entry_text
 from lockprobe.report.prose import at_dose, cause, who
-from lockprobe.report.rows import Cell, Results, clearness
+from lockprobe.report.rows import BOUNDS, Cell, Results, clearness
 from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.statistics.differences import FEW_BROKE
 
@@ -102,8 +102,11 @@ def solved_said(found: Results, lines: Sequence[Line]) -> str:
     first = best[0]
     if len(shares) == 1:
         alike = " under every condition: it plays alike whatever it is told" * first.alike
+        ends = [found.get("success", **first.of_first, of=part) for part in BOUNDS]
+        between = " and ".join(percent(row.value) for row in ends if row)
+        rest = f"; {broke} more broke, so of all trials it is between {between}" * bool(broke)
         name = capital(who(first.label)) if first.agent == PEOPLE else first.label
-        return f"{name} solved {of}{alike}.{rest}"
+        return f"{name} solved {of}{alike}{rest}."
     if len(best) == len(shares):
         return f"The {len(shares)} agents solved the same share: {of}.{rest}"
     return f"Of {len(shares)} agents {listed([line.label for line in best], named=3)} solved the most: {of}.{rest}"

@@ -63,16 +63,21 @@ class Table:
 
     def cells(self, found: Results) -> Sequence[Sequence[Entry]]:
         """Its rows, the first with the names of columns; nothing without any other, and then no file is written."""
-        table = [*self.lines(found)]
-        if len(table) < 2:
-            return []
-        columns, several = zip(*texts(table), strict=True), len(table) > 2
-        alike = {
-            i
-            for i, (name, *cells) in enumerate(columns)
-            if name in self.rare and ({*cells} == {NONE} or (several and len({*cells}) == 1))
-        }
-        return [[entry for i, entry in enumerate(row) if i not in alike] for row in table]
+        return without_rare(self.lines(found), self.rare)
+
+
+def without_rare(lines: Iterable[Sequence[Entry]], rare: Sequence[str]) -> Sequence[Sequence[Entry]]:
+    """The rows of a table without those of these columns that say nothing; without any row but the first, none."""
+    table = [*lines]
+    if len(table) < 2:
+        return []
+    columns, several = zip(*texts(table), strict=True), len(table) > 2
+    alike = {
+        i
+        for i, (name, *cells) in enumerate(columns)
+        if name in rare and ({*cells} == {NONE} or (several and len({*cells}) == 1))
+    }
+    return [[entry for i, entry in enumerate(row) if i not in alike] for row in table]
 
 
 @dataclass(frozen=True, slots=True)

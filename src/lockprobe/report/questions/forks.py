@@ -87,7 +87,9 @@ def fork_said(rows: Sequence[Estimate]) -> str:
     )
 
 
-_TABLE = Table("forks", lambda found: fork_table(found.rows), 5, drawn="change, points", rare=("later reports",))
+RARE = ("later reports",)
+
+_TABLE = Table("forks", lambda found: fork_table(found.rows), 5, drawn="change, points", rare=RARE)
 
 _NOTE = Note(
     "Success after a true report, and its change in points (filled: detected). The other columns are changes, too. "
