@@ -166,7 +166,9 @@ def extended(planned: Study, directory: Path) -> Study:
         return planned
     there = read_study(directory)
     if planned.until and planned.repetitions == 1 < there.repetitions:
-        planned = replace(planned, repetitions=there.repetitions, trials=max(1, planned.trials // there.repetitions))
+        each = max(1, planned.trials // there.repetitions)
+        more = there.strategy_trials if there.strategy_trials and there.strategy_trials > each else None
+        planned = replace(planned, repetitions=there.repetitions, trials=each, strategy_trials=more)
     old, new = ([one.repetitions, one.trials, *map(one.trials_of, there.agents)] for one in (there, planned))
     if any(more < less for more, less in zip(new, old, strict=True)):
         return planned
