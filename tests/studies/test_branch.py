@@ -1,5 +1,6 @@
 """Forks of recorded trials: the past is on record, one report is changed, and the agent plays on."""
 
+import pickle
 from dataclasses import replace
 
 import pytest
@@ -87,6 +88,8 @@ def test_forks_are_no_trials_of_the_study_and_the_same_command_owes_nothing(tmp_
     _, forks = played(tmp_path, planned, at=["4"])
     assert len(load(tmp_path)) == planned.size
     wanted = branching(planned, load(tmp_path), at=["4"])
+    for plan in wanted.plans("random"):  # as it travels to a worker
+        assert pickle.loads(pickle.dumps(plan)).key == plan.key
     with Journal.open(tmp_path / FORKS, planned) as journal:
         assert not any(journal.owes(plan.key) for plan in wanted.plans("random"))
         play_forks(wanted, journal)

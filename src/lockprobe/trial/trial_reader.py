@@ -12,7 +12,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from hashlib import blake2b
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
@@ -34,7 +33,7 @@ _PARTS = tuple(
 )
 """The members of a trial before its place, between that and its steps, and behind them."""
 
-_NOTHING: Mapping[Any, str] = MappingProxyType({})
+_NOTHING: Mapping[Any, str] = {}
 """What was sensed at steps at which nothing was, and what was pictured."""
 
 _step: TypeAdapter[Step] = TypeAdapter(Step)
