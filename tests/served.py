@@ -10,6 +10,7 @@ from visitor import Visitor
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.experiment import Experiment, read_words
+from lockprobe.people.web import app
 from lockprobe.people.web.address import Address
 from lockprobe.people.web.serving import opened
 from lockprobe.studies.study import Study
@@ -65,6 +66,8 @@ def written(directory):
     return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
-def logged(said):
+def logged(caplog):
     """The lines of the log since it was looked at last, without their times."""
-    return [line.partition("Z ")[2] for line in said.readouterr().err.splitlines()]
+    said = [one.getMessage().partition("Z ")[2] for one in caplog.records if one.name == app.__name__]
+    caplog.clear()
+    return said

@@ -19,13 +19,13 @@ export function labelButton(joint, words) {
   return jointButton(joint, words, "pictures", { class: "label" }, letter, " ", target);
 }
 
-/** The button of a joint as it is drawn: a slider or a knob, first at `from`, before it goes to where it was told to be. */
-export function drawnButton(joint, words, from) {
+/** The button of a joint as it is drawn: a slider or a knob, at the position at which it was told to be. */
+export function drawnButton(joint, words) {
   const parts = joint.kind === "revolute" ? knob(joint.position) : slider(joint.position);
   const picture = drawn("svg", { viewBox: "0 0 64 64", "aria-hidden": "true", focusable: "false" }, ...parts, ...digits());
   const letter = element("span", { class: "letter" }, joint.target ? targetMark() : null, joint.label);
   const target = joint.target ? element("span", { class: "target" }, words.target) : null;
-  const own = { class: "joint", "data-kind": joint.kind ?? "prismatic", "data-position": from ?? "none" };
+  const own = { class: "joint", "data-kind": joint.kind ?? "prismatic", "data-position": joint.position ?? "none" };
   return jointButton(joint, words, "panel", own, letter, " ", picture, target);
 }
 

@@ -1,5 +1,5 @@
 import { element } from "../element.js";
-import { drawnButton } from "./joint.js";
+import { drawnButton, labelButton } from "./joint.js";
 
 const WIDTH = 320; // of the panel; units of the drawing
 const GAP = 4; // units that are left free around a joint
@@ -9,30 +9,29 @@ const EDGE = 1 / 8; // of the panel's width; joints further out are drawn at the
 const CELLS = { 1: 96, 2: 96, 3: 96, 4: 76 }; // how wide so many joints are drawn; more are narrower
 const TALLEST = 62; // hundredths of the window's height that a panel may take, where that leaves it wide enough
 
-/** @type {{box: string, positions: Map<string, 0 | 1 | null>}} What was drawn last, to move on from. */
-let before = { box: "", positions: new Map() };
+/** The box as a camera sees it, with a button for each joint. */
+export function picturesOf(scene, words) {
+  const images = scene.panel.pictures.map((src, i) => element("img", { src, alt: i ? words.depth : words.colours }));
+  const buttons = scene.panel.joints.map((joint) => labelButton(joint, words));
+  const [above, below] = [element("div", { class: "images" }, ...images), element("div", { class: "labels" }, ...buttons)];
+  return element("div", { class: "pictures" }, above, below);
+}
 
 /** The box drawn as a panel, from what was told of it. */
 export function panelOf(scene, words) {
-  const { joints, last, outcome } = scene.panel;
-  const box = `${scene.practice} ${scene.number}`;
-  const from = box === before.box ? before.positions : new Map();
+  const { joints } = scene.panel;
   const { spots, cell, height } = layout(joints.map((joint) => joint.place));
   const buttons = joints.map((joint, i) => {
-    const button = drawnButton(joint, words, from.has(joint.label) ? from.get(joint.label) : joint.position);
+    const button = drawnButton(joint, words);
     button.style.left = `${(100 * (spots[i].x - cell.width / 2)) / WIDTH}%`;
     button.style.top = `${(100 * (spots[i].y - cell.height / 2)) / height}%`;
     button.style.width = `${(100 * cell.width) / WIDTH}%`;
     button.style.height = `${(100 * cell.height) / height}%`;
-    if (joint.label === last && outcome) button.dataset.outcome = outcome;
     return button;
   });
-  before = { box, positions: new Map(joints.map((joint) => [joint.label, joint.position])) };
   const board = element("div", { class: "board" }, ...buttons);
   board.style.aspectRatio = `${WIDTH} / ${height}`;
   board.style.maxWidth = `max(20rem, ${(TALLEST * WIDTH) / height}vh)`;
-  const goThere = () => joints.forEach((joint, i) => (buttons[i].dataset.position = String(joint.position ?? "none")));
-  requestAnimationFrame(() => requestAnimationFrame(goThere));
   return element("div", { class: "panel" }, board);
 }
 

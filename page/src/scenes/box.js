@@ -1,5 +1,4 @@
-import { panelOf } from "../box/panel.js";
-import { picturesOf } from "../box/pictures.js";
+import { panelOf, picturesOf } from "../box/panel.js";
 import { deviceOf, meant } from "../choosing.js";
 import { acts, element, filled, heading, paragraphs } from "../element.js";
 

@@ -53,6 +53,7 @@ async def running(app: object, listening: socket.socket, *, seconds_to_finish: i
             ws="none",
             lifespan="off",
             log_config=None,
+            log_level="critical",  # what it says of an error could repeat what was sent
             access_log=False,
             proxy_headers=False,
             server_header=False,

@@ -196,12 +196,12 @@ REQUESTS = [
 """Path, body and headers of what a participant in the second step of a box may send -> what is answered."""
 
 
-def test_what_cannot_be_done_is_refused_logged_without_what_was_sent_and_changes_nothing(tmp_path, capfd):
+def test_what_cannot_be_done_is_refused_logged_without_what_was_sent_and_changes_nothing(tmp_path, caplog):
     async def visit():
         async with served(tmp_path) as place, visiting(place) as one, visiting(place) as other:
             await at_the_box(other)
             await at_the_box(one, step=2)
-            before, _ = written(tmp_path), logged(capfd)
+            before, _ = written(tmp_path), logged(caplog)
             token = one.http.cookies["lockprobe"]
             values = {
                 b'"TURN"': str(one.turn), b'"LAST"': str(one.turn - 1),
@@ -221,7 +221,7 @@ def test_what_cannot_be_done_is_refused_logged_without_what_was_sent_and_changes
                 assert "set-cookie" not in answer.headers, what
                 one.http.cookies["lockprobe"] = token
             assert written(tmp_path) == before
-            assert logged(capfd) == [f"{status} {code} POST {path}" for path, _, _, (status, code) in REQUESTS]
+            assert logged(caplog) == [f"{status} {code} POST {path}" for path, _, _, (status, code) in REQUESTS]
             await one.play()  # the page goes on as if nothing had been
             await other.play()
 
@@ -291,7 +291,7 @@ NO_HTTP = [
 ]  # fmt: skip
 
 
-def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, monkeypatch, capfd):
+def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(app, "SECONDS_FOR_A_BODY", 0.05)
 
     async def visit():
@@ -309,7 +309,7 @@ def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, monkey
                 assert b"evil" not in answer
             for content in (b"x" * 5_000_000, endless()):  # of which no more is read, whoever still sends
                 with suppress(httpx.TransportError):
-                    assert (await place.http.post("/api/open", content=content, headers=JSON)).status_code == 413
+                    assert (await place.http.post("/api/open", content=content, headers=JSON)).status_code in (400, 413)
             assert written(tmp_path) == before
 
     async def endless():
@@ -317,7 +317,7 @@ def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, monkey
             yield b"x" * 1000
 
     asyncio.run(visit())
-    lines = logged(capfd)
+    lines = logged(caplog)
     assert len(lines) >= len(PATHS) + 2  # what is no HTTP reaches no application
     assert all(line.isprintable() and len(line) < 200 for line in lines)
 
@@ -325,7 +325,7 @@ def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, monkey
 SCRIPT = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 
 
-def test_script_in_free_text_is_text_and_an_id_of_a_platform_that_is_none_is_not_kept(tmp_path, capfd):
+def test_script_in_free_text_is_text_and_an_id_of_a_platform_that_is_none_is_not_kept(tmp_path, caplog):
     async def visit():
         async with served(tmp_path) as place, visiting(place, answers={"How?": SCRIPT}) as one:
             await one.play()
@@ -339,10 +339,10 @@ def test_script_in_free_text_is_text_and_an_id_of_a_platform_that_is_none_is_not
     assert SCRIPT in [line["act"]["answers"][0] for line in acts(tmp_path, one.identity) if line.get("scene") == "ask"]
     assert not any(b"alert" in reply for reply in replies_to(one))
     said = "400 incomplete POST /api/open PROLIFIC_PID in the URL is not a value of a recruitment platform"
-    assert set(logged(capfd)) == {said}
+    assert set(logged(caplog)) == {said}
 
 
-def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_path, monkeypatch, capfd):
+def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_path, monkeypatch, caplog):
     async def breaks(*arguments):
         raise KeyError("what was sent")
 
@@ -354,9 +354,8 @@ def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_pat
     answer = asyncio.run(visit())
     assert (answer.status_code, answer.json()["error"]) == (500, "broken")
     assert answer.headers["x-content-type-options"] == "nosniff"
-    line, again = logged(capfd)
+    (line,) = logged(caplog)
     assert re.fullmatch(r"500 broken POST /api/open KeyError at web/test_app.py:\d+", line)
-    assert again == "error uvicorn.error Exception in ASGI application"
 
 
 @pytest.mark.parametrize("room", [0, 20, 4096])

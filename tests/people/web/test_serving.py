@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import logging
 import random
 import signal
 import socket
@@ -10,7 +9,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from seated import as_played, diaries_of, without_page
-from served import EXPERIMENT, STUDY, at_the_box, logged, served, visiting
+from served import EXPERIMENT, STUDY, at_the_box, served, visiting
 from stored import records
 from visitor import Visitor, start
 from wire import Wire
@@ -232,18 +231,3 @@ def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path
     assert where.url == "https://study.example.org/"
     assert (named.status_code, unnamed.status_code, plain.status_code) == (200, 200, 403)
     assert "secure" in named.headers["set-cookie"].lower().split("; ")
-
-
-def test_the_log_is_a_line_each_that_says_nothing_of_who_asked(tmp_path, capfd):
-    async def visit():
-        async with served(tmp_path) as place:
-            await place.http.get("/%1b[31m" + "a" * 1000)
-            logging.getLogger("uvicorn.error").warning("something with %s in it", "a secret")
-            logging.getLogger("asyncio").error("worse %s\nsocket: 203.0.113.7", "with a secret", exc_info=OSError(24))
-
-    asyncio.run(visit())
-    refused, worse = logged(capfd)
-    assert refused.startswith("404 unknown GET /%1b[31maaaa")
-    assert len(refused) < 200
-    assert worse == "error asyncio worse %s"
-    assert logging.getLogger("asyncio").handlers == []

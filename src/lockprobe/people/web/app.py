@@ -1,8 +1,8 @@
 """The HTTP API of the participants' page: requests become calls of lockprobe.people.server_state.
 
 ``GET /`` is the page. ``POST /api/open`` and ``/api/act`` take a JSON object, ``/api/withdraw`` takes nothing; all
-answer with the scene to show. A refused request is answered with a status, a code and a message, is logged in one line,
-and changes nothing. A cookie that scripts cannot read holds the token that identifies a participant.
+answer with the scene to show. A refused request is answered with a status, a code and a message, is logged, and changes
+nothing. A cookie that scripts cannot read holds the token that identifies a participant.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import asyncio
 import json
 import logging
 import mimetypes
+import time
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
@@ -71,6 +72,7 @@ _LONGEST_PATH = 100
 """Characters of a path that are logged."""
 
 _log = logging.getLogger(__name__)
+"""What is refused or fails, a line each, on standard error."""
 
 Word = Annotated[str, Field(max_length=200)]
 
@@ -125,7 +127,8 @@ def _refusal(scope: Scope, error: Exception, texts: Mapping[str, Any]) -> Respon
             more = f"{type(error).__name__} at {'/'.join(last.filename.split('/')[-2:])}:{last.lineno}"
             status, code, said = 500, "broken", "something went wrong here; please try again"
     path = scope.get("raw_path", b"").decode("ascii", "replace")[:_LONGEST_PATH]
-    _log.error("%s", printable(f"{status} {code} {scope['method'][:10]} {path} {more}".rstrip()))
+    now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+    _log.error("%s", printable(f"{now} {status} {code} {scope['method'][:10]} {path} {more}".rstrip()))
     words = {"words": texts} if scope["path"] == "/api/open" else {}  # a page that is refused has none yet
     return JSONResponse({"error": code, "message": said, **words}, status)
 
