@@ -89,7 +89,7 @@ def _agent_rows(numbers: OpenedStudy) -> Iterator[Row]:
         text = "; ".join(values) if len(values) <= _MANY else f"{len(values)} different values"
         yield Fact(about=about, name=name, text=text)
     for (agent, what), many in sorted(tidied.items(), key=lambda one: (one[0][0], -one[1])):
-        of = f"tidied, {dict(TIDIED).get(what, what)}" if what else "tidied"
+        of = f"tidied, {TIDIED.get(what, what)}" if what else "tidied"
         n = decisions[agent]
         yield Estimate(quantity="replies", agent=agent, of=of, value=many / n, count=many, n=n)
     for agent, (again, n) in asked_again(trials).items():
