@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import ceil
 from time import perf_counter
@@ -23,7 +24,7 @@ from lockprobe.agents.llm.settings import Model, tokens
 from lockprobe.agents.prompt import conversation, reply_schema
 from lockprobe.boxes.box import Lockbox, bits
 from lockprobe.boxes.solve import random_curve
-from lockprobe.foundation.errors import ChannelFault
+from lockprobe.foundation.errors import ChannelFault, PlantFault
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.spending import hosted
@@ -132,25 +133,26 @@ def simulated_seconds(study: Study, done: Mapping[str, OnRecord]) -> tuple[float
 
     One attempt at every joint is made and timed here. None where no box with a camera is simulated.
     """
-    owed: dict[tuple[str, bool], list[Plan]] = {}
-    for plan in (plan for agent in study.agents for plan in study.plans(agent)):
-        if (plan.key not in done or done[plan.key].owed_again) and resolve_plant(plan.plant).picture_size is not None:
-            looks = any(isinstance(one, CameraChannel) for one in interventions_for(plan.condition))
-            owed.setdefault((plan.plant, looks), []).append(plan)
+    plans = (plan for agent in study.agents for plan in study.plans(agent))
+    owed = Counter((plan.plant, plan.condition) for plan in plans if plan.key not in done or done[plan.key].owed_again)
+    kinds = Counter[tuple[str, bool]]()
+    for (spec, condition), trials in owed.items():
+        if resolve_plant(spec).picture_size is not None:
+            kinds[spec, any(isinstance(one, CameraChannel) for one in interventions_for(condition))] += trials
     steps = sum(1 - one for box in study.boxes for one in random_curve(box, study.max_steps)[:-1]) / len(study.boxes)
-    low = high = 0.0
-    for (spec, looks), plans in owed.items():
-        box, source = plans[0].box, resolve_plant(spec)
-        plant = source.make(box, box.names, np.random.default_rng(0))
+    box, low, high = study.boxes[0], 0.0, 0.0
+    for (spec, looks), trials in kinds.items():
+        plant = resolve_plant(spec).make(box, box.names, np.random.default_rng(0))
         began = perf_counter()
         for joint in range(len(box.joints)):
-            seen = plant.attempt(joint)
-            if looks and seen.look is not None:
-                seen.look()
+            with suppress(PlantFault):  # a joint may stay between its ends, which takes its time, too
+                seen = plant.attempt(joint)
+                if looks and seen.look is not None:
+                    seen.look()
         a_step = (perf_counter() - began) / len(box.joints)
         plant.close()
-        low, high = low + len(plans) * steps * a_step, high + len(plans) * study.max_steps * a_step
-    return (low, high) if owed else None
+        low, high = low + trials * steps * a_step, high + trials * study.max_steps * a_step
+    return (low, high) if kinds else None
 
 
 def _usage(sums: Array) -> Usage:
