@@ -79,8 +79,10 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
-    if not isinstance(asked, StudyOptions):
+    if isinstance(asked, str | Path):
         asked = read_options_file(Path(asked)) if str(asked).endswith(".toml") else StudyOptions(study=str(asked))
+    if not isinstance(asked, StudyOptions):
+        raise BadValue("study", asked, f"options, the path of a TOML file, or one of {', '.join(STUDIES)}")
     said = asked.model_copy(update={name: getattr(study_options(options), name) for name in options})
     allow(*(spec for specs in said.specs.values() for spec in specs))  # a file that names code was refused
     if said.study not in STUDIES:
