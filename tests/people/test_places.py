@@ -283,12 +283,11 @@ def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_w
     assert len(load(tmp_path)) == 3  # what was finished stays
 
 
-def test_only_so_many_trials_are_held_and_who_comes_back_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr("lockprobe.people.server_state._MOST_HELD", 2)
+def test_only_so_many_trials_are_held_and_who_comes_back_goes_on(tmp_path):
 
     async def four():
         async with opened(tmp_path, STUDY, short()) as reception:
-            people = []
+            reception.state._most, people = 2, []
             for _ in range(4):
                 people.append(await to_first("box", reception, await reception.enter(None, {})))
                 assert sum(session.holds for session in reception.sessions) <= 2

@@ -13,6 +13,7 @@ import hashlib
 import json
 import re
 import secrets
+import sys
 import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager, nullcontext
@@ -43,8 +44,8 @@ from lockprobe.trial.loop import here
 CODE, PREVIEW = "code", "preview"
 """The parameters of the URL that hold the code to join, and the key of a preview."""
 
-_MOST_HELD = 32
-"""The most trials in memory, of 60 to 70 MiB each where the plant has a camera; others are played again when needed."""
+_MOST_WITH_CAMERA = 32
+"""The most trials in memory where each holds a plant with a camera, of 60 to 70 MiB."""
 
 _ENGLISH = frozenset({"nudge", "remark", "distract", "warn", "correction"})
 """Interventions whose words reach the page as they are."""
@@ -76,6 +77,8 @@ class ServerState:
         self._study, self._experiment = opened.scenes.study, opened.scenes.experiment
         self._id = next(iter(self._experiment.recruitment), "")
         """The parameter of the URL that identifies a person; empty without one."""
+        cameras = any(resolve_plant(one).has_camera for one in self._study.plants)
+        self._most = _MOST_WITH_CAMERA if cameras else sys.maxsize
         self._joining = asyncio.Lock()
         self._sessions: dict[str, Session] = {}
         """Everybody who takes part, and previews, by the mark of their token."""
@@ -289,7 +292,7 @@ class ServerState:
     async def _reply(self, token: str, session: Session) -> Reply:
         scene, diary = await session.show(), session.diary
         held = [one for one in self._sessions.values() if one.holds and not (one is session or one.lock.locked())]
-        for other in sorted(held, key=lambda one: one.used)[: max(0, len(held) - _MOST_HELD + 1)]:
+        for other in sorted(held, key=lambda one: one.used)[: max(0, len(held) - self._most + 1)]:
             async with other.lock:
                 await other.let_go()
         who = {"participant": diary.identity, "progress": session.progress}
