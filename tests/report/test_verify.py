@@ -18,7 +18,6 @@ from saboteur import Evidence, Sent, flipped, played_by, relabelled, reply_of
 from stored import acts, sql
 from taking_part import take_part
 from tool_player import AGENT, Player, calls
-from typed import in_process
 from typer.testing import CliRunner
 
 from lockprobe import run_study, study
@@ -33,6 +32,8 @@ from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather, source_of_directory
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.results_hash import stored_hash
+from lockprobe.studies.records.store import read
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.trial_name import ForkName, TrialName
@@ -470,14 +471,16 @@ NOT_FOUND = {
 @pytest.mark.parametrize("name", NOT_FOUND)
 def test_what_no_check_can_find_is_said_and_is_found_by_a_published_hash(played, tmp_path, name):
     directory = played("sabotaged", tmp_path / "out")
-    published = json.loads(in_process("status", directory, "--json").stdout)
+    study = read_study(directory)
+    with read(directory) as store:
+        settings, results = study.settings_hash, stored_hash(store, study)
     files = Evidence(directory)
     NOT_FOUND[name](files)
     files.save()
     assert failing(directory) == {}
-    found = failing(directory, settings=published["settings_hash"], results=published["results_hash"])
+    found = failing(directory, settings=settings, results=results)
     assert "results hash" in found
-    assert ("settings hash" in found) == (published["settings_hash"] != read_study(directory).settings_hash)
+    assert ("settings hash" in found) == (settings != read_study(directory).settings_hash)
     assert ("settings hash" in found) == (name.startswith(("the plan", "an agent")))
 
 

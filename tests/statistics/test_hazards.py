@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from builders import SOLUTION, make_trial, play_study, small_study
 from hypothesis import given
 from hypothesis import strategies as st
 from known_truth import Design, simulated
 from scipy import stats
 from solved import columns
 
-from lockprobe.statistics.course import courses
-from lockprobe.statistics.hazards import log_rank, looping, pace
+from lockprobe.statistics.hazards import log_rank, looping
 
 GROUP = st.lists(st.tuples(st.integers(1, 12), st.booleans()), min_size=1, max_size=15)
 
@@ -73,32 +71,3 @@ def test_nothing_is_found_where_nothing_is_and_what_there_is_is_found(shared):
     alone, trapped = ([looping(world(rng, shared=shared, trap=trap)) for _ in range(80)] for trap in ((0.0,) * 7, TRAP))
     assert sum(one.p_value is not None and one.p_value < 0.05 for one in alone) <= stats.binom.ppf(0.999, 80, 0.06)
     assert sum(one.p_value < 0.05 and one.direction == -1 for one in trapped) >= 72
-
-
-def of(members):
-    (found,) = courses(members)
-    return found
-
-
-def trials(agent, count=8):
-    return of(play_study(small_study([agent], (0.0,), 1, count)))
-
-
-def test_the_faster_agent_is_found_whichever_comes_first_and_an_agent_is_as_fast_as_itself():
-    slow, fast = trials("random", 30), trials("human-inspired", 30)
-    found, turned = pace(slow, fast), pace(fast, slow)
-    assert found.value > 2
-    assert found.value * turned.value == pytest.approx(1)
-    assert found.p_value == pytest.approx(turned.p_value)
-    assert found.p_value < 0.01
-    alike = pace(slow, slow)
-    assert (alike.p_value, alike.value) == (1.0, pytest.approx(1))
-
-
-def test_where_trials_broke_the_slower_agent_may_have_been_the_faster():
-    """Of one agent all trials but ten break in step 2: it is called slower only if they could not have been solved."""
-    quick = [make_trial(SOLUTION, trial=i) for i in range(30)]
-    slow = [make_trial([0] * 20, agent="other", trial=i) for i in range(30)]
-    broke = [make_trial([0], agent="other", trial=i, broken="model") for i in range(20)]
-    assert pace(of(quick), of(slow)).p_value < 0.001
-    assert pace(of(quick), of([*broke, *slow[20:]])).p_value == 1.0

@@ -7,7 +7,6 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
 
 from lockprobe.statistics.course import courses
-from lockprobe.statistics.hazards import pace
 
 STUDY = small_study(("participant", "random"), (0.0, 0.3, 0.6), 2, 4)
 
@@ -33,16 +32,6 @@ def test_people_are_one_agent_and_order_does_not_matter(played):
     ]
     (alone,) = courses([trial for trial in played if trial.group == "random"])
     assert (alone.trials, alone.doses, alone.family) == (agent.trials, agent.doses, agent.family)
-
-
-def test_beside_people_an_agents_trials_count_to_who_played_their_luck():
-    """Both groups solve all that one person met and nothing else: two people, however many boxes, are no evidence."""
-    own = [person(f"000{i // 6}", solved=i < 6, trial=i + 1) for i in range(12)]
-    agent = [make_trial(SOLUTION if i >= 6 else (0,) * 20, trial=i + 1) for i in range(12)]
-    many = [person(f"{i:04d}", solved=i < 6, trial=i + 1) for i in range(12)]
-    few_people, many_people, beside = (courses(members)[0] for members in (own, many, agent))
-    assert pace(few_people, beside).p_value is None
-    assert pace(many_people, beside).p_value is not None
 
 
 def test_people_are_never_taken_for_blind():

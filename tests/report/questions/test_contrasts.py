@@ -85,7 +85,6 @@ def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
     [
         ({"a": {"of": "flip?p=0.4", "minus": "lie"}}, "no condition of the contrast a is called 'lie'"),
         ({"a": {"of": "truth", "minus": "truth"}}, "contrasts, a: got 'truth', expected every condition on one side"),
-        ({"": {"of": "flip?p=0.4", "minus": "truth"}}, "contrasts: got '', expected a name"),
         ({"a": {"of": [], "minus": "truth"}}, "contrasts: "),
         ({"a": {"of": "truth"}}, "contrasts: "),
     ],
