@@ -120,7 +120,7 @@ QUOTED = [
     ("docs/readings.md", "differs by at most {:.2f} at flip rates of 0.1 to 0.4", lambda: [widest_gap(0.1, 0.2, 0.3, 0.4)]),
     ("docs/limits.md", "all four readings, 0.5 among them", lambda: [][:doubter_is_done_by() > 20]),
     ("docs/readings.md", "is {:.2f} without false reports", lambda: [course("cognitive:perseverant").success]),
-    ("README.md", "solves it in 20 steps with probability {}, round-robin always.", lambda: success("random", 0)),
+    ("README.md", "solves the default box, `chain-4`, in 20 steps with probability {}.", lambda: success("random", 0)),
     ("README.md", "reference curve: 80 % by step {}, all by step 20.", lambda: [course().by(0.8)]),
     ("docs/commands.md", "how often a blind agent loops: {:.4f}; also", lambda: [chance_level(20).probability]),
     ("README.md", 'holds an "action loop" with probability {:.4f}.', lambda: [chance_level(20).probability]),

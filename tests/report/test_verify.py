@@ -239,6 +239,11 @@ def another_joint(step):
     step["decision"]["joint"] = next(one for one in "ABCD" if one != step["decision"]["joint"])
 
 
+def fewer_attempts(files):
+    for call in files.calls:
+        call.answer.update({"unanswered": 1} if call.answer.get("unanswered") == 3 else {})
+
+
 def other_call(files):
     call = next(one.answer for one in files.calls if one.answer["step"] == 2)
     call["reply"] = json.dumps(json.loads(call["reply"]) | {"hypothesis": "by luck"})
@@ -364,6 +369,7 @@ EDITS = {
     "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"]), "attempts", "is not on record"),
     "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision"),
     "a claim there": ("bench", of_the_model(lambda step: flipped(step["decision"])), "replies", ""),
+    "fewer attempts without an answer": ("resumed", fewer_attempts, "replies", "step 1 had 2 attempts without an answer, not 1"),
     "no reply there": ("bench", of_the_model(lambda step: step["decision"].pop("replies")), "replies", ""),
     "a reply in the log there": ("bench", other_call, "replies", ""),
     "a reply of a fork dropped": ("branched", without_last_of_a_fork, "fork replies", ""),

@@ -250,6 +250,8 @@ def _replies_held(
                 failed.append(f"{call.key}: its calls name another trial or agent")
         if asked and answer is None and isinstance(known.get(asked.key), Trial):
             failed.append(f"{asked.key}: a call that was sent has no outcome")
+        if asked and answer and (lost := answer.lacks(asked)):
+            failed.append(f"{asked.key}: step {answer.step} had {lost}")
     for key, one in known.items():
         if isinstance(one, Trial) and marks[key] != one.replays + (one.error is not None and one.error.again):
             failed.append(

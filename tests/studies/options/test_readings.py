@@ -5,11 +5,11 @@ from dataclasses import replace
 from shutil import rmtree
 
 import pytest
-from lockprobe.report.verify.verification import verify
 
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.misread_flip import rates_of
+from lockprobe.report.verify import verify
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
 from lockprobe.studies.options.asked_conditions import READINGS
 from lockprobe.studies.options.presets import preset
