@@ -143,7 +143,7 @@ class Server:
 
     def __init__(self, answer=None, manner=None, *, keep=False):
         self.manner = manner or Manner()
-        self._answer, self._keep = answer or ANSWERS[self.manner.answer], keep
+        self.answers, self._keep = answer or ANSWERS[self.manner.answer], keep
         self.url, self.requests, self.headers = "", [], set()
         self._open, self._raised = set(), None
         self.arrived, self.replied, self.faults = Counter(), Counter(), Counter()
@@ -265,7 +265,7 @@ class Server:
         if fault == "a string":
             return 200, "service unavailable", []
         try:
-            status, content = self._answer(request)
+            status, content = self.answers(request)
         except (AssertionError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             self._raised = self._raised or error
             return *failure(400, f"{type(error).__name__}: {error}"), []

@@ -38,7 +38,7 @@ def test_every_kind_locks_every_kind(locked, by, places, newtons):
             assert_pushed_as_ruled(mechanism, drawn, joint, newtons)
 
 
-@pytest.mark.parametrize("seed", [6, 9])
+@pytest.mark.parametrize("seed", [6, 11])
 def test_random_boxes_with_alternatives_pushed_at_random(seed):
     family, layout = f"random-{3 + seed % 6}", ("ngram", "scattered")[seed % 2]
     drawn = generate(Recipe(family=family, layout=layout, dealt=True, alternatives=3, literals=3, seed=seed))

@@ -67,7 +67,7 @@ def step(server, monkeypatch):
 
     def play(*answers, spec=SPEC, **access):
         course = list(answers)
-        server._answers = lambda request: course.pop(0) if len(course) > 1 else course[0]
+        server.answers = lambda request: course.pop(0) if len(course) > 1 else course[0]
         server.arrived.clear()
 
         async def decide():
