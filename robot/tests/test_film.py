@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from builders import make_trial
 from lockprobe_robot.film import make
-from lockprobe_robot.film.caption import WIDTH, captioned, opening_lines, outcome_lines
+from lockprobe_robot.film.caption import opening_lines, outcome_lines
 from lockprobe_robot.film.files import open_film
 from lockprobe_robot.film.make import make_film
 from lockprobe_robot.film.replay import plan_of
@@ -27,25 +27,12 @@ from lockprobe.trial.record import TrialError
 AGENT = "human-inspired"
 
 
-def texts(lines):
-    return [text for text, _ in lines]
-
-
 def test_captions_say_truth_beside_told_and_nothing_that_a_model_wrote():
     trial = make_trial([0, 3, 2], false_at=[2], claims=[None, "blocked", "moved"], hypothesis="HIDDEN", budget=3)
-    assert texts(opening_lines(trial)) == [
-        "random on chain-4, symbolic?tell=state, trial 1.1",
-        "Target: A (revolute-left); 3 steps",
-    ]
-    told = [outcome_lines(trial, at) for at in range(3)]
-    assert texts(told[0]) == [
-        "Step 1 of 3: A (revolute-left)",
-        "truth blocked, told blocked",
-        "the agent then says blocked",
-    ]
-    assert texts(told[1])[1:] == ["truth moved, told blocked", "the agent then says moved"]
-    assert [any(alarming for _, alarming in lines) for lines in told] == [False, True, False]
-    assert outcome_lines(make_trial([3, 2, 1, 0]), 3)[2][0] == "solved"
+    told = [opening_lines(trial), *(outcome_lines(trial, at) for at in range(3))]
+    assert "HIDDEN" not in str(told)
+    assert [text for text, _ in told[2][1:]] == ["truth moved, told blocked", "the agent then says moved"]
+    assert [any(alarming for _, alarming in lines) for lines in told] == [False, False, True, False]
     first = trial.steps[0]
     for change, said, alarming in (
         ({"sensed": {"verdict": "moved", "peak_force": 3.0}}, ", told blocked, robot says moved at 3 N", True),
@@ -55,15 +42,6 @@ def test_captions_say_truth_beside_told_and_nothing_that_a_model_wrote():
     ):
         seen = outcome_lines(replace(trial, steps=(replace(first, **change),)), 0)[1]
         assert seen == (f"truth blocked{said}", alarming)
-
-
-def test_a_caption_is_a_strip_below_in_which_alarms_are_red():
-    picture = np.full((420, WIDTH, 3), 90, np.uint8)
-    plain, alarmed = (captioned(picture, [("told", alarm)]) for alarm in (False, True))
-    assert (plain[:420] == picture).all()
-    differs = alarmed[(alarmed != plain).any(axis=-1)]
-    assert len(differs) > 20
-    assert (differs[:, 0] >= differs[:, 1]).all()
 
 
 def painted_row(row):
@@ -85,12 +63,6 @@ def test_a_gif_holds_the_pictures_and_their_times(tmp_path):
             assert gif.info["duration"] == milliseconds
             assert abs(np.asarray(gif.convert("RGB")).astype(int) - painted_row(10 * i)).max() <= 8
     assert [path.name for path in tmp_path.iterdir()] == ["a.gif"]
-
-
-@pytest.mark.parametrize("name", ["a.gif", "a.mp4"])
-def test_a_film_without_a_picture_is_none(tmp_path, name):
-    open_film(tmp_path / name).close()
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_film_whose_process_is_killed_plays_up_to_there(tmp_path):
@@ -134,8 +106,8 @@ def played(monkeypatch, plant="symbolic", p=0.4, puzzle=None, **asked):
     return run_trial(agent=AGENT, p=p, seed=3, plant=plant, box=puzzle, **asked), study
 
 
-def filmed(trial, path, said=None, speed=5):
-    return make_film(path, trial, path, speed=speed, tell=(lambda line: None) if said is None else said.append)
+def filmed(trial, path, said=None):
+    return make_film(path, trial, path, tell=(lambda line: None) if said is None else said.append)
 
 
 def frames(path):
@@ -172,7 +144,7 @@ def test_what_differs_from_the_record_is_said(tmp_path, monkeypatch):
 @pytest.mark.parametrize("plant", ["twin?pose_error=0.002&force_noise=0.3", "symbolic"])
 def test_an_arm_is_filmed_while_it_moves_also_where_a_trial_had_none(plant, tmp_path, monkeypatch):
     trial, _ = played(monkeypatch, plant, p=0.0, max_steps=1)
-    film = filmed(trial, tmp_path / "a.gif", speed=8)
+    film = filmed(trial, tmp_path / "a.gif")
     assert film.differs is None
     shown = frames(film.path)
     assert film.pictures > 5

@@ -21,9 +21,6 @@ from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes, wrong_source
 from lockprobe.trial.told_outcome import in_words
 
-_SPEED = 5
-"""Playback speed of a robot at work."""
-
 _PATIENCE = 2.0
 """Seconds between two lines of progress."""
 
@@ -49,7 +46,7 @@ def replay(
         return
     make_film = robot_plugin("tool", "film", "films need").load()
     try:
-        film = make_film(directory, trial, out, speed=_SPEED, tell=_Progress())
+        film = make_film(directory, trial, out, tell=_Progress())
     except TrialFault as fault:
         raise UserMistake(f"the film ends where the trial breaks when it is played again ({fault})") from None
     if film.note:

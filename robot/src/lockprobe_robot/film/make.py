@@ -33,6 +33,9 @@ STAND_IN, WITHOUT_ARM = "twin", "fast-twin"
 _HOOK_RATE = 25.0
 """Pictures per simulated second that a twin offers."""
 
+_SPEED = 5
+"""How many times as fast as it was a robot's motion is played."""
+
 _HEIGHT = 420
 
 _CAMERA = "oblique"
@@ -70,8 +73,8 @@ class Film:
     note: str = ""
 
 
-def make_film(directory: Path, trial: Trial, path: Path, *, speed: int, tell: Callable[[str], None]) -> Film:
-    """Film a trial of a study as a ``.gif`` or ``.mp4``, with a robot's motion so many times as fast.
+def make_film(directory: Path, trial: Trial, path: Path, *, tell: Callable[[str], None]) -> Film:
+    """Film a trial of a study as a ``.gif`` or ``.mp4``.
 
     ``tell`` is called with one line after every step that is played again.
 
@@ -83,7 +86,7 @@ def make_film(directory: Path, trial: Trial, path: Path, *, speed: int, tell: Ca
     source, note = _source(plan)
     file = open_film(path)
     differs: str | None = None
-    recorder = _FilmRecorder(file, rate=RATES[path.suffix.lower()], speed=speed)
+    recorder = _FilmRecorder(file, rate=RATES[path.suffix.lower()])
     labels, rng = Names(plan).labels, plan.luck.physics()
     try:
         if source.make_filmed is None:
@@ -129,11 +132,11 @@ class _FilmRecorder:
         pictures: Number of pictures so far.
     """
 
-    def __init__(self, file: FilmFile, *, rate: float, speed: int) -> None:
+    def __init__(self, file: FilmFile, *, rate: float) -> None:
         self.lines: tuple[CaptionLine, ...] = ()
         self.pictures = 0
-        self._file, self._seconds, self._speed = file, 1 / rate, speed
-        self._every = max(1, round(_HOOK_RATE * speed / rate))
+        self._file, self._seconds = file, 1 / rate
+        self._every = max(1, round(_HOOK_RATE * _SPEED / rate))
         self._calls = 0
         self._renderer: Renderer | None = None
         self._running: tuple[Any, Any] | None = None
@@ -153,7 +156,7 @@ class _FilmRecorder:
             picture = look().rgb
         else:
             return
-        corner = f"{self._speed}x" if self._speed > 1 and self._running is not None else ""
+        corner = f"{_SPEED}x" if self._running is not None else ""
         self._file.add(captioned(picture, self.lines, corner), seconds)
         self.pictures += 1
 
