@@ -4,15 +4,11 @@ import os
 from contextlib import ExitStack, closing
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 from builders import make_trial, write_study
-from lockprobe_robot.geom_groups import CAMERA
-from lockprobe_robot.renderer import Renderer
 from lockprobe_robot.twin_settings import UserModelSettings
 from lockprobe_robot.user_model.mjcf_file import read_model
-from lockprobe_robot.user_model.model_joints import ModelJoints
 from lockprobe_robot.user_model.user_model import UserModel, check_model
 from mjcf_models import EXAMPLES, OWN, exported, one_joint, own_box, written
 from painted_png import SIGNATURE, chunk, png, zeros
@@ -21,7 +17,7 @@ import lockprobe
 from lockprobe.boxes.box import Joint
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import difficulty
-from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged, UnknownName
+from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.records.directory import claim
@@ -132,48 +128,32 @@ def test_parts_and_meshes_are_read_from_the_folder_and_are_in_the_digest(tmp_pat
         read_model(path)
 
 
-def test_a_camera_in_the_file_is_taken_and_without_one_it_is_the_free_view_of_mujoco(tmp_path):
-    assert read_model(OWN).compile().camera(CAMERA).pos == pytest.approx([-0.01, 0, 0.62])
-    model = read_model(written(tmp_path, outside="<geom size='.1' pos='.5 0 .2'/>")).compile()
-    free, renderer = mujoco.MjvCamera(), Renderer(model, width=80, height=60)
-    mujoco.mjv_defaultFreeCamera(model, free)
-    renderer.pose(mujoco.MjData(model))
-    pictures = [renderer.colours(camera).astype(int) for camera in (CAMERA, free)]
-    renderer.close()
-    assert np.abs(pictures[0] - pictures[1]).mean() < 0.5 < pictures[0].std()
+WRONG_JOINTS = {
+    "another name": ('name="bolt"', 'name="belt"', "got \"'belt'\", expected one called 'bolt'"),
+    "another type": ('type="slide"', 'type="hinge"', 'type="slide", since it is prismatic'),
+    "no range": ('range="0 0.1"', "", "got 'no range', expected a limited range"),
+    "free": ("</worldbody>", '<body><freejoint name="loose"/><geom size="1"/></body></worldbody>', "free joint"),
+    "stops half way": ("</worldbody>", '<geom type="box" size=".01 .1 .1" pos=".08 0 0"/></worldbody>', "less friction"),
+    "falls back": ("<joint ", '<joint stiffness="100" ', "the rules let it move, and the model held bolt"),
+    "does not rest": ('axis="1 0 0"', 'axis="0 0 -1"', "does not rest in the initial configuration 0: bolt 1.0"),
+    "explodes": ("<joint ", '<joint stiffness="-1e13" springref="0.05" ', "became unstable"),
+}  # fmt: skip
 
 
-JOINTS = [
-    ('name="bolt"', 'name="belt"', "prismatic", r"joints of the model: got \"'belt'\", expected one called 'bolt'"),
-    ('type="slide"', 'type="hinge"', "prismatic", 'another type.*type="slide", since it is prismatic'),
-    ('type="slide"', 'type="slide"', "revolute", 'another type.*type="hinge", since it is revolute'),
-    ('range="0 0.1"', "", "prismatic", "got 'no range', expected a limited range"),
-    ("</worldbody>", '<body><freejoint name="loose"/><geom size="1"/></body></worldbody>', "prismatic", "free joint"),
-]
-
-
-@pytest.mark.parametrize(("old", "new", "kind", "why"), JOINTS)
-def test_joints_that_a_box_cannot_have_are_refused(tmp_path, old, new, kind, why):
+@pytest.mark.parametrize(("old", "new", "why"), WRONG_JOINTS.values(), ids=WRONG_JOINTS)
+def test_joints_that_a_box_cannot_have_are_refused(tmp_path, monkeypatch, old, new, why):
+    monkeypatch.chdir(tmp_path)
     path = written(tmp_path)
     path.write_text(path.read_text("utf-8").replace(old, new), "utf-8")
-    with pytest.raises(BadFile, match=why):
-        check_model(one_joint(kind), UserModelSettings(model=str(path)))
+    assert why in refused(path, one_joint())
+    assert list(tmp_path.iterdir()) == [path], "MuJoCo leaves no log of warnings"
 
 
-def test_position_0_is_the_low_end_and_a_push_leads_to_the_other_if_it_is_strong_enough(tmp_path):
+def test_a_push_leads_from_end_to_end_wherever_the_range_lies_if_it_is_strong_enough(tmp_path):
     path = written(tmp_path)
     path.write_text(path.read_text("utf-8").replace('range="0 0.1"', 'range="-0.3 -0.1"'), "utf-8")
-    for force, moves in ((0.5, False), (2.0, True)):  # against a friction of 1 N
-        joints = ModelJoints(read_model(path).compile(), one_joint(), force=force, torque=1.8)
-        joints.start((False,))
-        assert joints.data.qpos[0] == pytest.approx(-0.3, abs=1e-3)
-        before = joints.saved()
-        joints.push(0)
-        assert (joints.configuration(), joints.resting()) == ((moves,), True)
-        once = joints.saved()
-        joints.restore(before)
-        joints.push(0)
-        assert joints.saved().tobytes() == once.tobytes()
+    assert "the rules let it move, and the model held bolt" in refused(path, one_joint(), force=0.5)
+    assert check_model(one_joint(), UserModelSettings(model=str(path), force=2.0)) == 1  # against a friction of 1 N
 
 
 @pytest.mark.parametrize("name", ["bichain-3", "gray-code", "common-effect-3"])
@@ -182,14 +162,7 @@ def test_our_own_scenes_read_back_as_users_models_obey_their_rules_everywhere(tm
     assert found == difficulty(box(name)).reachable
 
 
-def test_a_rule_changed_in_either_direction_is_found_and_said_as_the_page_says_it(tmp_path):
-    path, same = exported(box("chain-3"), tmp_path), box("chain-3")
-    target = same.target
-    looser = replace(same, interlock={**same.interlock, target: ({},)})
-    assert f"{target} was pushed: the rules let it move, and the model held {target}" in refused(path, looser)
-    needed = {name: not value for name, value in same.interlock[target][0].items()}
-    other = replace(same, interlock={**same.interlock, target: (needed,)})
-    assert f"{target} was pushed: the rules " in refused(path, other)
+def test_a_rule_changed_in_either_direction_is_found_and_said_as_the_page_says_it():
     puzzle = own_box()
     locked = replace(puzzle, interlock={**puzzle.interlock, "pin": ({"bar": True},)})
     assert refused(OWN, locked) == (
@@ -200,25 +173,13 @@ def test_a_rule_changed_in_either_direction_is_found_and_said_as_the_page_says_i
     assert f"\nlockprobe: own_box.xml: {said}\n" in (EXAMPLES.parent / "docs" / "boxes.md").read_text("utf-8")
 
 
-def test_joints_that_move_together_stop_half_way_fall_back_or_explode_are_found(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_joints_that_move_together_are_found(tmp_path):
     second = "<body pos='0 1 0'><joint name='pin' type='slide' axis='1 0 0' range='0 0.1'/><geom size='.02'/></body>"
     equal = "<equality><joint joint1='bolt' joint2='pin' polycoef='0 1 0 0 0'/></equality></mujoco>"
     path = written(tmp_path, outside=second)
     path.write_text(path.read_text("utf-8").replace("</mujoco>", equal), "utf-8")
     two = replace(one_joint(), joints=(*one_joint().joints, Joint(name="pin", kind="prismatic")), initial=(False,) * 2)
     assert "bolt was pushed: the rules let it move, and bolt moved pin as well" in refused(path, two)
-    wall = "<geom type='box' size='.01 .1 .1' pos='.08 0 0'/>"
-    said = refused(written(tmp_path, outside=wall), one_joint())
-    assert "a joint stays more than 8% of its travel from its ends (bolt 0." in said
-    assert "less friction" in said
-    back = written(tmp_path, joint='stiffness="100"')
-    assert "the rules let it move, and the model held bolt" in refused(back, one_joint())
-    falls = written(tmp_path, axis="0 0 -1")
-    assert refused(falls, one_joint()).startswith("the model does not rest in the initial configuration 0: bolt 1.0")
-    explodes = written(tmp_path, joint='stiffness="-1e13" springref="0.05"')
-    assert "became unstable" in refused(explodes, one_joint())
-    assert [path.name for path in tmp_path.iterdir()] == ["box.xml"]
 
 
 def test_its_truth_is_the_symbolic_one_also_of_a_box_that_was_dealt(plant):
@@ -250,12 +211,14 @@ def test_pictures_show_the_moment_what_is_told_and_the_labels(plant):
     assert np.abs(columns[:, None] - places[:, 0, 0]).min(1).max() < 40
 
 
-def test_without_a_panel_and_sites_the_world_and_the_parts_stand_in(tmp_path, plant):
-    text = "\n".join(line for line in OWN.read_text("utf-8").splitlines() if "<site" not in line)
+def test_without_a_panel_sites_and_a_camera_the_world_the_parts_and_a_view_stand_in(tmp_path, plant):
+    lines = OWN.read_text("utf-8").splitlines()
+    text = "\n".join(line for line in lines if not any(word in line for word in ("<site", "<camera")))
     path = written(tmp_path, text.replace('body name="panel"', 'body name="table"'))
     frame = plant(settings=replace(CALM, model=str(path))).observe().look()
     assert frame.handles[1, 1] - frame.handles[1, 0] == pytest.approx([0.08, 0, 0], abs=1e-6)
     assert 0 < frame.handles[1, 0, 2] < 0.012  # the bar's centre of mass, in the world
+    assert frame.rgb.std() > 5
 
 
 def test_its_panel_is_never_dealt_anew():
@@ -264,13 +227,6 @@ def test_its_panel_is_never_dealt_anew():
     assert lockprobe.study("modalities", **asked).layout == "fixed"
     with pytest.raises(BadValue, match=r"^layout: got 'dealt', expected fixed with twin\?model=.*stay where"):
         lockprobe.study("modalities", layout="dealt", **asked)
-
-
-def test_a_spec_leads_to_it_with_options_of_its_own():
-    source = resolve_plant(f"{SPEC}&force=20&width=320")
-    assert (source.has_camera, source.picture_size, "force=20" in source.spec) == (True, (320, 480), True)
-    with pytest.raises(UnknownName, match=r"option of twin\?model is called 'pose_error'"):
-        resolve_plant(f"{SPEC}&pose_error=0.004")
 
 
 def test_a_study_does_not_go_on_with_another_model(tmp_path):
