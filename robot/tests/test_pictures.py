@@ -82,17 +82,7 @@ def test_depth_is_metres_along_the_axis_and_hidden_things_are_not_seen(drawn):
     assert np.abs(rgb.astype(int) - [0, 0, 255]).max() <= 1
 
 
-@pytest.mark.parametrize(
-    ("variables", "said"),
-    [
-        (
-            {"PATH": "", "MUJOCO_GL": "off"},
-            r"pictures need OpenGL, which does not work here \(.*: install libEGL and Mesa",
-        ),
-        ({"MUJOCO_GL": "paint"}, "MUJOCO_GL: got 'paint', expected a platform that works here; unset it"),
-    ],
-)
-def test_a_machine_that_cannot_draw_is_told_so_in_one_line(variables, said):
+def test_a_machine_that_cannot_draw_is_told_so_in_one_line():
     program = """
 import lockprobe
 from lockprobe_robot.plants import renderer
@@ -102,8 +92,8 @@ except lockprobe.foundation.errors.UserMistake as mistake:
     print(mistake)
 """
     words = [sys.executable, "-W", "ignore", "-c", program]
-    done = subprocess.run(words, capture_output=True, text=True, env=os.environ | variables)
-    assert re.match(said, done.stdout), done.stderr
+    done = subprocess.run(words, capture_output=True, text=True, env=os.environ | {"PATH": "", "MUJOCO_GL": "off"})
+    assert re.match(r"pictures need OpenGL, which does not work here \(.*: install libEGL", done.stdout), done.stderr
     assert done.stdout.count("\n") == 1
 
 
@@ -165,30 +155,10 @@ def test_a_moment_can_be_looked_at_until_it_ends_and_a_look_that_is_refused_take
     seen.end_moment()
     with pytest.raises(PlantFault, match="after the next attempt"):
         late()
-    assert seen.facts["renderer"] is None  # nothing is opened before it looks
     first = seen.look_now()
     assert first().depth.tobytes() == look(other).depth.tobytes()
     assert first().rgb.tobytes() == look(other).rgb.tobytes()
-    facts = seen.facts
-    assert (facts["renderer"], facts["engine"]) == (renderer(), f"mujoco {mujoco.__version__}")
-    seen.close()
-    assert look(seen).rgb.tobytes() == look(other).rgb.tobytes()
-
-
-def test_looking_leaves_the_simulation_as_it_was_to_the_last_bit(camera):
-    looked, blind = camera(view_jitter=5.0), camera()
-    states = []
-    for one in (looked, blind):
-        data = one._joints.data
-        for _ in range(5):
-            mujoco.mj_step(one._joints.model, data)
-            if one is looked:
-                look(one)
-                one.look_as_told()((True,) * 4)
-        states.append(
-            (data.qpos.tobytes(), data.xpos.tobytes(), data.cam_xpos.tobytes(), data.qacc_warmstart.tobytes())
-        )
-    assert states[0] == states[1]
+    assert seen.facts["renderer"] == renderer()
 
 
 def test_the_view_moves_with_every_picture_and_the_recorded_camera_and_the_noise_of_depth_do_not(camera):

@@ -1,6 +1,5 @@
 """The twin: truth and what the robot makes of it, on the box that ships."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import mujoco
@@ -85,6 +84,7 @@ def test_only_the_ring_touches_and_only_the_handle_and_nothing_goes_into_anythin
 def test_with_noise_the_robot_still_judges_right_and_one_seed_is_one_course_bit_by_bit():
     """Whatever makes pictures hard, too, which changes nothing that the arm does."""
     hard = {"board": "bare", "labels": False, "light": "side", "viewpoint": "oblique", "clutter": 9, "view_jitter": 5.0}
+    hard |= {"colours": "second", "looks": "varied"}
     courses = []
     for seed, options in ((1, {}), (1, hard), (2, {})):
         plant = twin(seed, pose_error=0.004, force_noise=0.3, **options)
@@ -104,25 +104,19 @@ def test_a_hand_that_misses_the_handle_believes_that_it_moved_and_truth_and_beli
 
 
 def test_luck_does_not_depend_on_how_much_of_it_there_is(monkeypatch):
-    """Where the robot errs is the same direction whatever the scale, and noise does not depend on the attempt before."""
-    shifts, noises = [], []
+    """Where the robot errs is the same direction whatever the scale."""
+    shifts = []
 
     def note(arm, path):
         shifts.append(path.points[0])
-        arm._read(np.zeros(3))
-        noises.append(arm.force().tolist())
         return "blocked"
 
     monkeypatch.setattr(module, "guarded_move", moving(note))
     for error in (0.0, 0.001, 0.002):
-        plant = twin(pose_error=error, force_noise=0.3)
-        plant.attempt(FIRST)
-        plant.arm.force()
-        plant.attempt(FIRST)
-    zero, small, large = shifts[::2]
+        twin(pose_error=error).attempt(FIRST)
+    zero, small, large = shifts
     assert large - zero == pytest.approx(2 * (small - zero))
-    assert noises[:2] == noises[2:4] == noises[4:]
-    assert noises[0] != noises[1]
+    assert np.abs(small - zero).max() > 1e-5
 
 
 def fast_twin(**settings):
@@ -131,10 +125,13 @@ def fast_twin(**settings):
 
 def test_the_fast_twin_obeys_the_rules_and_who_does_not_look_has_the_same_luck():
     check_plant("fast-twin?width=64&height=64", boxes=["random-5-2"], attempts=30)
-    looked, blind = (fast_twin(width=64, height=64, depth_noise=0.002) for _ in range(2))
+    looked, blind = (fast_twin(width=64, height=64, depth_noise=0.002, view_jitter=5.0) for _ in range(2))
     looked.observe().look()
     for joint in (3, 2, 1):
-        assert looked.attempt(joint) == blind.attempt(joint)
+        seen = looked.attempt(joint)
+        assert seen == blind.attempt(joint)
+        seen.look()
+        seen.render((True,) * 4)
     assert (looked.joints.fractions() == blind.joints.fractions()).all()
     looked.close()
 
@@ -198,10 +195,6 @@ def test_a_change_of_the_plant_plays_as_a_study_with_that_plant_does():
     plain = run_trial(plant="twin?pose_error=0.03", **short)
     missing = run_trial(plant="twin", condition="plant?pose_error=0.03", **short)
     assert missing.steps == plain.steps
-    assert missing.plant == plain.plant
-    assert missing.doses == {"plant.pose_error": 0.03}
-    as_plain = {"key": plain.key, "condition": plain.condition, "specs": (), "doses": {}}
-    assert replace(missing, **as_plain) == plain
+    assert (missing.plant, missing.doses) == (plain.plant, {"plant.pose_error": 0.03})
     perfect = run_trial(plant="twin", **short)
-    assert (perfect.labels, perfect.listing) == (plain.labels, plain.listing)
     assert [step.sensed for step in perfect.steps] != [step.sensed for step in plain.steps]

@@ -94,14 +94,3 @@ def test_the_order_of_things_and_a_way_that_is_smooth_and_never_faster_than_it_m
     assert touch.seconds == pytest.approx(arm.time)
     assert np.linalg.norm(velocities, axis=1).max() <= module._DESCENT + 1e-9
     assert np.linalg.norm(np.diff(points, axis=0) - arm.period * velocities[:-1], axis=1).max() < 1e-3
-
-
-ANGLES = np.linspace(0, 1.4, 33)
-ARC = HandlePath(points=0.06 * np.stack([np.cos(ANGLES), np.sin(ANGLES), 0 * ANGLES], axis=1), axis=AXIS)
-
-
-@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.999, 1.0])
-def test_what_lies_on_the_path_has_travelled_as_far_as_it_lies_from_the_start(share):
-    point, direction = ARC.at(share * ARC.length)
-    assert ARC.travelled(point) == pytest.approx(share * ARC.length, abs=1e-9)
-    assert np.linalg.norm(direction) == pytest.approx(1)

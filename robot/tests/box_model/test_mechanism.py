@@ -38,7 +38,7 @@ def test_every_kind_locks_every_kind(locked, by, places, newtons):
             assert_pushed_as_ruled(mechanism, drawn, joint, newtons)
 
 
-@pytest.mark.parametrize("seed", [6, 11])
+@pytest.mark.parametrize("seed", [10, 11])
 def test_random_boxes_with_alternatives_pushed_at_random(seed):
     family, layout = f"random-{3 + seed % 6}", ("ngram", "scattered")[seed % 2]
     drawn = generate(Recipe(family=family, layout=layout, dealt=True, alternatives=3, literals=3, seed=seed))
@@ -46,16 +46,6 @@ def test_random_boxes_with_alternatives_pushed_at_random(seed):
     mechanism.set_configuration(drawn.initial)
     for joint in np.random.default_rng(5).integers(len(drawn.joints), size=30):
         assert_pushed_as_ruled(mechanism, drawn, int(joint))
-
-
-def test_the_same_pushes_give_the_same_fractions_bit_by_bit():
-    courses = []
-    for _ in range(2):
-        mechanism, _, _ = mechanism_of(box("branched"), looks="varied")
-        mechanism.set_configuration(box("branched").initial)
-        pushes = np.random.default_rng(2).integers(7, size=25).tolist()
-        courses.append([(mechanism.push(joint), mechanism.fractions().tobytes()) for joint in pushes])
-    assert courses[0] == courses[1]
 
 
 @pytest.mark.parametrize("friction", [0.0, 4.0])

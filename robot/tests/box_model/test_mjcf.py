@@ -8,11 +8,11 @@ import lockprobe_robot
 import mujoco
 import numpy as np
 import pytest
-from lockprobe_robot.box_model.mjcf import view_model, write_model
+from lockprobe_robot.box_model.mjcf import write_model
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadValue, Missing
+from lockprobe.foundation.errors import BadValue
 
 TRAVEL_OF_PUSH = 0.4
 """Seconds of pushing, and as many of coming to rest."""
@@ -74,14 +74,6 @@ def test_in_python_it_is_a_model_and_a_state_at_the_start_of_a_trial(arm):
     places = [data.joint(name).qpos[0] > np.mean(model.joint(name).range) for name in lockbox.names]
     assert tuple(map(bool, places)) == lockbox.initial
     assert model.nu == (7 if arm else 0)
-
-
-def test_without_a_display_the_viewer_says_what_to_do(monkeypatch):
-    monkeypatch.setattr("sys.platform", "linux")
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    with pytest.raises(Missing, match=r"viewer needs a display: lockprobe box show NAME --out scene\.xml"):
-        view_model(box(), arm=False)
 
 
 def test_a_joint_with_the_name_of_a_hidden_part_is_refused(tmp_path):

@@ -79,17 +79,6 @@ def test_the_same_seed_gives_the_same_model_and_another_one_another_and_friction
     assert thrice == pytest.approx(3 * once)
 
 
-@pytest.mark.parametrize("looks", ["plain", "varied"])
-def test_as_many_numbers_are_drawn_whatever_is_asked_and_plain_looks_never_differ(looks):
-    for option in ({}, {"light": "dim"}, {"colours": "drawn"}, {"colours": "second", "clutter": 5}):
-        first, second = np.random.default_rng(3), np.random.default_rng(3)
-        appearance_of(SceneSettings(looks=looks), first)
-        appearance_of(SceneSettings(**({"looks": looks} | option)), second)
-        assert first.random() == second.random()
-    drawn = [appearance_of(SceneSettings(looks=looks), np.random.default_rng(seed)) for seed in range(60)]
-    assert len({look.knob for look in drawn}) == (1 if looks == "plain" else 60)
-
-
 def pixel(panel, point):
     column, row = ((np.array(point) * (1, -1) + np.array(panel.size) / 2) * PIXELS_PER_METRE).astype(int)
     return row, column

@@ -3,7 +3,6 @@
 import json
 import math
 import shutil
-import sys
 from functools import cache, partial
 
 import lockprobe_robot.calibration.calibrate as library
@@ -13,7 +12,7 @@ import pytest
 from box_model.scenes import scene_of
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.box_model.tag_layout import QUIET_ZONE, TAG_SIDE, place_tags
-from lockprobe_robot.calibration.calibrate import BoardView, solved, turned_degrees
+from lockprobe_robot.calibration.calibrate import BoardView, solved
 from lockprobe_robot.calibration.calibration_file import VIEWS_FILE, array_of, calibration_for
 from lockprobe_robot.geom_groups import NOTHING
 from lockprobe_robot.renderer import Renderer
@@ -21,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from typed import in_process
 
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.trial.pictures.png import to_png
 
 cv2 = pytest.importorskip("cv2")
@@ -40,20 +39,19 @@ def eye():
     return pose
 
 
-def camera_pose(rng, tilt=25.0, roll=45.0, axes="xyz"):
-    angles = np.radians([tilt, tilt, roll]) * rng.uniform(-1, 1, 3)
-    used = [angle if axis in axes else 0.0 for axis, angle in zip("xyz", angles, strict=True)]
+def camera_pose(rng):
+    angles = np.radians([25.0, 25.0, 45.0]) * rng.uniform(-1, 1, 3)
     turned = np.eye(4)
-    turned[:3, :3] = (Rotation.from_euler("x", np.pi) * Rotation.from_euler("xyz", used)).as_matrix()
+    turned[:3, :3] = (Rotation.from_euler("x", np.pi) * Rotation.from_euler("xyz", angles)).as_matrix()
     turned[:3, 3] = (*rng.uniform(-0.02, 0.02, 2), 0) - rng.uniform(0.4, 0.5) * turned[:3, 2]
     return PANEL.pose @ turned
 
 
-def views(count=12, seed=1, millimetres=0.0, **turned):
+def views(count=12, seed=1, millimetres=0.0):
     """Views of a board, all poses known; the hand's positions have noise."""
     rng, found = np.random.default_rng(seed), []
     for number in range(count):
-        pose = camera_pose(rng, **turned)
+        pose = camera_pose(rng)
         hand = pose @ np.linalg.inv(eye())
         hand[:3, 3] += 1e-3 * millimetres * rng.standard_normal(3)
         board = np.linalg.inv(pose) @ PANEL.pose
@@ -143,12 +141,8 @@ MISTAKES = {
         "views with the board: got 4, expected",
     ),
     "no rotation": (still, "rotation of the hand off its most frequent axis.*turn the hand about two axes"),
-    "no views": (lambda content: content.update(views=[]), "views: .*at least 1"),
-    "twice": (lambda content: content["views"].append(content["views"][0]), "names the picture 00.png twice"),
     "another folder": (lambda content: content["views"][0].update(picture="../00.png"), "views.0.picture: "),
     "not rigid": (lambda content: content["views"][0].update(hand=[[1, 0, 0, 0]] * 4), "expected four rows of a rigid"),
-    "more": (lambda content: content.update(more=1), "more: no such key"),
-    "no focus": (lambda content: content["camera"].update(focal=[0, 1]), "camera.focal.0: .*greater than 0"),
     "lens": (lambda content: content["camera"].update(distortion=[0, 0, 0]), "3 numbers; expected none, 4, 5 or 8"),
     "no picture": (lambda content: content["views"][0].update(picture="gone.png"), "gone.png: cannot be read"),
 }
@@ -182,22 +176,9 @@ def test_the_hold_out_error_grows_with_the_noise_and_is_no_smaller_than_the_erro
     assert max(library._held_out(seen, tags)) > 20, "a single wrong view shows in the worst error"
 
 
-def test_rotation_about_one_axis_counts_as_none_and_views_that_contradict_each_other_have_no_pose():
-    assert turned_degrees([view.hand for view in views(axes="z")]) == pytest.approx(0, abs=1e-3)
-    assert turned_degrees([view.hand for view in views()]) > 20
+def test_views_that_contradict_each_other_have_no_pose():
     seen = views()
     for view, turn in zip(seen, Rotation.random(len(seen), random_state=0), strict=True):
         view.board[:3, :3] = turn.as_matrix()
     with pytest.raises(BadValue, match="tags in their places: no pose"):
         solved(seen)
-
-
-def test_without_opencv_the_extra_is_named(monkeypatch):
-    library._opencv.cache_clear()
-    monkeypatch.setitem(sys.modules, "cv2", None)
-    with pytest.raises(Missing, match=r"lockprobe-robot\[calibrate\]"):
-        library._opencv()
-    monkeypatch.setitem(sys.modules, "cv2", type(sys)("cv2"))
-    sys.modules["cv2"].__version__ = "5.0.0"
-    with pytest.raises(Missing, match="5.0.0 has no hand-eye calibration"):
-        library._opencv()

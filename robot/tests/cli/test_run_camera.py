@@ -7,12 +7,14 @@ from typed import typed
 
 from lockprobe.boxes.families import box
 from lockprobe.cli.run import run
+from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 
 FIVE = "random-5-3"
-PLAYED = {"agent": ["human-inspired"], "box": FIVE, "p": "0", "trials": 1, "repetitions": 1}
+PLAYED = {"agent": ["viewer?acuity=64"], "box": FIVE, "p": "0", "trials": 1, "repetitions": 1}
+PLAYED |= {"modality": ["rgb"], "shuffle": "never"}  # by pictures on both sides: those of the plant and of the agent
 
 
 @pytest.fixture
@@ -34,6 +36,8 @@ def test_a_folder_is_played_and_the_study_is_that_of_the_spec(folder, tmp_path):
     run("flips", plant=spelled, out=out, report=False, **PLAYED)  # the same command, spelled otherwise
     run("flips", plant=spelled, camera=str(folder), out=out, report=False, **PLAYED)
     assert len(load(out)) == 1
+    with pytest.raises(BadValue, match="^shuffle: got 'trial', expected never with pictures of a real box"):
+        study("flips", **{**PLAYED, "p": [0.0], "shuffle": "trial"}, plant=spelled)
 
 
 @pytest.mark.parametrize(

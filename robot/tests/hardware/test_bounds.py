@@ -9,7 +9,7 @@ import pytest
 from arm.fake_arm import FakeArm
 from hardware.fakes import SPACE, Willing
 from lockprobe_robot.arm.guarded_move import HandlePath, guarded_move
-from lockprobe_robot.hardware.bounds import Bounded, Bounds, DriverThread, call_driver
+from lockprobe_robot.hardware.bounds import Bounded, Bounds, DriverThread
 
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
 
@@ -134,18 +134,6 @@ def test_every_command_is_in_the_log_also_a_stop_that_fails(tmp_path):
 def test_senseless_bounds_are_refused(wrong):
     with pytest.raises(BadValue):
         Bounds(**{**SPACE, **wrong})
-
-
-def test_what_a_driver_raises_is_a_fault_in_one_line_and_what_lockprobe_raises_stays():
-    with pytest.raises(PlantFault, match="^the camera: ZeroDivisionError: division by zero$"):
-        call_driver("the camera", lambda: 1 / 0)
-
-    def mistake():
-        raise BadValue("x", 1, "2")
-
-    for call in (lambda: call_driver("it", mistake), lambda: DriverThread().call("it", mistake, 5)):
-        with pytest.raises(BadValue):
-            call()
 
 
 def test_a_call_that_hangs_is_given_up_keeps_nobody_alive_and_none_is_made_after_it():

@@ -5,6 +5,7 @@ import types
 
 import numpy as np
 import pytest
+from lockprobe_robot.calibration import calibrate
 from lockprobe_robot.hardware.franky import FrankyArm
 from lockprobe_robot.hardware.realsense import RealSense
 
@@ -117,7 +118,12 @@ def test_faults(arm):
 
 
 @pytest.mark.parametrize(
-    ("library", "make", "extra"), [("franky", lambda: FrankyArm("h"), "fr3"), ("pyrealsense2", RealSense, "realsense")]
+    ("library", "make", "extra"),
+    [
+        ("franky", lambda: FrankyArm("h"), "fr3"),
+        ("pyrealsense2", RealSense, "realsense"),
+        ("cv2", calibrate._opencv.__wrapped__, "calibrate"),
+    ],
 )
 def test_without_the_library_the_extra_is_named(monkeypatch, library, make, extra):
     monkeypatch.setitem(sys.modules, library, None)

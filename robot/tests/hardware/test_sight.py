@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from drawn_board import HANDLES, board
 from hardware.fakes import image_handles
-from lockprobe_robot.hardware import sight as module
 from lockprobe_robot.hardware.sight import CameraSight, FolderCamera, Shot, read_handles
 from PIL import Image
 from plants.person import Person, handles_text
 
 from lockprobe.boxes.box import bits
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
+from lockprobe.foundation.errors import BadFile, PlantFault
 from lockprobe.plants.manual import Manual
-from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_plant
 
 FIVE = box("random-5-3")
@@ -131,17 +129,3 @@ def test_a_wrong_start_and_a_picture_that_shows_nothing_are_said_and_asked_again
     after = plant.attempt(0).configuration
     did = "moved" if after[0] else "did not move"
     assert person.told[-1] == f"The picture shows {bits(after)}: C ({FIVE.names[0]}) {did}."
-
-
-def test_a_trial_with_pictures_is_played_to_its_end(tmp_path, monkeypatch):
-    """By pictures in a folder, through the viewer's eyes on both sides: those of the plant and those of the agent."""
-    (tmp_path / "handles.toml").write_text(handles_text(FIVE), "utf-8")
-    monkeypatch.setattr(module, "TerminalOperator", lambda: Person(FIVE, folder=tmp_path))
-    spec = f"manual?camera={tmp_path}"
-    seen = run_trial(agent="viewer?acuity=64", box="random-5-3", plant=spec, modality="rgb", seed=2, shuffle="never")
-    by_rules = run_trial(agent="human-inspired", box="random-5-3", seed=2, shuffle="never")
-    assert seen.ending == by_rules.ending == "solved"
-    assert seen.actions == by_rules.actions
-    assert seen.plant == {"plant": spec, "truth": "camera", "camera": "folder"}
-    with pytest.raises(BadValue, match="^shuffle: got 'trial', expected never with pictures of a real box"):
-        run_trial(agent="viewer", plant=spec, modality="rgb")

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lockprobe_robot.arm.protocol import StoppableArm
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware import rehearsal
 from lockprobe_robot.hardware.bounds import Bounded
@@ -106,10 +105,3 @@ def test_it_gives_way_by_force_over_stiffness(arm, robot):
     assert np.linalg.norm(robot.turn) > 0
     tool = Rotation.from_rotvec(robot.turn).as_matrix()
     assert tool[:, 2] == pytest.approx([0, 0.6, -0.8])
-
-
-def test_it_has_every_member_of_the_protocol_and_is_short(arm):
-    members = {name for kind in StoppableArm.__mro__ for name in vars(kind) if not name.startswith("_")}
-    assert members == {"period", "time", "home", "reach", "follow", "position", "force", "stop"}
-    assert all(hasattr(arm, name) for name in members)
-    assert len([line for line in PATH.read_text("utf-8").splitlines() if line.strip()]) <= 60
