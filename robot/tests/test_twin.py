@@ -104,19 +104,25 @@ def test_a_hand_that_misses_the_handle_believes_that_it_moved_and_truth_and_beli
 
 
 def test_luck_does_not_depend_on_how_much_of_it_there_is(monkeypatch):
-    """Where the robot errs is the same direction whatever the scale."""
-    shifts = []
+    """Where the robot errs is the same direction whatever the scale, and noise does not depend on the attempt before."""
+    shifts, noises = [], []
 
     def note(arm, path):
         shifts.append(path.points[0])
+        arm._read(np.zeros(3))
+        noises.append(arm.force().tolist())
         return "blocked"
 
     monkeypatch.setattr(module, "guarded_move", moving(note))
     for error in (0.0, 0.001, 0.002):
-        twin(pose_error=error).attempt(FIRST)
-    zero, small, large = shifts
+        plant = twin(pose_error=error, force_noise=0.3)
+        plant.attempt(FIRST)
+        plant.arm.force()
+        plant.attempt(FIRST)
+    zero, small, large = shifts[::2]
     assert large - zero == pytest.approx(2 * (small - zero))
-    assert np.abs(small - zero).max() > 1e-5
+    assert noises[:2] == noises[2:4] == noises[4:]
+    assert noises[0] != noises[1]
 
 
 def fast_twin(**settings):

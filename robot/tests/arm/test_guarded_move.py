@@ -37,32 +37,32 @@ def test_a_handle_that_holds_is_blocked_and_is_let_go_at_once():
     assert max(point[1] for point, _ in arm.drawn) < 0.03
 
 
-@pytest.mark.parametrize(("newtons", "verdict"), [(9.5, "failed"), (10.5, "blocked")])
-def test_the_threshold_of_force(newtons, verdict):
-    """What is not held by more than it does not count as held, and the hand is then seen to come too short."""
-    arm = FakeArm(feel=resists_from(0.01, newtons), follows=held_at(0.01, give=0.4))
-    assert guarded_move(arm, PATH).verdict == verdict
-
-
-@pytest.mark.parametrize(("seconds", "verdict"), [(0.04, "failed"), (0.2, "blocked")])
-def test_a_knock_is_not_a_hold(seconds, verdict):
-    began = None
+def knocks(seconds):
+    """A handle that resists for some seconds when the tool first gets so far."""
+    began = []
 
     def feel(at, time):
-        nonlocal began
-        if at[1] > 0.02 and began is None:
-            began = time
-        knocking = began is not None and time - began < seconds
-        return WEIGHT + (np.array([0.0, -14.0, 0.0]) if knocking else 0)
+        if at[1] > 0.02 and not began:
+            began.append(time)
+        return WEIGHT + (np.array([0.0, -14.0, 0.0]) if began and time - began[0] < seconds else 0)
 
-    assert guarded_move(FakeArm(feel=feel, follows=held_at(0.02)), PATH).verdict == verdict
+    return feel
 
 
-@pytest.mark.parametrize(("place", "verdict"), [(0.5, "blocked"), (0.85, "moved")])
-def test_force_counts_only_until_enough_has_been_travelled(place, verdict):
-    """At the end of its travel a handle that moved holds, too."""
-    arm = FakeArm(feel=resists_from(place * 0.08 - 0.002, 30.0), follows=held_at(place * 0.08))
-    assert guarded_move(arm, PATH).verdict == verdict
+THRESHOLDS = {
+    "held by less than counts, the hand comes too short": (resists_from(0.01, 9.5), held_at(0.01, give=0.4), "failed"),
+    "held by enough": (resists_from(0.01, 10.5), held_at(0.01, give=0.4), "blocked"),
+    "a knock is not a hold": (knocks(0.04), held_at(0.02), "failed"),
+    "a long knock is": (knocks(0.2), held_at(0.02), "blocked"),
+    "held half way": (resists_from(0.038, 30.0), held_at(0.04), "blocked"),
+    "a handle that moved holds at the end of its travel, too": (resists_from(0.066, 30.0), held_at(0.068), "moved"),
+    "what the hand weighs is taken off": (lambda at, time: WEIGHT - [0.0, 20.0, 0.0], lambda point: point, "moved"),
+}
+
+
+@pytest.mark.parametrize(("feel", "follows", "verdict"), THRESHOLDS.values(), ids=THRESHOLDS)
+def test_a_verdict_turns_at_a_threshold(feel, follows, verdict):
+    assert guarded_move(FakeArm(feel=feel, follows=follows), PATH).verdict == verdict
 
 
 def test_a_hand_that_lands_on_something_goes_up_and_home_and_has_failed():
@@ -75,11 +75,6 @@ def test_a_hand_that_lands_on_something_goes_up_and_home_and_has_failed():
     assert arm.position()[2] > 0.22
     assert all(point[1] == 0 for point, _ in arm.drawn)
     assert arm.log[-1] == "home"
-
-
-def test_what_the_hand_weighs_and_what_presses_before_the_drag_are_taken_off():
-    bias = np.array([0.0, -20.0, 0.0])
-    assert guarded_move(FakeArm(feel=lambda at, time: bias + WEIGHT), PATH).verdict == "moved"
 
 
 def test_the_order_of_things_and_a_way_that_is_smooth_and_never_faster_than_it_may_be():

@@ -218,6 +218,8 @@ def test_without_a_panel_sites_and_a_camera_the_world_the_parts_and_a_view_stand
     frame = plant(settings=replace(CALM, model=str(path))).observe().look()
     assert frame.handles[1, 1] - frame.handles[1, 0] == pytest.approx([0.08, 0, 0], abs=1e-6)
     assert 0 < frame.handles[1, 0, 2] < 0.012  # the bar's centre of mass, in the world
+    places = frame.camera.project(frame.handles)[..., :2]
+    assert ((places > 0) & (places < (160, 120))).all()
     assert frame.rgb.std() > 5
 
 
