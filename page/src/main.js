@@ -43,16 +43,11 @@ async function withdraw() {
   jsPsych.finishTrial({ withdrawn: true });
 }
 
-async function act(done) {
-  place.dataset.busy = "";
-  await session.act(done);
-  delete place.dataset.busy;
-}
-
 addEventListener("pageshow", (event) => {
   if (event.persisted) location.reload(); // from the browser's memory: the server knows where we are
 });
 guardKeys();
 await session.open();
-const shown = { type: ScenePlugin, scene: () => session.shown.scene, words: () => session.words, act, on_start: frame };
+const act = (done) => session.act(done);
+const shown = { type: ScenePlugin, act, scene: () => session.shown.scene, words: () => session.words, on_start: frame };
 await jsPsych.run([{ timeline: [shown], loop_function: () => true }]);

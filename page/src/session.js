@@ -3,13 +3,11 @@ import { ask, showConnection } from "./dialogs.js";
 const LONGEST = 64; // characters of a parameter that goes along
 const MOST = 40; // parameters that go along, as many as the server reads
 const PATIENCE = 15_000; // ms for one request
-const SLOW = 1_500; // ms after which it is said that it takes a moment
 const FIRST_WAIT = 500; // ms; doubled with each failure
-const LONGEST_WAIT = 8_000; // ms
+const LONGEST_WAIT = 4_000; // ms
 
 /** Until the server has said in which language, only this can be needed. */
 const FIRST_WORDS = {
-  waiting: "One moment …",
   offline: "No connection. Trying again …",
   refused: "That could not be taken.",
   incomplete: "This link is incomplete.",
@@ -84,12 +82,10 @@ export class Session {
 
 async function answerTo(path, text, words) {
   for (let wait = FIRST_WAIT; ; wait = Math.min(2 * wait, LONGEST_WAIT)) {
-    const slow = wait === FIRST_WAIT ? setTimeout(() => showConnection(words.waiting), SLOW) : 0;
     const answer = await once(path, text);
-    clearTimeout(slow);
     showConnection(answer ? "" : words.offline);
     if (answer) return answer;
-    await pause(wait);
+    await new Promise((resolve) => setTimeout(resolve, wait));
   }
 }
 
@@ -103,16 +99,4 @@ async function once(path, body) {
   } catch {
     return null;
   }
-}
-
-/** Waits, but no longer than until the network is back. */
-function pause(ms) {
-  return new Promise((resolve) => {
-    const timer = setTimeout(resolve, ms);
-    const back = () => {
-      clearTimeout(timer);
-      resolve();
-    };
-    addEventListener("online", back, { once: true });
-  });
 }
