@@ -186,7 +186,7 @@ def _stem():
 IMPORTED = (
     "agents.catalogue", "simulation.power", "cli.list_", "cli.box", "cli.loops", "cli.progress",
     "cli.export", "cli.import_", "cli.doctor", "cli.play", "cli.power", "cli.replay", "cli.report", "cli.run",
-    "cli.serve", "cli.status", "people.web.serving", "report.figures.drawing",
+    "cli.serve", "cli.status", "people.web.app", "report.figures.drawing",
     "report.write", "studies.running.runner",
 )  # fmt: skip
 

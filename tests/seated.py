@@ -95,8 +95,7 @@ class Reception:
 
 
 def _shown(reply: Reply) -> Shown:
-    body = dict(reply.body)
-    return Shown(reply.token, scene=parts(body.pop("scene")), identity=body.pop("participant"), **body)
+    return Shown(reply.token, reply.turn, parts(reply.scene), reply.participant, reply.progress)
 
 
 def right_answers(scene: Parts) -> Answers:

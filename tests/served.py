@@ -12,7 +12,7 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.people.experiment import Experiment, read_words
 from lockprobe.people.web import app
 from lockprobe.people.web.address import Address
-from lockprobe.people.web.serving import opened
+from lockprobe.people.web.app import opened
 from lockprobe.studies.study import Study
 
 STUDY = Study(

@@ -32,7 +32,7 @@ from lockprobe.cli import build, every_command, main
 from lockprobe.foundation import plugins
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.told import Drop
-from lockprobe.people.web import serving
+from lockprobe.people.web import app
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.trial_json import trial_to_json
@@ -196,10 +196,10 @@ def lockprobe(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
 
     async def serve(directory, study, experiment, words, options, *, announce):
-        async with serving.opened(directory, study, experiment, words, options) as (where, state):
+        async with app.opened(directory, study, experiment, words, options) as (where, state):
             announce(where, state)
 
-    monkeypatch.setattr(serving, "serve", serve)
+    monkeypatch.setattr(app, "serve", serve)
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["lockprobe", *arguments])

@@ -14,7 +14,7 @@ from placeholders import undrawn
 from taking_part import take_part
 
 from lockprobe.cli import main
-from lockprobe.people.web import serving
+from lockprobe.people.web import app
 from lockprobe.trial.record import STATES
 
 SETTINGS = ["flips", "--p", "0,0.3,0.6", "--repetitions", "2", "--trials", "4"]
@@ -82,10 +82,10 @@ def placeholders():
 @pytest.fixture
 def no_server(monkeypatch):
     async def serve(directory, study, experiment, words, options, *, announce):
-        async with serving.opened(directory, study, experiment, words, options) as (where, state):
+        async with app.opened(directory, study, experiment, words, options) as (where, state):
             announce(where, state)
 
-    monkeypatch.setattr(serving, "serve", serve)
+    monkeypatch.setattr(app, "serve", serve)
 
 
 @pytest.fixture(scope="module")

@@ -107,7 +107,7 @@ def test_the_example_has_every_setting_as_it_is_by_default(language):
     given = tomllib.loads(EXAMPLES[language].read_text("utf-8"))
     example, default = read_experiment(EXAMPLES[language]), Experiment(language=language)
     assert all(check.after <= 1 for check in example.checks)  # where everybody plays one box, too
-    named = set(given) | {"trials_each", "participants", "rounds"}  # which stand there as remarks
+    named = set(given) | {"trials_each", "participants"}  # which stand there as remarks
     assert named == set(Experiment.model_fields)
     assert {name: getattr(example, name) for name in named - {"checks", "questions"}} == {
         name: getattr(default, name) for name in named - {"checks", "questions"}

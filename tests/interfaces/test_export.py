@@ -281,7 +281,7 @@ def test_a_box_that_broke_is_neither_finished_nor_left(directory):
     take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)], left_after=0)
     lines = acts(directory, ANN)
     broken = {"at": 1790000900.0, "turn": len(lines) + 1, "scene": "box", "act": None, "box": 2, "ended": "error"}
-    late = {"at": 1790000999.0, "turn": len(lines) + 2, "scene": "late", "act": None, "shut": "late"}
+    late = {"at": 1790000999.0, "turn": len(lines) + 2, "scene": "late", "act": None}
     rewrite_acts(directory, ANN, [*lines, broken, late])
     (row,) = rows(directory, "participants")
     assert (row["boxes_finished"], row["boxes_broken"], row["released"], row["left_in_box"]) == (1, 1, 1, "")
@@ -305,20 +305,18 @@ def test_answers_stand_with_their_questions_and_none_is_a_formula(directory):
     assert dict(zip(column(found, "answer"), column(read[1:], "answer"), strict=True)) == said
 
 
-def test_rounds_of_questions_on_the_instructions_are_counted_and_who_was_screened_out_is_marked(directory):
+def test_rounds_of_questions_on_the_instructions_are_counted(directory):
     take_part(directory, STUDY, BOB, [(0.4, 1, 1)])
     (bob,) = read_diaries(directory)
     joined = bob.joined.model_copy(update={"identity": ANN})
     wrong = {"scene": "comprehension", "act": Answers(answers=("a",), rt=9.5), "right": False}
-    rounds = [
-        Did(at=joined.at + n, turn=n + 1, item=str(n), shut=shut, **wrong) for n, shut in ((1, ""), (2, "screened"))
-    ]
+    rounds = [Did(at=joined.at + n, turn=n + 1, item=str(n), **wrong) for n in (1, 2)]
     with opened(directory) as store:
         for number, entry in enumerate((joined, *rounds), 1):
             write_entry(store, ANN, number, entry)
     row, other = sorted(rows(directory, "participants"), key=lambda row: row["participant"])
-    assert (other["comprehension_rounds"], other["screened"], other["finished"]) == ("", 0, 1)
-    assert (row["comprehension_rounds"], row["screened"], row["released"], row["finished"]) == (2, 1, 0, 0)
+    assert (other["comprehension_rounds"], other["finished"]) == ("", 1)
+    assert (row["comprehension_rounds"], row["released"], row["finished"]) == (2, 0, 0)
     assert (row["left_in_box"], row["left_after_step"]) == (0, 0)
     mine = [act for act in rows(directory, "acts") if act["participant"] == ANN]
     assert [(act["scene"], act["rt_ms"]) for act in mine] == [("comprehension", 9.5)] * 2

@@ -6,7 +6,7 @@ import pytest
 
 from lockprobe.interventions.catalogue import shipped
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.people.deceptions import _KINDS, deceptions
+from lockprobe.people.scenes import _KINDS, deceptions
 from lockprobe.trial.condition import Condition, place_of
 
 

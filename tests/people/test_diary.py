@@ -24,7 +24,7 @@ JOINED = Joined(
 STEP = Did(at=12.0, turn=3, scene="box", act=Attempt(joint="B", rt=412.5), box=1, step=1, told="B moved. At 1: B.")
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB = "aaaa01", "bbbb02"
-LATE = {"at": 1790000900.0, "scene": "late", "act": None, "shut": "late"}
+LATE = {"at": 1790000900.0, "scene": "late", "act": None}
 BROKEN = {"at": 1790000900.0, "scene": "box", "act": None, "box": 2, "ended": "error"}
 
 
@@ -54,7 +54,7 @@ def test_others_can_play_what_broke_or_was_given_away(there, last, done, kept):
     before = acts(there, ANN)
     rewrite_acts(there, ANN, before if last is None else [*before, last | {"turn": len(before) + 1}])
     ann, bob = read_diaries(there)
-    assert (ann.boxes_done, len(ann.slots_kept), ann.shut) == (done, kept, "late" if last == LATE else "")
+    assert (ann.boxes_done, len(ann.slots_kept), ann.late) == (done, kept, last == LATE)
     assert (bob.boxes_done, bob.slots_kept) == (True, [*bob.joined.slots])
 
 

@@ -48,7 +48,7 @@ def begun(directory, study=STUDY, experiment=None, **settings):
 
 
 def is_released(directory, shown):
-    return diary_of(directory, shown.identity)[-1].shut == "late"
+    return diary_of(directory, shown.identity)[-1].scene == "late"
 
 
 @pytest.mark.parametrize("there", [False, True])

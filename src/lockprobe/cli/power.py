@@ -84,7 +84,7 @@ def power(
         note = (
             "Persons in all. sd, effect sd: standard deviations between persons, in logits, of skill and of the effect "
             "of a condition, chosen by eye: plan with the worst row until a pilot has measured them. Persons who leave "
-            "or are screened out come on top. Assumption: nobody learns from box to box."
+            "come on top. Assumption: nobody learns from box to box."
         )
     elif over_boxes:
         deviations: dict[str, Any] = {"of": "boxes", "sd": _BOX_SD, "effect_sd": _BOX_SD}

@@ -142,7 +142,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         if find_spec(package) is None:
             raise Missing(f"lockprobe serve needs the package {package}", "pip install 'lockprobe[web]'")
     from lockprobe.people.web.address import Address
-    from lockprobe.people.web.serving import serve as until_stopped
+    from lockprobe.people.web.app import serve as until_stopped
 
     words = read_words(experiment.language)
 

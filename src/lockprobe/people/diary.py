@@ -125,7 +125,7 @@ class Did(StrictModel):
     Attributes:
         at: When it arrived.
         turn: The number of the scene, from 2; joining was 1.
-        scene: The kind of scene.
+        scene: The kind of scene; ``late`` where the place was given away, after which there is nothing more.
         act: What the participant did; None where the box broke before a choice, or the place was given away.
         box: The box of a step or of the scene after a box, from 1; 0 is the practice box.
         step: The step, from 1.
@@ -134,8 +134,6 @@ class Did(StrictModel):
         item: The number of a page, a check or a round of comprehension questions, from 1; the name of a question.
         right: Whether all answers were right; None where nothing is right or wrong.
         ended: How the trial ended with this; None where it goes on.
-        shut: Why the participant can do nothing after this, and others may play unfinished trials: ``late`` (away
-            until somebody else needed the place) or ``screened`` (too many rounds of wrong answers on instructions).
     """
 
     at: Seconds
@@ -149,7 +147,6 @@ class Did(StrictModel):
     item: str = ""
     right: bool | None = None
     ended: Ending | None = None
-    shut: Literal["", "late", "screened"] = ""
 
 
 @dataclass(slots=True)
@@ -170,11 +167,6 @@ class Diary:
         return self.joined.identity
 
     @property
-    def spec(self) -> str:
-        """The agent of the trials."""
-        return participant_spec(self.identity)
-
-    @property
     def turn(self) -> int:
         """The number of the scene shown, from 2."""
         return 2 + len(self.lines)
@@ -190,9 +182,9 @@ class Diary:
         return self.lines[-1].act if self.lines else Agree(agreed=True)
 
     @property
-    def shut(self) -> Literal["", "late", "screened"]:
-        """Why the participant cannot go on; empty otherwise."""
-        return self.lines[-1].shut if self.lines else ""
+    def late(self) -> bool:
+        """Whether the participant was away until somebody else needed the place, and cannot go on."""
+        return bool(self.lines) and self.lines[-1].scene == "late"
 
     @property
     def steps(self) -> dict[int, list[Did]]:
@@ -216,7 +208,7 @@ class Diary:
     @property
     def slots_kept(self) -> list[Slot]:
         """The trials that nobody else can play: finished or still planned here, without broken ones."""
-        open_ones = "error" if self.shut else ""
+        open_ones = "error" if self.late else ""
         return [slot for box, slot in enumerate(self.joined.slots, 1) if self.endings.get(box, open_ones) != "error"]
 
     @property
@@ -364,7 +356,7 @@ def acts_of_steps(
         diary.check_slots(study, directory)
         for box, acts in diary.steps.items():
             trial = trials.get(key := diary.key(study, box))
-            if trial is None or trial.agent != diary.spec:
+            if trial is None or trial.agent != participant_spec(diary.identity):
                 continue
             chosen = [(one.joint, one.claimed) for did in acts if isinstance(one := did.act, Attempt)]
             played = [(step.decision.joint, step.decision.claimed) for step in trial.steps]
@@ -387,20 +379,18 @@ def seconds_of_trials(study: Study, diaries: Iterable[Diary]) -> dict[str, float
 def flow_of(diaries: Sequence[Diary], gone: int) -> dict[str, int]:
     """How far participants came, for a report: dropout can bias every other number. Empty where nobody took part.
 
-    Everybody who ``consented`` has ``withdrawn`` (``gone``; nothing else is known of them), was ``screened`` out by the
-    limit of rounds of questions on the instructions, has ``left_open`` boxes (and may still take part), or
-    ``finished`` all. ``questioned`` are those who answered these questions, ``second_round`` those who had to again.
-    ``checks`` are answers to attention checks, ``right`` those of them that are right.
+    Everybody who ``consented`` has ``withdrawn`` (``gone``; no more is known of them), has ``left_open`` boxes (and
+    may still take part), or ``finished`` all. ``questioned`` are those who answered the questions on the instructions,
+    ``second_round`` those who had to again. ``checks`` are answers to attention checks, ``right`` the right ones.
     """
     if not diaries and not gone:
         return {}
-    screened, finished = (sum(one.shut == "screened" for one in diaries), sum(one.boxes_done for one in diaries))
+    finished = sum(one.boxes_done for one in diaries)
     checks = [right for one in diaries for right in one.checks]
     return {
         "consented": len(diaries) + gone,
         "withdrawn": gone,
-        "screened": screened,
-        "left_open": len(diaries) - screened - finished,
+        "left_open": len(diaries) - finished,
         "finished": finished,
         "questioned": sum(len(one.rounds) > 0 for one in diaries),
         "second_round": sum(len(one.rounds) > 1 for one in diaries),
@@ -410,12 +400,8 @@ def flow_of(diaries: Sequence[Diary], gone: int) -> dict[str, int]:
 
 
 def boxes_of(study: Study, diaries: Sequence[Diary]) -> dict[str, tuple[int, int]]:
-    """Condition -> boxes that people were given, and those of them that are not over, in the order of the study.
-
-    Without those of people who were screened out before the first box.
-    """
-    playing = [one for one in diaries if one.shut != "screened"]
-    boxes = [(slot.condition, box in one.endings) for one in playing for box, slot in enumerate(one.joined.slots, 1)]
+    """Condition -> boxes that people were given, and those that are not over, in the order of the study."""
+    boxes = [(slot.condition, box in one.endings) for one in diaries for box, slot in enumerate(one.joined.slots, 1)]
     given, left = Counter(condition for condition, _ in boxes), Counter(one for one, over in boxes if not over)
     labels = [one.label for one in study.conditions_of(PEOPLE)]
     return {label: (given[label], left[label]) for label in labels if given[label]}

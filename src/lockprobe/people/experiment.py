@@ -21,9 +21,6 @@ from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 EXPERIMENT = "experiment.json"
 """The file of these settings, in the directory of people."""
 
-ENDS = ("completion_url", "completion_code", "left_url", "left_code", "join_code")
-"""The settings of where participants come from and go to."""
-
 
 class SettingsPart(BaseModel):
     """Base of what an experimenter writes into a file."""
@@ -82,8 +79,7 @@ class LastQuestion(Question):
 class Experiment(SettingsPart):
     """How people take part. The example that ``lockprobe serve --write-people FILE`` writes explains each setting.
 
-    None for ``trials_each`` is each condition once, for ``participants`` as many as the study has trials for, for
-    ``rounds`` of questions on the instructions as many as it takes.
+    None for ``trials_each`` is each condition once, for ``participants`` as many as the study has trials for.
     """
 
     history: bool = True
@@ -95,7 +91,6 @@ class Experiment(SettingsPart):
     language: Annotated[str, Field(min_length=1, max_length=1000)] = "en"
     recruitment: Annotated[tuple[Name, ...], Field(max_length=8)] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
     comprehension: bool = True
-    rounds: Annotated[int, Field(ge=1, le=100)] | None = None
     completion_url: Url = ""
     completion_code: Code = ""
     left_url: Url = ""
@@ -181,7 +176,7 @@ class Words(SettingsPart):
     """Everything that a participant reads.
 
     ``language`` is a BCP 47 tag for screen readers, ``page`` the buttons, labels and sentences of reports, ``changes``
-    what a study did to people (:data:`~lockprobe.people.deceptions.Deception`), ``closed`` the last scene of who cannot
+    what a study did to people (:data:`~lockprobe.people.scenes.Deception`), ``closed`` the last scene of who cannot
     go on, by why (:data:`~lockprobe.people.scenes.Why`). Each other field is a scene.
     """
 

@@ -2,32 +2,50 @@
 
 A box is made of the situation that every agent gets and of the layout of the panel. Nothing here knows the truth:
 positions and outcomes are the reported ones, joints have their labels. The interlock, how often reports are false, the
-condition, the number of the trial, and which answer is right are nowhere in a scene.
+condition, the number of the trial, and which answer is right are nowhere in a scene. Only an end says what a study did.
 """
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator
-from typing import Any, Literal, NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import Any, Literal, NamedTuple, get_args
 
 from lockprobe.foundation.errors import LockprobeError
-from lockprobe.foundation.spec import PEOPLE
+from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.interventions.words import TextChannel
-from lockprobe.people.deceptions import deceptions
 from lockprobe.people.diary import LONGEST_ANSWER, Act, Answers, Diary
 from lockprobe.people.experiment import Experiment, Longer, OneRight, Question, Words, filled
 from lockprobe.studies.modality import is_pictured, shown
 from lockprobe.studies.study import Study
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.doses import modality_doses
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.record import Percept, Situation, Task
 
 Scene = dict[str, Any]
 """What the page shows, as it is sent; ``kind`` says which scene it is."""
 
-Why = Literal["declined", "withdrawn", "full", "taken", "finished", "late", "screened"]
+Why = Literal["declined", "withdrawn", "full", "taken", "finished", "late"]
 """Why somebody cannot go on: ``full`` is no place left, ``taken`` and ``finished`` are the same platform ID in another
-browser, ``late`` was away until somebody else needed the place, ``screened`` had too many rounds of wrong answers."""
+browser, ``late`` was away until somebody else needed the place."""
+
+Deception = Literal["false", "late", "another", "warned", "changed"]
+"""What is told or shown is false, or late; another joint than the chosen one is attempted; reports that are true are
+said to be perhaps false; or something is changed, nobody knows how, by an intervention of another package."""
+
+_KINDS: dict[str, Deception | None] = {
+    "flip": "false",
+    "yoked": "false",
+    "phantom": "false",
+    "correction": "false",
+    "delay": "late",
+    "tremble": "another",
+    "force": "another",
+    "warn": "warned",
+    **dict.fromkeys(("drop", "nudge", "remark", "distract")),
+}
+"""What an intervention does. None leaves something out, or says something beside."""
 
 
 class ActRefused(LockprobeError):
@@ -241,3 +259,29 @@ class Scenes:
         elif joint and percept.outcome is None and not percept.pictures:
             found.append(words["no_report"])
         return tuple(found)
+
+
+def deceptions(conditions: Iterable[Condition]) -> tuple[Deception, ...]:
+    """The deceptions of a study, in a fixed order; none if everything is true.
+
+    >>> from lockprobe.interventions.conditions import read_condition
+    >>> deceptions(map(read_condition, ("flip?p=0.4 + nudge", "flip?p=0", "tremble?p=0.1")))
+    ('false', 'another')
+    """
+    found = set[Deception]().union(*map(_in, conditions))
+    return tuple(kind for kind in get_args(Deception) if kind in found)
+
+
+def _in(condition: Condition) -> set[Deception]:
+    """The deceptions of a condition. A dose of 0 does nothing, and a warning of false reports is true with some."""
+    found = set[Deception]()
+    for text, doses in condition.acting:
+        spec = Spec.parse(text, "intervention")
+        both = {spec.options.get("first"), spec.options.get("last", "truth")}
+        true = spec.full_name == "correction" and both == {"truth"}
+        kind = _KINDS.get(spec.full_name, "changed")
+        if kind and not true and not (doses and float(spec.options.get(doses[0], "0")) == 0):
+            found.add(kind)
+    if float(modality_doses(condition.modality)[1].get("p", "0")):
+        found.add("false")
+    return found - {"warned"} if found & {"false", "late", "changed"} else found

@@ -19,7 +19,7 @@ from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from lockprobe.boxes.families import box as named_box
 from lockprobe.foundation.errors import BadValue, SettingsChanged
@@ -28,7 +28,7 @@ from lockprobe.foundation.spec import PEOPLE, group_of, spec_name
 from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.people.assignment import Given, assigned, boxes_each
 from lockprobe.people.diary import Act, Agree, Diary, Joined, Slot, make_private, read_diaries, write_entry
-from lockprobe.people.experiment import ENDS, EXPERIMENT, TEXTS, Experiment, Words, kept_experiment, words_file
+from lockprobe.people.experiment import EXPERIMENT, TEXTS, Experiment, Words, kept_experiment, words_file
 from lockprobe.people.scenes import ActRefused, Scene, Scenes
 from lockprobe.people.session import OpenStudy, Session
 from lockprobe.people.withdrawal import delete_unnamed_pictures, has_withdrawn, keyed_digest, withdraw, withdrawn
@@ -50,7 +50,8 @@ _MOST_WITH_CAMERA = 32
 _ENGLISH = frozenset({"nudge", "remark", "distract", "warn", "correction"})
 """Interventions whose words reach the page as they are."""
 
-_MAY_CHANGE = {"participants", "away_minutes", "language", "require_id", *ENDS}
+_MAY_CHANGE = {"participants", "away_minutes", "language", "require_id", "join_code"}
+_MAY_CHANGE |= {"completion_url", "completion_code", "left_url", "left_code"}
 """Settings that change nothing of what a participant sees in a box. Texts count by content, not by language."""
 
 _TOKEN, _PLATFORM_VALUE = re.compile(r"[0-9a-f]{64}"), re.compile(r"[A-Za-z0-9_.-]{1,64}")
@@ -61,12 +62,16 @@ class Reply(NamedTuple):
 
     Attributes:
         token: Identifies the participant; the browser keeps it where scripts cannot read it.
-        body: The scene; its ``turn``, from 1; the ``participant``, None for who does not take part, or not yet; and
-            their ``progress`` (:attr:`Session.progress`).
+        turn: The number of the scene, from 1.
+        participant: Their ID; None for who does not take part, or not yet.
+        progress: :attr:`Session.progress`.
     """
 
     token: str
-    body: Mapping[str, Any]
+    scene: Scene
+    turn: int = 1
+    participant: str | None = None
+    progress: Mapping[str, float] | None = None
 
 
 class ServerState:
@@ -151,7 +156,7 @@ class ServerState:
                     return await self._reply(token or "", session)
         closed = None if preview else self._closed_to(self._admitted(platform))
         scene = closed or self._scenes.consent(boxes_each(self._study, self._experiment))
-        return _stranger(secrets.token_hex(32), scene)
+        return Reply(secrets.token_hex(32), scene)
 
     async def act(self, token: str | None, turn: int, act: Act, platform: Mapping[str, str]) -> Reply:
         """Do an act that answers scene number ``turn``. It is on disk before this returns the next scene.
@@ -170,7 +175,7 @@ class ServerState:
                 raise ActRefused("impossible", "nothing that can be done before somebody agrees to take part")
             joined = await self._joined(mark, platform) if act.agreed else self._scenes.closed("declined")
             if not isinstance(joined, Session):
-                return _stranger(token, joined)
+                return Reply(token, joined)
             session = joined
         async with session.lock:
             again = turn == session.diary.turn - 1 and act == session.diary.last  # its reply was lost
@@ -194,7 +199,7 @@ class ServerState:
                 session.gone = True
                 self._sessions.pop(mark, None)
         self._opened.journal.erase()  # also what failed before
-        return _stranger(token, self._scenes.closed("withdrawn"))
+        return Reply(token, self._scenes.closed("withdrawn"))
 
     async def _joined(self, mark: str, platform: Mapping[str, str]) -> Session | Scene:
         """Record consent and assign trials; or the scene of a person who cannot take part."""
@@ -214,21 +219,17 @@ class ServerState:
                             await late.release()
             if not (slots := self._free(preview=preview)):
                 return self._scenes.closed("full")
-            identity = secrets.token_hex(4)
-            while any(one.diary.identity == identity for one in self._people):
-                identity = secrets.token_hex(4)
-            now, words = self._opened.clock(), self._scenes.words.fingerprint
             joined = Joined(
-                identity=identity,
+                identity=secrets.token_hex(4),  # one that is there already is refused when it is written
                 token=mark,
-                at=now,
+                at=self._opened.clock(),
                 platform=kept,
                 slots=slots,
-                words=words,
+                words=self._scenes.words.fingerprint,
                 page=self._opened.page,
             )
             if not preview:
-                write_entry(self._opened.journal.store, identity, 1, joined)
+                write_entry(self._opened.journal.store, joined.identity, 1, joined)
             self._sessions[mark] = session = Session(self._opened, Diary(joined, []), preview=preview)
             return session
 
@@ -240,7 +241,7 @@ class ServerState:
     def _free(self, *, preview: bool = False) -> tuple[Slot, ...]:
         """The trials of a participant who joins now; none where no place is left. Every trial is given out once."""
         limit = self._experiment.participants
-        if limit is not None and not preview and sum(not one.diary.shut for one in self._people) >= limit:
+        if limit is not None and not preview and sum(not one.diary.late for one in self._people) >= limit:
             return ()
         given = [Given(one.diary.joined.slots, one.diary.slots_kept) for one in self._people]
         on_record = [
@@ -256,18 +257,17 @@ class ServerState:
         As long as nobody needs the place, a late participant who comes back goes on.
         """
         latest = self._opened.clock() - self._experiment.away_minutes * 60
-        late = [one for one in self._people if one.used < latest and not (one.gone or one.diary.shut)]
+        late = [one for one in self._people if one.used < latest and not (one.gone or one.diary.late)]
         return sorted((one for one in late if not one.diary.boxes_done), key=lambda session: session.used)
 
     def _closed_to(self, platform: Mapping[str, str]) -> Scene | None:
         """The scene of a person who cannot join; None if they can, perhaps with trials of a late participant."""
         if person := platform.get(self._id, ""):
             theirs = [one for one in self._people if one.diary.joined.platform.get(self._id) == person]
+            if any(one.diary.late for one in theirs):
+                return self._scenes.closed("late")
             if theirs:
-                ends = [
-                    one.diary.shut or "finished" for one in theirs if one.diary.shut or one.station.kind == "debrief"
-                ]
-                return self._scenes.closed(ends[0] if ends else "taken")
+                return self._scenes.closed("finished" if theirs[0].station.kind == "debrief" else "taken")
             if has_withdrawn(self._opened.journal, person):
                 return self._scenes.closed("withdrawn")
         return None if self._late() or self._free() else self._scenes.closed("full")
@@ -295,8 +295,7 @@ class ServerState:
         for other in sorted(held, key=lambda one: one.used)[: max(0, len(held) - self._most + 1)]:
             async with other.lock:
                 await other.let_go()
-        who = {"participant": diary.identity, "progress": session.progress}
-        return Reply(token, {"turn": diary.turn, "scene": scene, **who})
+        return Reply(token, scene, diary.turn, diary.identity, session.progress)
 
 
 def _mark(token: str) -> str:
@@ -309,11 +308,6 @@ def _proof(token: str | None) -> tuple[str, str]:
     if token is None or not _TOKEN.fullmatch(token):
         raise ActRefused("malformed", "no token")
     return token, _mark(token)
-
-
-def _stranger(token: str, scene: Scene) -> Reply:
-    """The answer to somebody who does not take part, or not yet."""
-    return Reply(token, {"turn": 1, "scene": scene, "participant": None, "progress": None})
 
 
 def _check(study: Study, experiment: Experiment, words: Words) -> None:

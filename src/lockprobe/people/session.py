@@ -63,8 +63,8 @@ class Session:
 
     @property
     def progress(self) -> dict[str, float] | None:
-        """The share of the scenes that lie behind the participant, [0, 1], and boxes done of theirs; None once shut."""
-        if self.diary.shut:
+        """The share of the scenes that lie behind the participant, [0, 1], and boxes done of theirs; None once late."""
+        if self.diary.late:
             return None
         share = round(self.diary.place / max(1, len(self._way) - 1), 3)
         return {"share": share, "done": len(self.diary.endings.keys() - {0}), "of": len(self.diary.joined.slots)}
@@ -73,7 +73,7 @@ class Session:
         """The scene that the participant is in."""
         trial, scenes, diary = await self._ready(), self._opened.scenes, self.diary
         if trial is None or trial.situation is None:
-            return scenes.closed(diary.shut) if diary.shut else scenes.at(self.station, diary)
+            return scenes.closed("late") if diary.late else scenes.at(self.station, diary)
         return scenes.box(trial.plan, trial.situation, self.station.box, len(diary.joined.slots))
 
     async def do(self, act: Act) -> None:
@@ -83,26 +83,24 @@ class Session:
             ActRefused: If the scene does not allow the act; then nothing is written.
             BadFile: If it cannot be written; the act then has no effect.
         """
-        diary, experiment = self.diary, self._opened.scenes.experiment
+        diary = self.diary
         turn, trial = diary.turn, await self._ready()
         if diary.turn != turn:  # the box broke in the meantime
             raise ActRefused("stale", "not the scene that is shown")
         if trial is not None:
             await self._attempt(trial, act)
             return
-        if diary.shut:
+        if diary.late:
             raise ActRefused("impossible", "nothing can be done any more")
         station = self.station
-        right, item = self._opened.scenes.right(station, act), station.item
-        more: dict[str, Any] = {"box": station.box} if station.kind == "over" else {}
-        if station.kind == "comprehension":
-            item = str(len(diary.rounds) + 1)
-            more["shut"] = "screened" if not right and item == str(experiment.rounds) else ""
-        self._write(scene=station.kind, act=act, item=item, right=right, **more)
+        item = str(len(diary.rounds) + 1) if station.kind == "comprehension" else station.item
+        box = station.box if station.kind == "over" else None
+        right = self._opened.scenes.right(station, act)
+        self._write(scene=station.kind, act=act, box=box, item=item, right=right)
 
     async def release(self) -> None:
         """Give the trials that are not finished to others."""
-        self._write(scene="late", act=None, shut="late")
+        self._write(scene="late", act=None)
         await self.let_go()
 
     @property
@@ -131,7 +129,7 @@ class Session:
         self.used = self._opened.clock()
         if self.station.kind == "over":
             await self.record_owed()
-        while (station := self.station).kind == "box" and not self.diary.shut:
+        while (station := self.station).kind == "box" and not self.diary.late:
             self._trial = trial = self._trial or await self._replayed(station.box)
             if trial.situation is not None:
                 return trial

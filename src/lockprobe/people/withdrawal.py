@@ -21,17 +21,16 @@ from lockprobe.studies.records.store import STORE, read
 from lockprobe.studies.records.trial_rows import unpacked
 from lockprobe.trial.pictures.picture import PICTURE_NAME
 
-SECRET = "secret"  # noqa: S105 - the name of a file
-"""The file of the secret of a study, in the directory of people; only its owner can read it."""
-
 
 def keyed_digest(directory: Path, text: str) -> str:
     """A digest of a text under the secret of the study in a directory, which is made if it is missing.
 
+    Only the owner of the directory can read the secret.
+
     Raises:
         BadFile: If the secret cannot be read or made.
     """
-    path = directory / PEOPLE_DIRECTORY / SECRET
+    path = directory / PEOPLE_DIRECTORY / "secret"
     if not is_there(path):
         write_private(path, secrets.token_bytes(32), mode=0o600)
     return hmac.digest(read_input(path), text.encode(), "sha256").hex()

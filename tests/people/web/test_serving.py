@@ -20,7 +20,7 @@ from lockprobe.people.diary import Did
 from lockprobe.people.experiment import read_words
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.web.address import Address
-from lockprobe.people.web.serving import opened
+from lockprobe.people.web.app import opened
 from lockprobe.studies.records.directory import read_study
 
 KILLS = 4

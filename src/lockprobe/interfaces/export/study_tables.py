@@ -70,15 +70,13 @@ _PARTICIPANTS = (
     count("boxes_broken", "Number of them that broke through no fault of the participant.",
           lambda one: sum(one.kept.endings.get(box) == "error" for box in one.boxes), least=0),
     count("left_in_box", "The first unfinished box, at which the participant left; 0 without a step in any box: at the "
-          "instructions, in the practice, or screened out. Empty if all are finished.", _left_in_box, least=0),
+          "instructions, or in the practice. Empty if all are finished.", _left_in_box, least=0),
     count("left_after_step", "Steps taken in that box. Empty if all are finished.",
           lambda one: None if one.left_in is None else one.left_after(one.left_in), least=0),
     mark("released", "whether the participant was away so long that the remaining boxes were given to others.",
-         lambda one: one.kept.shut == "late"),
+         lambda one: one.kept.late),
     count("comprehension_rounds", "Rounds in which the questions on the instructions were answered; 1 is right at "
           "first. Empty if none was.", lambda one: len(one.kept.rounds) or None),
-    mark("screened", "whether the limit of rounds ended the session, without a box.",
-         lambda one: one.kept.shut == "screened"),
     count("checks_right", "Attention checks answered correctly.", lambda one: sum(one.kept.checks), least=0),
     count("checks_wrong", "Attention checks answered incorrectly.",
           lambda one: len(one.kept.checks) - sum(one.kept.checks), least=0),
@@ -87,7 +85,7 @@ _PARTICIPANTS = (
     text("conditions", "The conditions of the participant's boxes in order (truth; flip?p=0.4), separated by "
          "semicolons.", lambda one: "; ".join(slot.condition for slot in one.kept.joined.slots)),
     mark("finished", "whether all boxes of the participant are over, whether or not the questions after them are.",
-         lambda one: one.kept.boxes_done and not one.kept.shut),
+         lambda one: one.kept.boxes_done and not one.kept.late),
 )  # fmt: skip
 
 

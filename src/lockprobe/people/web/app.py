@@ -1,4 +1,4 @@
-"""The HTTP API of the participants' page: requests become calls of lockprobe.people.server_state.
+"""The participants' server: requests become calls of lockprobe.people.server_state, until Ctrl-C.
 
 ``GET /`` is the page. ``POST /api/open`` and ``/api/act`` take a JSON object, ``/api/withdraw`` takes nothing; all
 answer with the scene to show. A refused request is answered with a status, a code and a message, is logged, and changes
@@ -13,7 +13,9 @@ import logging
 import mimetypes
 import time
 import traceback
-from collections.abc import Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager, closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -28,12 +30,14 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from lockprobe.foundation.http_server import listen, running, stop_signals
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import Act, StrictModel
-from lockprobe.people.experiment import Words
+from lockprobe.people.experiment import Experiment, Words
 from lockprobe.people.scenes import ActRefused
 from lockprobe.people.server_state import Reply, ServerState
 from lockprobe.people.web.address import Address
+from lockprobe.studies.study import Study
 
 STATIC = Path(__file__).with_name("static")
 
@@ -53,6 +57,9 @@ COOKIE, SECONDS_REMEMBERED = "lockprobe", 60 * 24 * 3600
 LARGEST_BODY, SECONDS_FOR_A_BODY = 16 * 1024, 20.0
 """Bytes of the largest body that is read, and the time for one to arrive."""
 
+SECONDS_TO_FINISH = 10
+"""Time for requests that are under way when the server stops."""
+
 SECURITY_HEADERS: Mapping[str, str] = {
     "content-security-policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
@@ -67,9 +74,6 @@ SECURITY_HEADERS: Mapping[str, str] = {
     "x-robots-tag": "noindex",
 }
 """On every answer. No script but the page's own runs, nothing is loaded from elsewhere, no other page frames it."""
-
-_LONGEST_PATH = 100
-"""Characters of a path that are logged."""
 
 _log = logging.getLogger(__name__)
 """What is refused or fails, a line each, on standard error."""
@@ -109,11 +113,6 @@ async def _body(request: Request, kind: type[Body]) -> Body:
         raise ActRefused("malformed", "the body is no such JSON object, or did not arrive") from None
 
 
-def page_version() -> str:
-    """The version of the participants' page, for the record."""
-    return str(json.loads((STATIC / "page.json").read_bytes())["version"])
-
-
 def _refusal(scope: Scope, error: Exception, texts: Mapping[str, Any]) -> Response:
     """The answer to a request that is refused or failed. What was sent is not logged."""
     match error:
@@ -126,56 +125,52 @@ def _refusal(scope: Scope, error: Exception, texts: Mapping[str, Any]) -> Respon
             last = traceback.extract_tb(error.__traceback__)[-1]
             more = f"{type(error).__name__} at {'/'.join(last.filename.split('/')[-2:])}:{last.lineno}"
             status, code, said = 500, "broken", "something went wrong here; please try again"
-    path = scope.get("raw_path", b"").decode("ascii", "replace")[:_LONGEST_PATH]
+    path = scope.get("raw_path", b"").decode("ascii", "replace")[:100]
     now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
     _log.error("%s", printable(f"{now} {status} {code} {scope['method'][:10]} {path} {more}".rstrip()))
     words = {"words": texts} if scope["path"] == "/api/open" else {}  # a page that is refused has none yet
     return JSONResponse({"error": code, "message": said, **words}, status)
 
 
-class Guard:
-    """Checks host and origin of every request, and puts the security headers on every answer.
+def _check_sender(scope: Scope, address: Address) -> None:
+    """Refuse a request to another host, or one that changes something and is sent by another page.
 
     The Host header has to be a name of this server with its port, which Starlette's ``TrustedHostMiddleware`` ignores.
-    A POST has to come from a page of this server. Proxy headers are not trusted, since any client can set them.
+    Proxy headers are not trusted, since any client can set them.
     """
+    headers = Headers(scope=scope)
+    if len(headers.getlist("host")) != 1 or headers["host"].lower() not in address.hosts:
+        raise ActRefused("cross-site", "this server does not accept that host name; see --public-url and --allow-host")
+    if scope["method"] not in ("GET", "HEAD", "OPTIONS") or scope["path"].startswith("/api/"):
+        # browsers say which page sent a request, and no page can forge it; others need not
+        origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
+        if not (set(origins) <= address.origins and set(sites) <= {"same-origin"}):
+            raise ActRefused("cross-site", "only the study's own page can do that")
+    if "transfer-encoding" in headers and "content-length" in headers:
+        raise ActRefused("malformed", "a body of two lengths")  # where a proxy could read another one
 
-    def __init__(self, app: ASGIApp, address: Address, texts: Mapping[str, Any]) -> None:
-        self._app, self._texts = app, texts
-        self._hosts, self._origins = address.hosts, address.origins
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request."""
-        if scope["type"] != "http":
-            return
-        of_api = scope["path"].startswith("/api/")
+def _guarded(app: ASGIApp, address: Address, texts: Mapping[str, Any]) -> ASGIApp:
+    """An application that looks at who sends each request, and puts the security headers on each answer."""
 
+    async def guard(scope: Scope, receive: Receive, send: Send) -> None:
         async def sent(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
                 headers.update(SECURITY_HEADERS)
                 # browsers keep the files of the page and ask for them again, so that a new release is seen at once
-                headers.setdefault("cache-control", "no-store" if of_api else "no-cache")
+                headers.setdefault("cache-control", "no-store" if scope["path"].startswith("/api/") else "no-cache")
             await send(message)
 
-        try:
-            self._check(scope, Headers(scope=scope), of_api=of_api)
-        except ActRefused as error:
-            await _refusal(scope, error, self._texts)(scope, receive, sent)
-        else:
-            await self._app(scope, receive, sent)
+        if scope["type"] == "http":
+            try:
+                _check_sender(scope, address)
+            except ActRefused as error:
+                await _refusal(scope, error, texts)(scope, receive, sent)
+            else:
+                await app(scope, receive, sent)
 
-    def _check(self, scope: Scope, headers: Headers, *, of_api: bool) -> None:
-        if len(headers.getlist("host")) != 1 or headers["host"].lower() not in self._hosts:
-            why = "this server does not accept that host name; see --public-url and --allow-host"
-            raise ActRefused("cross-site", why)
-        if scope["method"] not in ("GET", "HEAD", "OPTIONS") or of_api:
-            # browsers say which page sent a request, and no page can forge it; others need not
-            origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
-            if not (set(origins) <= self._origins and set(sites) <= {"same-origin"}):
-                raise ActRefused("cross-site", "only the study's own page can do that")
-        if "transfer-encoding" in headers and "content-length" in headers:
-            raise ActRefused("malformed", "a body of two lengths")  # where a proxy could read another one
+    return guard
 
 
 def application(state: ServerState, words: Words, address: Address) -> ASGIApp:
@@ -184,16 +179,16 @@ def application(state: ServerState, words: Words, address: Address) -> ASGIApp:
     mimetypes.add_type("text/javascript", ".js")  # whatever a system says
 
     def shown(reply: Reply, **more: object) -> Response:
-        answer, scene = JSONResponse({**reply.body, **more}), reply.body["scene"]
+        scene, known = reply.scene, reply._asdict() | more
+        token = known.pop("token")
+        answer = JSONResponse(known)
         if scene["kind"] == "closed" and scene["why"] in ("declined", "withdrawn"):
             answer.delete_cookie(COOKIE, httponly=True, samesite="strict")  # nothing is kept of them, here or there
             return answer
-        answer.set_cookie(
-            COOKIE, reply.token, SECONDS_REMEMBERED, secure=address.secure, httponly=True, samesite="strict"
-        )
+        answer.set_cookie(COOKIE, token, SECONDS_REMEMBERED, secure=address.secure, httponly=True, samesite="strict")
         return answer
 
-    async def opened(request: Request) -> Response:
+    async def entered(request: Request) -> Response:
         asked = await _body(request, _Open)
         return shown(await state.enter(request.cookies.get(COOKIE), asked.platform), words=texts)
 
@@ -209,11 +204,42 @@ def application(state: ServerState, words: Words, address: Address) -> ASGIApp:
 
     inner = Starlette(
         routes=[
-            Route("/api/open", opened, methods=["POST"]),
+            Route("/api/open", entered, methods=["POST"]),
             Route("/api/act", act, methods=["POST"]),
             Route("/api/withdraw", withdraw, methods=["POST"]),
             Mount("/", StaticFiles(directory=STATIC, html=True)),
         ],
         exception_handlers=dict.fromkeys((ActRefused, HTTPException, Exception), refused),
     )
-    return Guard(GZipMiddleware(inner, minimum_size=1000), address, texts)
+    return _guarded(GZipMiddleware(inner, minimum_size=1000), address, texts)
+
+
+@asynccontextmanager
+async def opened(
+    directory: Path, study: Study, experiment: Experiment, words: Words, address: Address
+) -> AsyncIterator[tuple[Address, ServerState]]:
+    """A server that participants can use: its address and state. On exit it finishes the requests under way."""
+    page = str(json.loads((STATIC / "page.json").read_bytes())["version"])
+    with closing(listen(address.host, address.port)) as listening:
+        address = replace(address, port=listening.getsockname()[1])
+        async with (
+            ServerState.open(directory, study, experiment, words, page=page) as state,
+            running(application(state, words, address), listening, seconds_to_finish=SECONDS_TO_FINISH),
+        ):
+            yield address, state
+
+
+async def serve(
+    directory: Path,
+    study: Study,
+    experiment: Experiment,
+    words: Words,
+    address: Address,
+    *,
+    announce: Callable[[Address, ServerState], None],
+) -> None:
+    """Run the server of :func:`opened` until Ctrl-C or SIGTERM. Calls ``announce`` as soon as participants can come."""
+    async with opened(directory, study, experiment, words, address) as (where, state):
+        with stop_signals() as ended:
+            announce(where, state)
+            await ended.wait()

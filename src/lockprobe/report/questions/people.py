@@ -32,7 +32,6 @@ _BEYOND = "beyond the budget"
 
 _FLOW = {
     "withdrawn": "withdrew (their data are deleted)",
-    "screened": "screened out by the questions on the instructions",
     "left_open": "left boxes unfinished or still playing",
     "finished": "finished all their boxes",
 }
