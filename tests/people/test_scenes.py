@@ -9,7 +9,7 @@ from seen import PhotographedPlant
 
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.diary import Answers, Attempt, Diary, Did, Joined, Slot
-from lockprobe.people.experiment import Experiment, Question, read_words
+from lockprobe.people.experiment import Experiment, read_words
 from lockprobe.people.scenes import Scenes
 from lockprobe.plants import catalogue
 from lockprobe.studies.running.paused_trial import PausedTrial
@@ -141,18 +141,6 @@ def test_the_end_names_what_the_conditions_did_and_nothing_else_and_nothing_is_s
         for one in (given, given | {"study": under("truth")})
     )
     assert first == true
-
-
-@pytest.mark.parametrize(
-    ("question", "taken", "refused"),
-    [
-        ({}, ["banana"], ["", " "]),
-        ({"options": ("a", "b"), "required": False}, ["a", ""], ["c", " a"]),
-    ],
-)  # fmt: skip
-def test_an_answer_is_one_to_its_question(question, taken, refused):
-    asked = Question(question="?", **question)
-    assert [answer for answer in (*taken, *refused) if asked.takes(answer)] == taken
 
 
 STUDY = people_study(layout="shuffled", flip="integrated", modalities=("symbolic",))

@@ -4,17 +4,11 @@ What one participant does is on disk before more is shown, or it has not been do
 """
 
 import asyncio
-import tempfile
-from contextlib import AsyncExitStack
-from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from pydantic import ValidationError
 from seated import (
     GO_ON,
-    Clock,
     Player,
     an_act,
     as_played,
@@ -32,7 +26,7 @@ from seated import (
     under,
     without_page,
 )
-from stored import acts, records, rewrite_acts, timings
+from stored import acts, records, timings
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import Agree, Answers, Attempt
@@ -114,62 +108,30 @@ def test_a_record_says_on_what_it_was_played_how_long_it_took_and_nothing_of_who
     assert timings(tmp_path)[1].steps == len(steps)
 
 
-ACCIDENTS = ("nothing", "reload", "broken off", "restart", "killed before the disk")
-CASES = (
-    ("ideal-observer", people_study(max_steps=6), Experiment(checks=[CHECK], questions=ASKING["questions"][:1])),
-    ("round-robin", STUDY, short()),
-    (
-        "human-inspired",
-        under("distract?p=0.5 + tremble?p=0.3", "remark?after=0 + correction?p=0.5", max_steps=6),
-        short(),
-    ),
-)
+@pytest.mark.parametrize("turns", range(0, 12, 3))
+def test_an_act_that_is_broken_off_at_any_moment_is_sent_again_and_counts_once(tmp_path, turns):
+    """However many turns of the event loop it has had."""
 
-
-async def has_accidents(directory, spec, study, experiment, luck):
-    """Take part, while anything happens between the acts; each is sent until it has counted, and often again."""
-    player, clock = Player(directory, study, spec), Clock()
-    async with AsyncExitStack() as stack:
-        reception = await stack.enter_async_context(opened(directory, study, experiment, clock=clock))
-        shown = await reception.enter(None, {})
+    async def broken_off(reception, shown):
+        player = Player(tmp_path, STUDY, "human-inspired")
         while shown.scene.kind != "debrief":
-            act, turn, accident = await player.act(shown), shown.turn, luck.choice(ACCIDENTS)
-            if accident == "broken off":
-                task = asyncio.create_task(reception.act(shown.token, turn, act, {}))
-                for _ in range(luck.randrange(7)):
-                    await asyncio.sleep(0)
-                task.cancel()
-                await asyncio.gather(task, return_exceptions=True)
-            if accident == "killed before the disk" and shown.scene.kind == "box":
-                then = await reception.act(shown.token, turn, act, {})
-                if then.scene.kind == "box":  # a trial is recorded after its last act
-                    rewrite_acts(directory, then.identity, acts(directory, then.identity)[:-1])
-            if accident in ("restart", "killed before the disk"):
-                await stack.aclose()
-                reception = await stack.enter_async_context(opened(directory, study, experiment, clock=clock))
-            if accident in ("reload", "broken off"):
-                back = await reception.enter(shown.token, {})
-                assert back.turn in (turn, turn + (accident == "broken off"))
-                assert back.scene == shown.scene or back.turn > turn
-                shown = back
-            replies = [await reception.act(shown.token, turn, act, {}) for _ in range(luck.choice((1, 3)))]
-            assert all(reply == replies[0] for reply in replies)
-            assert replies[0].turn == turn + 1
+            act = await player.act(shown)
+            task = asyncio.create_task(reception.act(shown.token, shown.turn, act, {}))
+            for _ in range(turns):
+                await asyncio.sleep(0)
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+            back = await reception.enter(shown.token, {})
+            assert back.turn in (shown.turn, shown.turn + 1)
+            replies = [await reception.act(shown.token, shown.turn, act, {}) for _ in range(2)]
+            assert replies[0] == replies[1]
+            assert replies[0].turn == shown.turn + 1
             shown = replies[0]
 
-
-@settings(max_examples=12)
-@given(case=st.sampled_from(CASES), luck=st.randoms(use_true_random=False))
-def test_whatever_happens_between_acts_each_counts_once_and_the_record_is_that_of_the_strategy(case, luck):
-    spec, study, experiment = case
-    with tempfile.TemporaryDirectory() as place:
-        directory = Path(place)
-        asyncio.run(has_accidents(directory, spec, study, experiment, luck))
-        trials = load(directory)
-        assert len(trials) == len(records(directory)) == 2
-        for trial in trials:
-            claims = spec not in SILENT
-            assert as_played(trial, claims=claims) == as_played(without_page(study, trial, spec), claims=claims)
+    sitting(tmp_path, STUDY, broken_off)
+    assert len(load(tmp_path)) == len(records(tmp_path)) == 2
+    for trial in load(tmp_path):
+        assert as_played(trial) == as_played(without_page(STUDY, trial, "human-inspired"))
 
 
 def test_another_person_at_the_same_browser_is_another_participant(tmp_path):

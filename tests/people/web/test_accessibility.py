@@ -6,32 +6,30 @@ from dataclasses import replace
 
 import pytest
 from browser import ACTS, browser, needs_a_browser, new_tab, run, served, violations
-from seated import people_study
+from seated import diaries_of, people_study
 
-from lockprobe.boxes.families import box
 from lockprobe.people.experiment import read_words
 
 pytestmark = needs_a_browser
 
 STUDY = people_study(p=(0.4,), trials=2, seed=11, max_steps=4)
 SHORT = replace(STUDY, max_steps=2)
-LARGE = replace(SHORT, boxes=(box("random-8-3"),))
 PICTURES = people_study(p=(0.0,), modalities=("rgbd",), trials=2, max_steps=2, plant="fast-twin?width=160&height=120")
 CHECK = {"after": 0, "question": "Choose blue.", "options": ["red", "blue"], "right": "blue"}
 ASKED = [{"name": "how", "question": "How?"}, {"name": "which", "question": "Which?", "options": ["one", "two"]}]
-WHOLE = {"checks": [CHECK], "questions": ASKED, "completion_url": "https://example.org/done", "completion_code": "C0DE"}
+WHOLE = {
+    "checks": [CHECK],
+    "questions": ASKED,
+    "completion_url": "https://example.org/done",
+    "completion_code": "C0DE",
+    "left_code": "GONE",
+}
 
 TARGETS = """() => [...document.querySelectorAll("button, a, summary, [data-option], textarea")]
   .filter((part) => part.checkVisibility() && !part.closest("dialog:not([open])"))
   .map((part) => [part.innerText, part.getBoundingClientRect()])
   .filter(([_, at]) => at.width < 43.9 || at.height < 43.9)
   .map(([text, at]) => `${text}: ${at.width} x ${at.height}`)"""
-
-OVERLAPS = """() => {
-  const joints = [...document.querySelectorAll("button[data-joint]")].map((part) => part.getBoundingClientRect());
-  return joints.some((a, i) => joints.some((b, k) => k > i && a.left < b.right - 0.5 && b.left < a.right - 0.5
-    && a.top < b.bottom - 0.5 && b.top < a.bottom - 0.5));
-}"""
 
 
 async def every_scene(tab, url, inspect):
@@ -51,7 +49,6 @@ async def every_scene(tab, url, inspect):
 
 LOOKS = {
     "German": (STUDY, {"locale": "de-DE"}),
-    "eight joints": (LARGE, {}),
     "pictures": (PICTURES, {}),
 }
 
@@ -77,7 +74,6 @@ def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
                 wide = await page.evaluate("() => document.documentElement.scrollWidth")
                 assert wide <= 360, f"{look.scene} is {wide} pixels wide"
                 assert await page.evaluate(TARGETS) == [], look.scene
-                assert not await page.evaluate(OVERLAPS), look.scene
                 # A box before and after the first report: then it repeats, and so do further boxes.
                 kind = (look.scene, look.box > 0 if look.scene == "box" else look.heading)
                 seen_so_far[kind] += 1
@@ -157,5 +153,11 @@ def test_the_keyboard_alone_is_enough(tmp_path):
                 )
             await keyboard.press("Escape")
             assert not await page.locator("dialog[open]").count()
+            assert len(diaries_of(tmp_path)) == 1
+            await keyboard.enter("[data-act=withdraw]")
+            await keyboard.enter("[data-act=withdraw-yes]")
+            await page.wait_for_selector("[data-scene=closed]")
+            assert await page.locator("[data-code=GONE]").is_visible()
+            assert diaries_of(tmp_path) == []
 
     run(without_a_mouse())

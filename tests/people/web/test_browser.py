@@ -21,7 +21,6 @@ from browser import (
 )
 from seated import diaries_of, people_study, under
 
-from lockprobe.boxes.families import box
 from lockprobe.people.experiment import filled, read_words
 from lockprobe.trial.condition import Condition
 
@@ -76,41 +75,6 @@ def check_equal(directory, study, strategy, boxes, *, claims=True):
     assert [line.turn for line in diary[1:]] == list(range(2, 1 + len(diary)))
 
 
-class Restless(Tab):
-    """Somebody who loads the page again after everything that happens."""
-
-    async def look(self, after=-1):
-        first = await super().look(after)
-        await self.page.reload()
-        assert await super().look() == first
-        return first
-
-
-@pytest.mark.parametrize(
-    ("how", "strategy", "settings"),
-    [
-        ("key", "ideal-observer", {"flip": "integrated"}),
-        ("restless", "human-inspired", {"box": box("chain-3"), "p": (0.4,)}),
-        pytest.param("touch", "random", {"box": box("random-6-4"), "layout": "shuffled"}, marks=pytest.mark.slow),
-    ],
-)
-def test_a_strategy_at_the_page_plays_as_without_it(how, strategy, settings, tmp_path):
-    study = a_study(**{"max_steps": 6, **settings})
-    shown = {"language": "de" if how == "touch" else "en", "practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
-
-    async def plays(tab, address):
-        tab.answers = {"Choose blue.": "blue"}
-        tab = Restless(tab.page, answers=tab.answers) if how == "restless" else tab
-        return await playing(tmp_path, study, strategy)(tab, await tab.open(address))
-
-    assert at_the_page(tmp_path, study, plays, how, **shown).scene == "debrief"
-    check_equal(tmp_path, study, strategy, len(study.conditions), claims=strategy != "random")
-    (diary,) = diaries_of(tmp_path)
-    answers = {line.item: line for line in diary[1:] if line.item}
-    assert (answers["1"].right, answers["how"].act.answers) == (True, ("words",))
-    assert all(0 < line.act.rt < 60_000 for line in diary[1:] if line.scene == "box")
-
-
 def at_step(number, step):
     return lambda look: (look.scene, look.box, look.step[:1]) == ("box", number, (step,))
 
@@ -120,7 +84,7 @@ def test_whatever_happens_to_the_page_no_action_counts_twice(tmp_path):
     goes_on = playing(tmp_path, study, "human-inspired")
 
     async def interrupted(tab, address):
-        context = tab.page.context
+        context, tab.answers = tab.page.context, {"Choose blue.": "blue"}
         look = await goes_on(tab, await tab.open(address), at_step(1, 3))
 
         await tab.page.reload()  # loaded again
@@ -143,8 +107,13 @@ def test_whatever_happens_to_the_page_no_action_counts_twice(tmp_path):
         look = await goes_on(tab, look, at_step(1, 7))
         return await goes_on(tab, await _two_tabs(context, tab, look, address, goes_on))
 
-    assert at_the_page(tmp_path, study, interrupted).scene == "debrief"
+    shown = {"practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
+    assert at_the_page(tmp_path, study, interrupted, **shown).scene == "debrief"
     check_equal(tmp_path, study, "human-inspired", 2)
+    (diary,) = diaries_of(tmp_path)
+    answers = {line.item: line for line in diary[1:] if line.item}
+    assert (answers["1"].right, answers["how"].act.answers) == (True, ("words",))
+    assert all(0 < line.act.rt < 60_000 for line in diary[1:] if line.scene == "box")
 
 
 async def _losing_its_reply(route):
@@ -177,29 +146,6 @@ def test_a_box_in_pictures_is_played_with_the_buttons_beside_them(tmp_path):
     (trial,) = trials_of(tmp_path).values()
     assert (trial.facts["view"], len(trial.picture_names) > 1) == ("pictures", True)
     assert {path.name for path in (tmp_path / "pictures").iterdir()} == trial.picture_names
-
-
-def test_withdrawing_deletes_and_says_so(tmp_path):
-    study = a_study()
-
-    async def withdraws(tab, address):
-        look = await tab.open(address.replace("w1", "visitor-7"))
-        assert not await tab.page.locator("[data-act=withdraw]").count()  # nothing is kept before the consent
-        look, *_ = await attend(tab, look, tmp_path, study, "random", "visitor-7", until=at_step(2, 2))
-        assert trials_of(tmp_path)
-        identity = joined(tmp_path, "visitor-7").identity
-        await tab.press("[data-act=withdraw]")
-        await tab.press("[data-act=withdraw-no]")
-        assert (await tab.look()).turn == look.turn
-        await tab.press("[data-act=withdraw]")
-        await tab.press("[data-act=withdraw-yes]")
-        await tab.page.wait_for_selector("[data-scene=closed]")
-        assert await tab.page.locator("[data-code=GONE]").is_visible()
-        kept = b"".join(path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())
-        assert (identity.encode() in kept, b"visitor-7" in kept) == (False, False)
-
-    at_the_page(tmp_path, study, withdraws, left_code="GONE")
-    assert (diaries_of(tmp_path), trials_of(tmp_path)) == ([], {})
 
 
 @dataclass(frozen=True, kw_only=True)

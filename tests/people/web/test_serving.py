@@ -15,10 +15,8 @@ from visitor import Visitor, start
 from wire import Wire
 
 from lockprobe import load
-from lockprobe.foundation.errors import BadValue, Missing
 from lockprobe.people.diary import Did
 from lockprobe.people.experiment import read_words
-from lockprobe.people.server_state import ServerState
 from lockprobe.people.web.address import Address
 from lockprobe.people.web.app import opened
 from lockprobe.studies.records.directory import read_study
@@ -126,77 +124,31 @@ def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path
 def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
     arguments = ("flips", "--box", "chain-4", "--trials", 2, "--repetitions", 1, "--p", "0,0.4", "--out", tmp_path)
 
-    async def come_in(where, one=None):
-        one = one or Visitor(where["url"], read_study(tmp_path), tmp_path)
-        await (at_the_box(one, step=2) if not one.seen else one.open())
-        return one
+    def begun(port):
+        process = start(*arguments, "--port", port)
+        return process, json.loads(process.stdout.readline())["url"]
 
-    async def both():
-        process = start(*arguments, "--port", 0)
-        where = json.loads(process.stdout.readline())
-        one = await come_in(where)
-        process.send_signal(signal.SIGINT)
+    def ended(process, how):
+        process.send_signal(how)
         assert process.wait(60) == 0
-        assert process.stdout.read() == ""
-        process.stdout.close()
-        process = start(*arguments, "--port", urlsplit(where["url"]).port)
-        assert json.loads(process.stdout.readline())["url"] == where["url"]
-        was = one.seen[-1]
-        await one.open()
-        assert one.seen[-1] == was
-        await one.play()
-        process.send_signal(signal.SIGTERM)
-        assert process.wait(60) == 0
-        process.stdout.close()
-        await one.close()
-
-    asyncio.run(both())
-    assert len(load(tmp_path)) == 2
-
-
-def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
-    """An act that has come before the end is answered, and on disk."""
-    arrived, quick = asyncio.Event(), ServerState.act
-
-    async def slow(*arguments):
-        arrived.set()
-        await asyncio.sleep(0.3)
-        return await quick(*arguments)
+        with process.stdout as said:
+            assert said.read() == ""
 
     async def visit():
-        serving = opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), Address(port=0))
-        where, _ = await serving.__aenter__()
-        one = Visitor(where.url, STUDY, tmp_path)
-        await at_the_box(one)
-        monkeypatch.setattr(ServerState, "act", slow)
-        act = {"kind": "attempt", "joint": one.scene["panel"]["joints"][0]["label"], "rt": 1}
-        asked = asyncio.create_task(one.http.post("/api/act", {"turn": one.turn, "act": act}))
-        await arrived.wait()
-        await serving.__aexit__(None, None, None)
-        answer = await asked
+        process, url = begun(0)
+        one = Visitor(url, read_study(tmp_path), tmp_path)
+        await at_the_box(one, step=2)
+        ended(process, signal.SIGINT)
+        process, again = begun(urlsplit(url).port)
+        was = one.seen[-1]
+        await one.open()
+        assert (again, one.seen[-1]) == (url, was)
+        await one.play()
+        ended(process, signal.SIGTERM)
         await one.close()
-        return answer, one.turn
 
-    answer, turn = asyncio.run(visit())
-    assert (answer.status_code, answer.json()["turn"]) == (200, turn + 1)
-    (diary,) = diaries_of(tmp_path)
-    assert diary[-1].turn == turn
-
-
-async def begin(directory, door, study=STUDY):
-    async with opened(directory, study, EXPERIMENT, read_words("en"), door):
-        pass
-
-
-def test_what_cannot_be_had_is_said_before_anything_is_written(tmp_path):
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        with pytest.raises(BadValue, match="in use"):
-            asyncio.run(begin(tmp_path / "study", Address(port=taken.getsockname()[1])))
-    with pytest.raises(Missing, match="--public-url"):
-        Address(host="0.0.0.0")
-    assert not (tmp_path / "study").exists()
+    asyncio.run(visit())
+    assert len(load(tmp_path)) == 2
 
 
 def test_no_address_is_kept(tmp_path, capfd):
