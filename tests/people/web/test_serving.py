@@ -4,7 +4,6 @@ import asyncio
 import json
 import random
 import signal
-import socket
 from urllib.parse import urlsplit
 
 import pytest
@@ -76,12 +75,6 @@ def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
         assert told == trials_told
         read = [line.shown for line in diary[1:] if line.scene == "box" and not line.ended]
         assert [" ".join(scene["panel"]["report"]) for scene in shown if scene["step"] > 1] == read
-
-
-def free_port():
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
 
 
 @pytest.mark.parametrize("number", [16, pytest.param(60, marks=pytest.mark.slow)])
@@ -167,11 +160,11 @@ def test_no_address_is_kept(tmp_path, capfd):
 
 
 def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path):
-    door = Address(port=free_port(), public="https://study.example.org")
+    door = Address(port=0, public="https://study.example.org")
 
     async def visit():
         async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), door) as (where, _):
-            wire = Wire(f"http://127.0.0.1:{door.port}")
+            wire = Wire(f"http://127.0.0.1:{where.port}")
             own = {"origin": "https://study.example.org", "sec-fetch-site": "same-origin"}
             named = await wire.post("/api/open", {}, headers=own | {"host": "study.example.org"})
             unnamed = await wire.post("/api/open", {}, headers=own)  # nginx, unless it is told otherwise
