@@ -153,7 +153,8 @@ def _work(begin: Begin[Any, Any], pipe: Connection) -> None:
     except UserMistake as mistake:
         pipe.send(UserMistake(str(mistake)))
     except BaseException:  # noqa: BLE001 - whatever it is and whatever still runs, this worker is lost
-        traceback.print_exc()
+        if (parent := multiprocessing.parent_process()) and parent.is_alive():  # else nobody is there to answer to
+            traceback.print_exc()
         os._exit(1)
 
 
