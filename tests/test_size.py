@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 55_250,
-    "lines of code": 34_560,
-    "lines of tests": 41_000,
-    "words of docs": 30_260,
+    "lines of source": 49_200,
+    "lines of code": 31_270,
+    "lines of tests": 36_720,
+    "words of docs": 29_860,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
 
