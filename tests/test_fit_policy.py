@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def test_it_finds_the_parameters_of_the_agent_that_played(tmp_path):
-    played = small_study(("cognitive:softmax-memory?failure=3&recent=-2",), (0.0, 0.4), 1, 40)
+    played = small_study(("cognitive:softmax-memory?failure=3&recent=-2",), (0.0, 0.4), 1, 25)
     directory = write_study(tmp_path / "study", played, play_study(played))
     line = [sys.executable, ROOT / "examples/fit_policy.py", directory, "--agent", *played.agents]
     said = subprocess.run(line, capture_output=True, text=True, check=True).stdout
