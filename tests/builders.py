@@ -21,8 +21,7 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError
-from lockprobe.trial.trial_name import TrialName
+from lockprobe.trial.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError, TrialName
 
 SOLUTION = (3, 2, 1, 0)
 """Joints of chain-4 by place, in the order that solves it."""

@@ -7,8 +7,7 @@ import numpy as np
 from lockprobe.interventions.conditions import flips
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.trial.record import Decision, Step, Trial, TrialError
-from lockprobe.trial.trial_name import TrialName
+from lockprobe.trial.record import Decision, Step, Trial, TrialError, TrialName
 
 P, BUDGET, JOINTS, FIRST = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 20, 4, 4
 

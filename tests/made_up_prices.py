@@ -8,7 +8,7 @@ from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import Call, Usage
-from lockprobe.trial.trial_name import TrialName
+from lockprobe.trial.record import TrialName
 
 PRICES = """
 [[model]]

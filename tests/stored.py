@@ -14,7 +14,7 @@ from lockprobe.studies.costs.call_log import Calls, logged_calls
 from lockprobe.studies.records.store import STORE, checksum, read, write_acts, written
 from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of
 from lockprobe.trial.model_call import Call
-from lockprobe.trial.trial_reader import TrialReader
+from lockprobe.trial.trial_json import TrialReader
 
 
 def sql(directory: Path, statement: str, *values: object) -> list[Any]:

@@ -9,8 +9,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.outside import OutsideAgent
 from lockprobe.agents.prompt import example
 from lockprobe.foundation.errors import BadValue, ChannelFault
-from lockprobe.trial.briefing import Briefing
-from lockprobe.trial.record import Decision
+from lockprobe.trial.record import Briefing, Decision
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,7 @@ import pytest
 
 from lockprobe.agents.reply import TIDIED, object_in, parse_reply, spoken, without_marks
 from lockprobe.foundation.errors import ReplyFault
-from lockprobe.trial.briefing import Briefing
-from lockprobe.trial.record import Percept, Situation, Task
+from lockprobe.trial.record import Briefing, Percept, Situation, Task
 
 TASK = Task(joints=("C", "A", "B", "left slider"), target="C", budget=20)
 FIRST = Situation(task=TASK, past=(), percept=Percept())

@@ -25,9 +25,8 @@ from lockprobe.interventions.asked import (
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.done import History
 from lockprobe.studies.running.single import run_trial
-from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.condition import spec_of
-from lockprobe.trial.record import Decision, Moment, Percept, Turn
+from lockprobe.trial.record import Briefing, Decision, Moment, Percept, Turn
 
 CURT = Path(__file__).with_name("curt.txt")
 LEAST = "{joints} {target} {reply}"

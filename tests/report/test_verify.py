@@ -36,7 +36,7 @@ from lockprobe.studies.records.results_hash import stored_hash
 from lockprobe.studies.records.store import read
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.trial.trial_name import ForkName, TrialName
+from lockprobe.trial.record import ForkName, TrialName
 
 LOCAL, HOSTED = "llm:local", "llm:openai-api/fake/model"
 MODEL = f"{HOSTED}?repairs=1&temperature=0.5"

@@ -6,7 +6,7 @@ import pytest
 
 import lockprobe
 from lockprobe.statistics.branch import branch_effects, continuation, fork_steps
-from lockprobe.trial.trial_name import ForkName
+from lockprobe.trial.record import ForkName
 
 
 def trial(number=1, agent="cognitive:insistent", p=0.0):

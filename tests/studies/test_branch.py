@@ -20,7 +20,7 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.executor import Limits
 from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.record import TrialError
-from lockprobe.trial.told_outcome import false_reports
+from lockprobe.trial.source import false_reports
 
 ASKED = {"p": [0.0, 0.4], "trials": 6, "repetitions": 1}
 

@@ -14,7 +14,7 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.luck import Luck, at_step, numbers
 from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Fork, Names, Plan
-from lockprobe.trial.trial_name import ForkName
+from lockprobe.trial.record import ForkName
 
 PLAN = Plan(
     study="test", agent="fake", box=box("chain-5"), condition=flips((0.0,), modalities=("rgb",))[0],

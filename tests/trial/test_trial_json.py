@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from lockprobe import run_trial
 from lockprobe.foundation.errors import BadValue
 from lockprobe.trial.record import TrialError
-from lockprobe.trial.trial_json import trial_from_json, trial_to_json
-from lockprobe.trial.trial_reader import TrialReader
+from lockprobe.trial.trial_json import TrialReader, trial_from_json, trial_to_json
 
 SOLVED, FAILED = (trial_to_json(run_trial(agent=agent, seed=2)) for agent in ("human-inspired", "random"))
 
@@ -27,7 +26,7 @@ SOLVED, FAILED = (trial_to_json(run_trial(agent=agent, seed=2)) for agent in ("h
         (b'"condition":"truth"', b'"condition":"lie"', "key: got 'trial/.*/truth/rep=1/trial=1'"),
         (b'"joint":"revolute-left"', b'"joint":"lever"', "joint: got 'lever'"),
         (b'"state":"0000"', b'"state":"00"', "state: got '00'"),
-        (b'"step":2', b'"step":3', "step 2, number: got 3"),
+        (b'"step":2', b'"step":3', "numbers of steps: got .1, 3"),
         (b'"budget":20', b'"budget":3', "at most the budget of 3"),
         (b'"ending":"budget"', b'"ending":"solved"', "a last step that moved the target"),
         (b'"target":"revolute-left"', b'"target":"lid"', "target: got 'lid'"),

@@ -17,8 +17,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 from lockprobe.foundation.errors import RefusalFault, ReplyFault
-from lockprobe.trial.record import Decision, Outcome, Situation
-from lockprobe.trial.told_outcome import in_words
+from lockprobe.trial.record import Decision, Outcome, Situation, in_words
 
 REFUSED = "content_filter"
 """Why a reply stopped if the model or its provider refused; the text is then the words of the refusal."""

@@ -24,8 +24,7 @@ from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.plan import Names
-from lockprobe.trial.record import Decision, Fact, Outcome, Situation, Trial
-from lockprobe.trial.told_outcome import in_words
+from lockprobe.trial.record import Decision, Fact, Outcome, Situation, Trial, in_words
 
 OTHERS = ("ideal-observer", "human-inspired", "random")
 """The strategies that play the same trial afterwards."""

@@ -30,8 +30,7 @@ from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.executor import Observer
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call
-from lockprobe.trial.record import Step, Trial
-from lockprobe.trial.told_outcome import in_words
+from lockprobe.trial.record import Step, Trial, in_words
 
 BROKE = 1
 """The exit status if something outside the agents broke trials, which are owed again, or no trial ended validly."""

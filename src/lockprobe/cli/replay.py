@@ -17,9 +17,8 @@ from lockprobe.foundation.errors import TrialFault, UnknownName, UserMistake
 from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.records.read_records import load
-from lockprobe.trial.record import Trial
+from lockprobe.trial.record import Trial, in_words
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes, wrong_source
-from lockprobe.trial.told_outcome import in_words
 
 _PATIENCE = 2.0
 """Seconds between two lines of progress."""

@@ -29,9 +29,8 @@ from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import Counted, count_records, load
 from lockprobe.studies.records.store import played_in, read
 from lockprobe.studies.study import Study
-from lockprobe.trial.asked_again import asked_again
 from lockprobe.trial.model_call import BROKEN_OFF, Call
-from lockprobe.trial.record import Trial
+from lockprobe.trial.record import Trial, asked_again
 
 
 def status(directory: Directory, json: options.AsJson = False) -> None:

@@ -16,8 +16,7 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.validation import check_choices, check_probability
 from lockprobe.interventions.told import AtRandomSteps
 from lockprobe.statistics.loops import onset
-from lockprobe.trial.briefing import Ask, Briefing
-from lockprobe.trial.record import Moment, Task
+from lockprobe.trial.record import Ask, Briefing, Moment, Task
 
 if TYPE_CHECKING:
     import numpy as np
@@ -58,7 +57,8 @@ class Warn:
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with the warning."""
         often = "sometimes" if self.rate is None else f"with probability {self.rate:g}"
-        return briefing.warning_of(f"What you are told of your last action is {often} false.")
+        said = f"{briefing.warning} What you are told of your last action is {often} false."
+        return replace(briefing, warning=said.lstrip())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

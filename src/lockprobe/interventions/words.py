@@ -11,8 +11,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from lockprobe.foundation.validation import check_choices
-from lockprobe.trial.record import Moment, Percept, Task
-from lockprobe.trial.told_outcome import in_words
+from lockprobe.trial.record import Moment, Percept, Task, in_words
 
 Tell = Literal["state", "outcome", "both"]
 """The content of a report: the positions of all joints, the outcome of the attempt, or both."""

@@ -15,8 +15,7 @@ from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import PlantFault
 from lockprobe.plants.operator import ENTER, Operator, ask_to_begin
 from lockprobe.trial.pictures.frame import Frame
-from lockprobe.trial.record import Fact, Snapshot
-from lockprobe.trial.told_outcome import in_words
+from lockprobe.trial.record import Fact, Snapshot, in_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -25,11 +25,10 @@ from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import KeptReplies
 from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent
-from lockprobe.trial.record import Decision, Fact, Percept, Situation, Task, Trial
+from lockprobe.trial.record import Briefing, Decision, Fact, Percept, Situation, Task, Trial
 from lockprobe.trial.trial_json import trial_to_json
 
 AgentKind = Literal["strategy", "hosted", "local", "outside", "own"]

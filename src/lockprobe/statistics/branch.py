@@ -23,7 +23,7 @@ from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Difference
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.record import Trial
-from lockprobe.trial.told_outcome import false_reports
+from lockprobe.trial.source import false_reports
 
 RULES = ("onset", "first-lie", "before-onset", "every")
 """Where a trial can be forked, in addition to a step's number: at the report that completes its first loop; at its

@@ -35,9 +35,8 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Fork, Plan
 from lockprobe.trial.protocols import Intervention
-from lockprobe.trial.record import Trial
-from lockprobe.trial.told_outcome import false_reports
-from lockprobe.trial.trial_name import ForkName
+from lockprobe.trial.record import ForkName, Trial
+from lockprobe.trial.source import false_reports
 
 if TYPE_CHECKING:
     pass

@@ -36,12 +36,10 @@ from lockprobe.studies.options.agent_names import check_names
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.studies.until import EarlierSize, Until
-from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition, Contrast
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Trial
-from lockprobe.trial.trial_name import TrialName
+from lockprobe.trial.record import Ask, Trial, TrialName
 
 LARGEST_SEED = 2**63
 LONGEST_NAME = 100

@@ -26,7 +26,6 @@ from lockprobe.foundation.errors import (
     kind_and_words,
 )
 from lockprobe.foundation.redaction import without_keys
-from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.patience import PATIENCE, own_line
 from lockprobe.trial.pictures.frame import Frame
@@ -35,10 +34,10 @@ from lockprobe.trial.places import Acting, Places
 from lockprobe.trial.plan import Fork, Names, Plan
 from lockprobe.trial.protocols import Agent, AgentTraits, Intervention, Plant
 from lockprobe.trial.record import (
+    Briefing,
     Decision,
     Ending,
     Fact,
-    Look,
     Moment,
     Percept,
     Situation,
@@ -371,7 +370,7 @@ class _Loop:
             self.acting.deal(luck)
 
 
-def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:
+def _look(look: Callable[..., Frame], positions: tuple[bool, ...] | None = None) -> Frame:
     """Take a picture. A failure is the plant's fault."""
     with PLANT:
         return look(positions)

@@ -11,12 +11,11 @@ import numpy as np
 
 from lockprobe.foundation.errors import ChannelFault
 from lockprobe.foundation.spec import settings_of
-from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.condition import PLACES, spec_of
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.plan import Fork
 from lockprobe.trial.protocols import Intervention, InterventionTraits
-from lockprobe.trial.record import Fact, Moment, Percept, Task, Turn, facts_of
+from lockprobe.trial.record import Briefing, Fact, Moment, Percept, Task, Turn, facts_of
 
 _V = TypeVar("_V")
 

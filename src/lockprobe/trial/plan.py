@@ -13,13 +13,11 @@ from lockprobe.boxes.layouts import locking_pairs, neutral_order
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import group_of
-from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.protocols import Intervention
-from lockprobe.trial.record import Percept, Snapshot, Step, Task
-from lockprobe.trial.trial_name import ForkName, TrialName
+from lockprobe.trial.record import Ask, ForkName, Percept, Snapshot, Step, Task, TrialName
 
 LABELS = "ABCDEFGH"
 """Neutral labels; a box has at most this many joints."""

@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Protocol, Self, runtime_checkable
 
-from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.model_call import Call
-from lockprobe.trial.record import Decision, Fact, Moment, Percept, Situation, Snapshot, Task, Turn
+from lockprobe.trial.record import Briefing, Decision, Fact, Moment, Percept, Situation, Snapshot, Task, Turn
 
 if TYPE_CHECKING:
     import numpy as np

@@ -6,18 +6,17 @@ what it said had happened. Clock readings are not part of a record: the same see
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from math import isfinite
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal
 
 from lockprobe.foundation.errors import FINAL, Boundary
 from lockprobe.foundation.spec import PEOPLE, group_of
-from lockprobe.trial.briefing import Ask, Briefing
 from lockprobe.trial.doses import flip_rate
 from lockprobe.trial.model_call import WHOLE, Count, Finite, Usage, Whole
 from lockprobe.trial.pictures.picture import Picture, PictureKind
-from lockprobe.trial.trial_name import ForkName, TrialName
 
 if TYPE_CHECKING:
     from lockprobe.trial.pictures.frame import Frame
@@ -34,6 +33,9 @@ PLAIN_WORDS = (STATES, STRUCTURED, "symbolic")
 Outcome = Literal["moved", "blocked"]
 """The outcome of an attempt for the attempted joint."""
 
+Ask = Literal["before", "after", "off"]
+"""When an agent is asked how the box works: before it chooses, after it has chosen, or never."""
+
 Ending = Literal["solved", "budget", "error"]
 """How a trial ended: the target moved, the steps ran out, or something broke."""
 
@@ -41,18 +43,26 @@ Fact = str | Whole | Finite | bool | None
 
 
 def facts_of(said: Mapping[str, object]) -> dict[str, Fact]:
-    """Facts as a record holds them: what is neither text, number nor truth value is written as text."""
+    """Facts as a record holds them: what is neither text, number nor truth value is written as text.
+
+    What UTF-8 does not know becomes a question mark.
+    """
     facts: dict[str, Fact] = {}
     for name, value in said.items():
         whole = isinstance(value, int) and abs(value) <= WHOLE
         plain = value is None or whole or (isinstance(value, float) and isfinite(value))
-        facts[_written(name)] = value if plain else _written(value)  # type: ignore[assignment]
+        known = value if plain else str(value).encode(errors="replace").decode()
+        facts[str(name).encode(errors="replace").decode()] = known  # type: ignore[assignment]
     return facts
 
 
-def _written(value: object) -> str:
-    """A value as text; what UTF-8 does not know becomes a question mark."""
-    return str(value).encode(errors="replace").decode()
+def in_words(outcome: Outcome | bool | None, nothing: str = "nothing") -> str:
+    """An outcome in words, given as such or as whether the joint moved; ``nothing`` where there is none.
+
+    >>> in_words("moved"), in_words(False), in_words(None)
+    ('moved', 'did not move', 'nothing')
+    """
+    return nothing if outcome is None else "moved" if outcome in (True, "moved") else "did not move"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,13 +80,6 @@ class Task:
     places: tuple[tuple[float, float], ...] = ()
     assessment: bool = True
     kinds: tuple[str, ...] = ()
-
-
-class Look(Protocol):
-    """Takes a picture in the agent's terms: handles in the order of ``Task.joints``."""
-
-    def __call__(self, positions: tuple[bool, ...] | None = None, /) -> Frame:
-        """Take a picture of the true positions, or of told ones, aligned with ``Task.joints``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,7 +115,8 @@ class Percept:
         in_full: Whether the text tells the position of every joint, and not only which are at 1.
         unlabelled: Whether its pictures show no labels of joints.
         corrects: The first report, which this one corrects; None without a correction.
-        look: Takes a picture of the truth or of the report; for channels, never for agents.
+        look: Takes a picture of the truth, or of told positions, with handles in the order of ``Task.joints``; for
+            channels, never for agents.
     """
 
     joint: str | None = None
@@ -125,7 +129,7 @@ class Percept:
     in_full: bool = False
     unlabelled: bool = False
     corrects: Percept | None = None
-    look: Look | None = field(default=None, compare=False, repr=False)
+    look: Callable[..., Frame] | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -194,6 +198,24 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Briefing:
+    """The requests and remarks of one step, in addition to the report. Agents that read no words ignore them.
+
+    ``remark`` comes with the report of this step, ``warning`` stands in the instruction. ``instruction`` is a template
+    (:data:`lockprobe.agents.prompt.FIELDS`), and the default one if it is empty.
+    """
+
+    remark: str = ""
+    warning: str = ""
+    instruction: str = ""
+    hypothesis: Ask = "before"
+
+    def remarking(self, text: str) -> Briefing:
+        """The briefing with one more remark."""
+        return replace(self, remark=f"{self.remark} {text}".lstrip())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
     """Everything that an agent may use to decide: finished exchanges, oldest first, the current report and requests."""
 
@@ -241,6 +263,55 @@ class Step:
         return self.told_moved is not None and self.told_moved != self.moved
 
 
+@dataclass(frozen=True, slots=True)
+class TrialName:
+    """A trial of a study, as its record and its calls name it: five parts between slashes, whatever the names hold.
+
+    >>> str(TrialName("flips", "llm:openai/gpt-4o", "flip?p=0.4", repetition=2, trial=7))
+    'flips/llm:openai%2Fgpt-4o/flip?p=0.4/rep=2/trial=7'
+
+    ``agent`` is its name, or its spec if it has none; ``participant`` for people, who share its trials.
+    """
+
+    study: str
+    agent: str
+    condition: str
+    repetition: int
+    trial: int
+
+    @property
+    def place(self) -> str:
+        """Its place among the trials of its agent: the last three parts."""
+        return str(self).split("/", 2)[2]
+
+    def __str__(self) -> str:
+        names = "/".join(part.replace("/", "%2F") for part in (self.study, self.agent, self.condition))
+        return f"{names}/rep={self.repetition}/trial={self.trial}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForkName:
+    """A fork of a recorded trial, as its record names it.
+
+    >>> str(ForkName(parent="flips/random/truth/rep=1/trial=7", at=8, arm="lie", time=2))
+    'flips/random/truth/rep=1/trial=7/at=8/lie/time=2'
+
+    ``parent`` is the key of the recorded trial, ``at`` the step whose report is changed, from 1, and ``time`` the
+    number of this continuation, from 1. If it is ``truthful`` all later reports are true; else they are as in the
+    trial's condition.
+    """
+
+    parent: str
+    at: int
+    arm: str
+    truthful: bool = False
+    time: int = 1
+
+    def __str__(self) -> str:
+        then = "/then=truth" if self.truthful else ""
+        return f"{self.parent}/at={self.at}/{self.arm}{then}/time={self.time}"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialError:
     """The error that ended a trial, at a step that could not be played, from 1.
@@ -263,7 +334,7 @@ class Trial:
     """One finished trial. The first names are those of its plan (:class:`lockprobe.trial.plan.Plan`).
 
     Attributes:
-        key: Its :class:`~lockprobe.trial.trial_name.TrialName`, for example ``flips/random/flip?p=0.4/rep=2/trial=7``.
+        key: Its :class:`~lockprobe.trial.record.TrialName`, for example ``flips/random/flip?p=0.4/rep=2/trial=7``.
         agent: Agent spec; of a person ``participant:ID``. ``called`` is the experimenter's name for it, if any.
         facts, plant: The facts of agent and plant: model, file hash, engine, settings; empty if their specs say all.
         condition: Label of its condition. ``specs`` are those of its interventions, in order, and ``doses`` those of
@@ -376,3 +447,16 @@ class Trial:
     def owed_again(self) -> bool:
         """Whether it has to be played again: a fault outside the agent broke it, or a user asked for a replay."""
         return self.error is not None and (self.error.boundary not in FINAL or self.error.again)
+
+
+def asked_again(trials: Iterable[Trial]) -> dict[str, tuple[int, int]]:
+    """Agent -> replies after which it was asked again, and all its replies on record; agents without any are left out.
+
+    After the last reply of a decision, and after one that ended a trial, nobody was asked again.
+    """
+    again, replies = Counter[str](), Counter[str]()
+    for trial in trials:
+        replied = [step.decision.replies for step in trial.steps] + ([trial.error.replies] if trial.error else [])
+        replies[trial.group] += sum(map(len, replied))
+        again[trial.group] += sum(len(one) - 1 for one in replied if one)
+    return {agent: (number, replies[agent]) for agent, number in again.items() if number}

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import Literal, get_args
 
 from lockprobe.boxes.box import Configuration
@@ -135,3 +136,19 @@ def wrong_source(trial: Trial) -> list[SourceKind | None]:
 def _held(before: Configuration, reading: Sequence[str]) -> Configuration:
     """The positions of a reading; an unclear joint keeps the one before."""
     return tuple(at if read == UNCLEAR else read == "1" for at, read in zip(before, reading, strict=True))
+
+
+def false_reports(trial: Trial) -> list[bool]:
+    """Whether each report after which the trial went on was inverted.
+
+    What an agent infers from two reports of positions is inverted if outcomes are. Where positions are inverted
+    (``flip?inverts=position``), the earlier report may be false too; then the report itself counts: it is false if it
+    shows the attempted joint in the wrong position.
+    """
+    if not (trial.states_only and any(channel.get("inverts") == "position" for channel in trial.channels)):
+        return [step.told_falsely for step in trial.steps[:-1]]
+    places = [trial.joints.index(step.joint) for step in trial.steps]
+    return [
+        step.told_state is not None and step.told_state[place] != after.state[place]
+        for place, (step, after) in zip(places, pairwise(trial.steps), strict=False)
+    ]

@@ -1,13 +1,12 @@
-"""Writes a trial as one line of JSON and reads it back. Impossible records are refused, not analysed.
-
-Anyone can write an agent, so every decision is checked before it is executed, too.
-"""
+"""Writes a trial as one line of JSON and reads it back. Impossible records are refused, not analysed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from hashlib import blake2b
 from reprlib import repr as shortened
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -19,12 +18,21 @@ from lockprobe.trial.record import Decision, Fact, Step, Task, Trial
 from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 
 _trial: TypeAdapter[Trial] = TypeAdapter(Trial)
+_step: TypeAdapter[Step] = TypeAdapter(Step)
 _decision: TypeAdapter[Decision] = TypeAdapter(Decision)
 
 LONGEST = 10_000
 """The most steps of a trial."""
 
-Faults = Iterator[tuple[str, object, str]]
+_STEPS, _STEP, _ENDING = b',"steps":[', b'{"step":', b'],"ending":'
+
+_MOST = 1 << 20
+"""Different steps that a reader keeps; further ones are parsed each time."""
+
+_SAME = ("facts", "channels", "joints", "plant", "interventions", "specs", "doses", "changed")
+"""What trials of one agent and condition mostly have in common."""
+
+_Faults = Iterator[tuple[str, object, str]]
 """What is wrong in a record, what it is, and what it should be."""
 
 
@@ -35,6 +43,73 @@ def trial_to_json(trial: Trial) -> bytes:
 
 def trial_from_json(line: bytes | str) -> Trial:
     """The trial on one line as :func:`trial_to_json` makes it; ``BadValue`` if that cannot have happened."""
+    trial = _parsed(line)
+    for step in trial.steps:
+        _refuse(_of_step(step, trial.joints, trial.labels), f"step {step.step}, ")
+    _refuse(_of_whole(trial))
+    return trial
+
+
+class TrialReader:
+    """Reads many records: what :func:`trial_from_json` returns and refuses, with equal parts as one object.
+
+    Most steps of agents that say no more than a joint are the same in many trials. A step is parsed only if its bytes
+    have not been met before, so many trials of strategies take a fraction of the time and of the memory.
+    """
+
+    def __init__(self) -> None:
+        self._steps: dict[tuple[tuple[str, ...], tuple[str, ...], bytes], Step] = {}
+        self._alike: dict[tuple[str, str, str], Trial] = {}
+        self._same: dict[Any, Any] = {}
+
+    def read(self, record: bytes) -> Trial:
+        """The trial of a record."""
+        head, _, rest = record.partition(_STEPS)  # within a text its quotation marks would be escaped
+        steps, ending, tail = rest.rpartition(_ENDING)
+        if not (ending and steps.startswith(_STEP) and steps.endswith(b"}")):
+            return trial_from_json(record)
+        try:
+            bare = _parsed(head + _STEPS + _ENDING + tail)
+            parts = steps[len(_STEP) : -1].split(b"}," + _STEP)
+            like = self._alike.setdefault((bare.agent, bare.condition, bare.box), bare)
+            shared = {name: one for name in _SAME if (one := getattr(like, name)) == getattr(bare, name)}
+            trial = replace(bare, steps=tuple([self._step(part, bare) for part in parts]), **shared)
+            _refuse(_of_whole(trial))
+        except (BadValue, ValidationError):  # read whole, the record says what is wrong with it
+            return trial_from_json(record)
+        return trial
+
+    def _step(self, part: bytes, of: Trial) -> Step:
+        place = of.joints, of.labels, blake2b(part, digest_size=16).digest()
+        if (known := self._steps.get(place)) is not None:
+            return known
+        step = _step.validate_json(_STEP + part + b"}", strict=True, extra="forbid")
+        _refuse(_of_step(step, of.joints, of.labels))
+        if step.decision.replies:  # different in every trial
+            return step
+        names = ("state", "joint", "told_state", "told", "decision")
+        step = replace(
+            step, **{name: self._same.setdefault(one, one) for name in names for one in [getattr(step, name)]}
+        )
+        if len(self._steps) < _MOST:
+            self._steps[place] = step
+        return step
+
+
+def likeness(trial: Trial) -> bytes | None:
+    """Sixteen bytes that trials have in common if they are alike but for their places, panels and steps.
+
+    None if a record counts by itself: a person's, a fork, an error, and one with what adds up over steps, as usage.
+    """
+    asked = any(step.decision.replies or step.decision.usage or step.decision.tidied for step in trial.steps)
+    if asked or trial.plant or trial.opening_pictures or trial.player or trial.fork or trial.error:
+        return None
+    alike = trial.study, trial.agent, trial.facts, trial.box, trial.condition, trial.ending, trial.replays
+    return blake2b(repr(alike).encode(), digest_size=16).digest()
+
+
+def _parsed(line: bytes | str) -> Trial:
+    """The trial on a line whose settings, at least, are possible."""
     try:
         trial = _trial.validate_json(line, strict=True, extra="forbid")
     except ValidationError as error:
@@ -46,21 +121,16 @@ def trial_from_json(line: bytes | str) -> Trial:
         raise BadValue("trial record, target", trial.target, f"one of the joints {', '.join(joints)}")
     if not (len(joints) == len(trial.labels) and sorted(trial.labels) == sorted(trial.listing)):
         raise BadValue("trial record, labels", trial.labels, f"one for each of {len(joints)} joints, each listed")
-    refuse(_seen(trial.opening_pictures, trial.opening_sensed, len(joints)))
-    for step in trial.steps:
-        refuse(of_step(step, joints, trial.labels), f"step {step.step}, ")
-    refuse(of_whole(trial))
+    _refuse(_seen(trial.opening_pictures, trial.opening_sensed, len(joints)))
     return trial
 
 
-def refuse(faults: Faults, where: str = "") -> None:
-    """Refuse a record by the first of its faults."""
+def _refuse(faults: _Faults, where: str = "") -> None:
     for what, got, expected in faults:
         raise BadValue(f"trial record, {where}{what}", got, expected)
 
 
-def of_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> Faults:
-    """What is wrong with a step of a trial with these joints and labels."""
+def _of_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> _Faults:
     if step.joint not in joints:
         yield "joint", step.joint, f"one of {', '.join(joints)}"
     for name, bits in (("state", step.state), ("told state", step.told_state)):
@@ -70,7 +140,7 @@ def of_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> Faults:
     yield from _seen(step.pictures, step.sensed, len(joints))
 
 
-def _seen(pictures: Mapping[PictureKind, str], sensed: Mapping[str, Fact], joints: int) -> Faults:
+def _seen(pictures: Mapping[PictureKind, str], sensed: Mapping[str, Fact], joints: int) -> _Faults:
     """Names of pictures are hashes, so that no record points outside its directory; a reading is one of all joints."""
     for kind, name in pictures.items():
         if not PICTURE_NAME.fullmatch(name):
@@ -79,39 +149,40 @@ def _seen(pictures: Mapping[PictureKind, str], sensed: Mapping[str, Fact], joint
         yield CAMERA, sensed[CAMERA], f"{joints} positions, each 0, 1 or {UNCLEAR}"
 
 
-def of_whole(trial: Trial) -> Faults:
-    """What is wrong between the parts of a record: its key, its steps, their changes and its ending."""
-    steps, budget = len(trial.steps), trial.budget
-    if trial.fork is not None and trial.fork.parent != str(trial.name):
-        yield "fork of", trial.fork.parent, str(trial.name)
-    if trial.key != (expected := str(trial.fork or trial.name)):  # no two trials of a study share a key
-        yield "key", trial.key, expected
-    if (p := trial.p) is not None and not 0 <= p <= 1:
-        yield "flip.p", p, "a number from 0 to 1"
-    if not steps <= budget <= LONGEST:
-        yield "steps", steps, f"at most the budget of {min(budget, LONGEST)}"
-    for number, step in enumerate(trial.steps, 1):
-        if step.step != number:
-            yield f"step {number}, number", step.step, str(number)
-    for spec, count in (*trial.changed.items(), ("all together", trial.changed_steps)):
-        if not 0 <= count <= steps:
-            yield f"steps changed by {spec}", count, f"0 to {steps}, its steps"
-    yield from _of_ending(trial, steps)
+def _of_whole(trial: Trial) -> _Faults:
+    """What is wrong between the parts of a record: its key, its steps, their changes and its ending.
 
-
-def _of_ending(trial: Trial, steps: int) -> Faults:
-    """A trial ends when the target moves or the steps run out, or with an error if there is one."""
-    if (trial.error is None) == (trial.ending == "error"):
-        yield "error", trial.error, f"one exactly if the ending is error, not {trial.ending}"
+    A trial ends when the target moves or the steps run out, or with an error if there is one.
+    """
+    steps, budget, name = len(trial.steps), trial.budget, str(trial.name)
+    key, numbers = str(trial.fork or name), [step.step for step in trial.steps]  # no two trials of a study share a key
     reached = [step.step for step in trial.steps if step.moved and step.joint == trial.target]
-    if reached != ([steps] if trial.solved else []):
-        last = "a last step that moved the target" if trial.solved else "no step that moved the target"
-        yield "ending", trial.ending, f"solved, or {last}" if reached else last
-    if trial.ending == "budget" and steps != trial.budget:
-        yield "steps", steps, f"{trial.budget}, since the steps ran out"
+    last = "a last step that moved the target" if trial.solved else "no step that moved the target"
+    counts = (*trial.changed.items(), ("all together", trial.changed_steps))
+    for wrong, what, got, expected in (
+        (trial.fork is not None and trial.fork.parent != name, "fork of", trial.fork and trial.fork.parent, name),
+        (trial.key != key, "key", trial.key, key),
+        (not 0 <= (trial.p or 0) <= 1, "flip.p", trial.p, "a number from 0 to 1"),
+        (not steps <= budget <= LONGEST, "steps", steps, f"at most the budget of {min(budget, LONGEST)}"),
+        (numbers != [*range(1, steps + 1)], "numbers of steps", numbers, f"1 to {steps}"),
+        *((not 0 <= n <= steps, f"steps changed by {spec}", n, f"0 to {steps}, its steps") for spec, n in counts),
+        (
+            (trial.error is None) == (trial.ending == "error"),
+            "error",
+            trial.error,
+            "one exactly if the ending is error",
+        ),
+        (
+            reached != ([steps] if trial.solved else []),
+            *("ending", trial.ending, f"solved, or {last}" if reached else last),
+        ),
+        (trial.ending == "budget" and steps != budget, "steps", steps, f"{budget}, since the steps ran out"),
+    ):
+        if wrong:
+            yield what, got, expected
 
 
-def _of_decision(decision: Decision, labels: Sequence[str]) -> Faults:
+def _of_decision(decision: Decision, labels: Sequence[str]) -> _Faults:
     """What is wrong with a decision on joints with these labels; its texts and its usage are not looked at."""
     if decision.joint not in labels:
         yield "decision", decision.joint, f"one of {', '.join(labels)}"
@@ -132,34 +203,32 @@ def _are_shares(values: Iterable[object]) -> bool:
 def usable(decision: Decision, task: Task) -> Decision:
     """A decision without API keys in its texts and without claims where nobody asked.
 
-    ``ReplyFault`` if it cannot be executed or recorded.
+    Anyone can write an agent: ``ReplyFault`` if it cannot be executed or recorded.
     """
-    if (why := _why_unusable(decision, task.joints)) is not None:
-        raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", None) or ())))
-    if decision.hypothesis or decision.replies:
-        decision = replace(
-            decision,
-            hypothesis=without_keys(decision.hypothesis),
-            replies=tuple(map(without_keys, decision.replies)),
-            served=without_keys(decision.served),
-        )
-    return decision if task.assessment else replace(decision, claimed=None, claim_probability=None)
-
-
-def _why_unusable(decision: object, labels: Sequence[str]) -> str | None:
+    why, kept = "", tuple(map(str, getattr(decision, "replies", None) or ()))
     if not isinstance(decision, Decision):  # of an object the type alone, because its words may hold anything
         plain = decision is None or isinstance(decision, str | int | float)
         found = shortened(decision) if plain else f"an object of type {type(decision).__name__}"
-        return f"decide returned {found}; return Decision(joint=…)"
+        raise ReplyFault(f"decide returned {found}; return Decision(joint=…)", kept)
     try:
-        for what, got, expected in _of_decision(decision, labels):
-            return f"its {what}: got {shortened(got)}, expected {expected}"
-        added = (decision.hypothesis, decision.replies, decision.usage, decision.served, decision.tidied)
-        if added != ("", (), None, "", ()):  # what models add goes to the record and back, which takes longer
+        for what, got, expected in _of_decision(decision, task.joints):
+            raise ReplyFault(f"its {what}: got {shortened(got)}, expected {expected}", kept)
+        if (decision.hypothesis, decision.replies, decision.usage, decision.served, decision.tidied) != (
+            "", (), None, "", (),
+        ):  # fmt: skip
+            # what models add goes to the record and back, which takes longer
             _decision.validate_json(_decision.dump_json(decision, exclude_defaults=True, warnings=False), strict=True)
+            decision = replace(
+                decision,
+                hypothesis=without_keys(decision.hypothesis),
+                replies=tuple(map(without_keys, decision.replies)),
+                served=without_keys(decision.served),
+            )
     except ValidationError as error:
         first = error.errors()[0]
-        return f"its {'.'.join(map(str, first['loc']))} cannot be written ({first['msg']})"
+        why = f"its {'.'.join(map(str, first['loc']))} cannot be written ({first['msg']})"
     except (TypeError, ValueError) as error:
-        return f"it cannot be written ({error})"
-    return None
+        why = f"it cannot be written ({error})"
+    if why:
+        raise ReplyFault(why, kept)
+    return decision if task.assessment else replace(decision, claimed=None, claim_probability=None)

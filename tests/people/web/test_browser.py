@@ -157,7 +157,7 @@ class Shouting:
     """Somebody's own intervention."""
 
     def brief(self, briefing, past, task, rng):
-        return briefing.remarking(SCRIPT).warning_of(SCRIPT)
+        return replace(briefing.remarking(SCRIPT), warning=SCRIPT)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,8 +13,7 @@ from lockprobe.report.prose import who
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Figure, Note, Part, Section, Template
 from lockprobe.trial import record
-from lockprobe.trial.asked_again import asked_again
-from lockprobe.trial.record import STATES
+from lockprobe.trial.record import STATES, asked_again
 
 _PANEL = "The panel at the start and, below, what each joint needs, which no agent sees."
 

@@ -15,8 +15,7 @@ from lockprobe.report.section import Part, Section, Template
 from lockprobe.studies.records.picture_store import read_picture
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.pictures.png import from_png, to_png
-from lockprobe.trial.record import Trial
-from lockprobe.trial.told_outcome import in_words
+from lockprobe.trial.record import Trial, in_words
 
 _ABOUT = "seen "
 """What facts are about: this and the modality, with the number of a moment for what was seen then."""

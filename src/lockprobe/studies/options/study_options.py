@@ -31,8 +31,8 @@ from lockprobe.foundation.spec import named_spec
 from lockprobe.foundation.validation import plain
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.options.agent_names import named_agents
-from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Contrast
+from lockprobe.trial.record import Ask
 
 STUDIES = ("flips", "modalities", "why", "looks")
 """The studies by name."""

@@ -22,7 +22,7 @@ from lockprobe.studies.records.store import SCHEMA, STORE
 from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of, trial_in, trials_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
-from lockprobe.trial.trial_reader import TrialReader
+from lockprobe.trial.trial_json import TrialReader
 
 _KINDS = """current and (alike is null or id in (
   select min(id) from trial where current and alike is not null group by alike, identity

@@ -31,7 +31,7 @@ from lockprobe.studies.records.store import checksum, read
 from lockprobe.studies.records.trial_rows import COLUMNS, OnRecord, TrialRow, trial_in, trials_in
 from lockprobe.studies.study import WHO, Study
 from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.trial_reader import TrialReader
+from lockprobe.trial.trial_json import TrialReader
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,9 +12,8 @@ from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import read
 from lockprobe.studies.records.trial_rows import OnRecord, trial_in
 from lockprobe.studies.study import Study
-from lockprobe.trial.record import Trial
-from lockprobe.trial.trial_name import TrialName
-from lockprobe.trial.trial_reader import TrialReader
+from lockprobe.trial.record import Trial, TrialName
+from lockprobe.trial.trial_json import TrialReader
 
 
 def load(directory: Path | str, study: Study | None = None) -> list[Trial]:

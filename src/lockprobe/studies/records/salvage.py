@@ -18,7 +18,7 @@ from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.attempt_log import attempt_entry
 from lockprobe.studies.records.store import checksum, read, write_acts, written
 from lockprobe.studies.records.trial_rows import INSERT, Timing, row_of, unpacked
-from lockprobe.trial.trial_reader import TrialReader
+from lockprobe.trial.trial_json import TrialReader
 
 _LEAST = 16
 """Bytes that a row takes at the least."""

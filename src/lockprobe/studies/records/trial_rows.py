@@ -13,8 +13,7 @@ from lockprobe.foundation.inputs import LARGEST_INPUT
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.records.store import read
 from lockprobe.trial.record import Trial
-from lockprobe.trial.trial_json import trial_to_json
-from lockprobe.trial.trial_reader import TrialReader, likeness
+from lockprobe.trial.trial_json import TrialReader, likeness, trial_to_json
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +113,7 @@ def row_of(trial: Trial, timing: Timing, identity: str) -> TrialRow:
         round(timing.seconds, 6),
         timing.cpu,
         identity,
-        likeness(trial, record),
+        likeness(trial),
         zlib.compress(record, _QUICKLY),
     )
 

@@ -41,7 +41,7 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Closable
 from lockprobe.trial.record import Fact, Step, Trial
-from lockprobe.trial.trial_reader import TrialReader
+from lockprobe.trial.trial_json import TrialReader
 
 _ALONE = 2.0
 """Seconds for which this process plays a strategy alone. Then others go on if as much is left; each takes a second to

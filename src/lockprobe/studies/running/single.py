@@ -17,11 +17,10 @@ from lockprobe.studies.modality import refuse_blind, taken_in
 from lockprobe.studies.options.studyfile import OF_A_TRIAL, trial_study
 from lockprobe.studies.records.picture_store import Album
 from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, Closable, Intervention
-from lockprobe.trial.record import Trial
+from lockprobe.trial.record import Ask, Trial
 
 
 def run_trial(
