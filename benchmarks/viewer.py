@@ -20,7 +20,7 @@ from lockprobe.interventions.camera import CameraChannel, Depth
 from lockprobe.interventions.conditions import flips
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.trial.loop import play
-from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Decision, Percept, Situation, Trial
 
 ACUITIES = (8, 9, 10, 11, 12, 14, 16, 20, 24, 32, 64)
@@ -50,7 +50,7 @@ def watched(plant: str, depth: Depth, trial: int) -> tuple[Trial, Plan, list[Per
         seed=1,
         plant=plant,
     )
-    made = resolve_plant(plant).make(plan.box, Names(plan).labels, plan.luck.physics())
+    made = resolve_plant(plant).make(plan.box, plan.names.labels, plan.luck.physics())
     watcher = Watcher()
     try:
         played = asyncio.run(play(plan, plant=made, interventions=[CameraChannel(depth=depth)], agent=watcher))
@@ -70,13 +70,13 @@ def main() -> None:
     missed: dict[tuple[int, bool], list[bool]] = {}
     for trial in range(1, asked.trials + 1):
         played, plan, shown = watched(f"fast-twin?looks={asked.looks}", asked.depth, trial)
-        truth = np.array([[int(step.state[i]) for i in Names(plan).order] for step in played.steps])
+        truth = np.array([[int(step.state[i]) for i in plan.names.order] for step in played.steps])
         for acuity in ACUITIES:
             viewer = Viewer(strategy=RandomAgent(), name="random", acuity=acuity)
             for depth in (False, True):
                 kinds = ("rgb", "depth") if depth else ("rgb",)
                 seen = [replace(p, pictures=tuple(x for x in p.pictures if x.kind in kinds)) for p in shown]
-                reports = viewer.reports(Names(plan).task(plan), seen)
+                reports = viewer.reports(plan.names.task, seen)
                 wrong.setdefault((acuity, depth), []).append(np.array([r.positions for r in reports]) != truth)
                 missed.setdefault((acuity, depth), []).extend(
                     (report.outcome == "moved") != step.moved

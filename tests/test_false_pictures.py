@@ -17,7 +17,7 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.trial.pictures.png import from_png
-from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.plan import Plan
 
 SMALL = "fast-twin?width=160&height=120"
 PLAN = Plan(
@@ -104,8 +104,8 @@ def test_a_false_picture_is_the_picture_of_that_configuration_and_the_arm_stays(
 
 def pictured(plant, channels, plan=PLAN):
     """The percepts of three attempts."""
-    names, luck = Names(plan), plan.luck.stream("channel-0")
-    task, found = names.task(plan), []
+    names, luck = plan.names, plan.luck.stream("channel-0")
+    task, found = names.task, []
     for step, joint in enumerate((None, 3, 0, 0)):
         percept = names.percept(plant.observe() if joint is None else plant.attempt(joint))
         for channel in channels:

@@ -158,7 +158,7 @@ TURNS = tuple(Turn(percept=Percept(text=str(i)), decision=Decision(joint="A")) f
 
 @pytest.mark.parametrize(("last", "left"), [(0, ()), (2, TURNS[3:]), (5, TURNS), (9, TURNS)])
 def test_the_newest_exchanges_are_left(last, left):
-    assert History(last=last).recall(TURNS, None, None) == left
+    assert History(last=last).recall(TURNS, (), None, None) == left
 
 
 def test_one_step_is_the_experimenter_s_and_all_others_are_the_agent_s():

@@ -13,7 +13,6 @@ from lockprobe.people.experiment import Experiment, read_words
 from lockprobe.people.scenes import Scenes
 from lockprobe.plants import catalogue
 from lockprobe.studies.running.paused_trial import PausedTrial
-from lockprobe.trial.plan import Names
 
 SLOTS = tuple(Slot(condition="truth", repetition=1, trial=n) for n in (1, 2))
 JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.0, platform={}, slots=SLOTS, words="en 0")
@@ -177,7 +176,7 @@ def test_a_panel_is_drawn_from_what_was_told_and_says_where_one_is():
     situation = after([2, 1, 2])
     drawn = shown(situation)
     assert replace(percept_of(drawn.panel), text="") == replace(situation.percept, text="")
-    by_label = {label: PLAN.box.joints[i] for i, label in enumerate(Names(PLAN).labels)}
+    by_label = {label: PLAN.box.joints[i] for i, label in enumerate(PLAN.names.labels)}
     for joint in drawn.panel.joints:
         assert (joint.kind, joint.place) == (by_label[joint.label].kind, by_label[joint.label].place)
         assert joint.target == (joint.label == situation.task.target)

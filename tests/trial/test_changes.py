@@ -34,8 +34,8 @@ class TextBefore:
 class Rebuilt:
     """Remembers an equal past, made anew."""
 
-    def recall(self, past, task, rng):
-        return tuple(replace(turn) for turn in past)
+    def recall(self, turns, past, task, rng):
+        return tuple(replace(turn) for turn in turns)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.luck import Luck, at_step, numbers
 from lockprobe.trial.places import Places
-from lockprobe.trial.plan import Fork, Names, Plan
+from lockprobe.trial.plan import Fork, Plan
 from lockprobe.trial.record import ForkName
 
 PLAN = Plan(
@@ -23,8 +23,8 @@ PLAN = Plan(
 
 
 def test_names_agree_with_each_other_and_handles_have_the_order_of_the_listing():
-    names = Names(PLAN)
-    task = names.task(PLAN)
+    names = PLAN.names
+    task = names.task
     assert sorted(names.order) == list(range(5))
     assert names.order != tuple(range(5))
     assert task.joints == names.listing == tuple(names.labels[i] for i in names.order)
@@ -72,23 +72,19 @@ def places(spec, *more):
 
 def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_ahead():
     found = places("nudge + flip?p=0.2 + tremble?p=0.1 + history?last=3 + flip?p=0.2 + yoked?p=0.4", Aloud())
-    of = {
-        place: [type(placed.one).__name__ for placed in getattr(found, place)]
-        for place in ("channels", "showing", "after", "prompts", "memories", "actuators")
-    }
+    of = {place: [type(placed.one).__name__ for placed in acting] for place, acting in found.at.items()}
     assert of == {
-        "channels": ["OutcomeFlip", "OutcomeFlip", "Yoked"],
-        "showing": ["TextChannel"],
-        "after": ["Aloud"],
-        "prompts": ["Nudge"],
-        "memories": ["History"],
-        "actuators": ["Tremble"],
+        "told": ["OutcomeFlip", "OutcomeFlip", "Yoked"],
+        "asked": ["Nudge"],
+        "remembered": ["History"],
+        "done": ["Tremble"],
     }
-    streams = [found.streams[placed.number] for placed in (*found.actuators, *found.showing, *found.channels)]
+    assert [type(placed.one).__name__ for placed in (*found.showing, *found.after)] == ["TextChannel", "Aloud"]
+    streams = [found.streams[placed.number] for placed in (*found.at["done"], *found.showing, *found.at["told"])]
     assert streams == [("Tremble-0", 0), ("TextChannel-0", 0), ("channel-0", 0), ("channel-1", 0), ("channel-0", 1)]
     assert found.specs[1:5:3] == ["flip?p=0.2", "flip?p=0.2 (2)"]
     wordless = Places(interventions_of("flip?p=0.2 + drop?p=0.1"))
-    assert ([placed.number for placed in wordless.channels], wordless.showing, wordless.after) == ([0, 1], [], [])
+    assert ([placed.number for placed in wordless.at["told"]], wordless.showing, wordless.after) == ([0, 1], [], [])
 
 
 whole = st.integers(1, 10**6)

@@ -21,7 +21,7 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.trial.pictures.depth import to_millimetres
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.png import to_png
-from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe_robot.film.make import WITHOUT_ARM
 from lockprobe_robot.film.replay import plan_of, played_again
@@ -81,9 +81,7 @@ def _frames(trial: Trial, plan: Plan) -> Iterator[tuple[Frame, dict[str, object]
         source = resolve_plant(WITHOUT_ARM)
     source.check(plan.box)
     try:
-        for at, snapshot, differs in played_again(
-            trial, source.make(plan.box, Names(plan).labels, plan.luck.physics())
-        ):
+        for at, snapshot, differs in played_again(trial, source.make(plan.box, plan.names.labels, plan.luck.physics())):
             if differs is not None:
                 raise BadFile(trial.key, differs)
             facts: dict[str, object] = {"key": trial.key, "agent": trial.agent, "step": at + 1}

@@ -23,7 +23,6 @@ from lockprobe.foundation.formatting import count
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.trial.plan import Names
 from lockprobe.trial.record import Decision, Fact, Outcome, Situation, Trial, in_words
 
 OTHERS = ("ideal-observer", "human-inspired", "random")
@@ -61,7 +60,7 @@ def play(asked: Mapping[str, Any]) -> None:
     plan = study.plan(study.agents[0], study.conditions[0], 1, 1)
     screen = Screen()
     screen.say(f"Lockbox (--seed {seed} plays this trial again)", "bold")
-    person = Person(plan.box, Names(plan).labels, screen)
+    person = Person(plan.box, plan.names.labels, screen)
     loop = asyncio.new_event_loop()  # asyncio.run would delay Ctrl-C during the wait for a key
     try:
         trial, _ = loop.run_until_complete(play_timed(plan, person))

@@ -51,7 +51,6 @@ class CameraChannel:
         exposure: Stops of exposure of colours, from -20 to 20; negative is darker. Depth stays as it is.
     """
 
-    shows: ClassVar[bool] = True
     always_tells: ClassVar[bool] = True
     depth: Depth = "none"
     near: float = 0.64

@@ -65,6 +65,8 @@ class History:
         if self.last < 0:
             raise BadValue("last", self.last, "a whole number from 0")
 
-    def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
+    def recall(
+        self, turns: tuple[Turn, ...], past: tuple[Moment, ...], task: Task, rng: np.random.Generator
+    ) -> tuple[Turn, ...]:
         """The newest exchanges."""
-        return past[len(past) - self.last :] if self.last < len(past) else past
+        return turns[len(turns) - self.last :] if self.last < len(turns) else turns

@@ -15,7 +15,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, with_options
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.trial.condition import Recorded
-from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Percept
 
@@ -118,7 +118,7 @@ def with_rates(plan: Plan) -> Plan:
             flip = with_options(MisreadFlip, MisreadFlip.name, Spec.parse(one.spec).options)
         if isinstance(flip, MisreadFlip) and flip.rates:
             rates = rates_of(flip.rates)
-            labelled = zip(plan.box.names, Names(plan).labels, strict=True)
+            labelled = zip(plan.box.names, plan.names.labels, strict=True)
             by_label = {label: rates.get(name, (0.0, 0.0)) for name, label in labelled}
             acting[at] = replace(flip, by_label=entries_of(by_label))
     return replace(plan, condition=replace(plan.condition, interventions=tuple(acting)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import ClassVar, Literal
@@ -11,7 +11,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from lockprobe.foundation.validation import check_choices
-from lockprobe.trial.record import Moment, Percept, Task, in_words
+from lockprobe.trial.record import Moment, Outcome, Percept, Task, in_words
 
 Tell = Literal["state", "outcome", "both"]
 """The content of a report: the positions of all joints, the outcome of the attempt, or both."""
@@ -25,6 +25,9 @@ CORRECTION = "Correction:"
 _NEXT_ROW = 0.1
 """Of the panel's height; joints that lie farther below the one above are in another row."""
 
+Positions = tuple[bool, ...] | None
+Rows = Sequence[Sequence[str]]
+
 _KINDS: Mapping[str, str] = {"prismatic": "slider", "revolute": "knob"}
 
 
@@ -37,7 +40,6 @@ class TextChannel:
     also says where joints lie on the panel, and which slide and which turn, as a picture shows it.
     """
 
-    shows: ClassVar[bool] = True
     always_tells: ClassVar[bool] = True
     tell: Tell = "both"
     form: Form = "words"
@@ -48,22 +50,28 @@ class TextChannel:
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text, without the facts that must not be told. Nothing is drawn from ``rng``."""
-        told = replace(
+        text = self.written(percept, task, first=not past)
+        if percept.corrects is not None:
+            first = self.written(percept.corrects, task, first=not past)
+            text = first + (" " if self.form == "words" else "\n") + f"{CORRECTION} {text}"
+        return replace(
             percept,
             outcome=None if self.tell == "state" else percept.outcome,
             positions=None if self.tell == "outcome" else percept.positions,
             states_only=self.tell == "state",
             in_full=self.tell != "outcome" and self.form != "words",
+            text=text,
         )
-        text = self.written(told, task, first=not past)
-        if percept.corrects is not None:
-            first = self.perceive(percept.corrects, past, task, rng).text
-            text = first + (" " if self.form == "words" else "\n") + f"{CORRECTION} {text}"
-        return replace(told, text=text)
 
-    def written(self, told: Percept, task: Task, *, first: bool) -> str:
-        """The text of the facts that a percept tells; the ``first`` report of a trial may also say where joints lie."""
-        return _WRITERS[self.form](told, task, rows_of(task) if self.places and first else [])
+    def written(self, percept: Percept, task: Task, *, first: bool) -> str:
+        """The text of a percept; the ``first`` report of a trial may also say where joints lie."""
+        outcome = None if self.tell == "state" else percept.outcome
+        positions = None if self.tell == "outcome" else percept.positions
+        untold = (outcome, positions) == (None, None) or (
+            self.form == "words" and outcome is None and self.tell != "state"
+        )
+        joint = None if untold else percept.joint
+        return _WRITERS[self.form](joint, outcome, positions, task, rows_of(task) if self.places and first else [])
 
     def shown(self, percept: Percept) -> object:
         """What agents get of a percept: the joint, the facts that are told, and pictures that were there before."""
@@ -89,19 +97,17 @@ def _kind(task: Task, label: str) -> str:
     return _KINDS.get(task.kinds[task.joints.index(label)], "") if task.kinds else ""
 
 
-def _words(told: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
+def _words(joint: str | None, outcome: Outcome | None, positions: Positions, task: Task, rows: Rows) -> str:
     sentences = []
-    if told.joint is not None and told.outcome is not None:
-        sentences.append(f"{told.joint} {in_words(told.outcome)}.")
-    elif told.states_only and told.joint is not None and told.positions is not None:
-        sentences.append(f"You attempted {told.joint}.")
-    if told.positions is not None:
-        there = [label for label, position in zip(task.joints, told.positions, strict=True) if position]
+    if joint is not None:
+        sentences.append(f"You attempted {joint}." if outcome is None else f"{joint} {in_words(outcome)}.")
+    if positions is not None:
+        there = [label for label, position in zip(task.joints, positions, strict=True) if position]
         sentences.append(f"At 1: {', '.join(there) or 'none'}.")
-    return " ".join([*sentences, *places_said(task, rows)])
+    return " ".join([*sentences, *places_said(task, rows)]) if rows else " ".join(sentences)
 
 
-def places_said(task: Task, rows: Sequence[Sequence[str]]) -> list[str]:
+def places_said(task: Task, rows: Rows) -> list[str]:
     """Where joints lie on the panel, row by row, and which slide and which turn."""
     sentences = []
     for number, row in enumerate(rows, 1):
@@ -111,27 +117,25 @@ def places_said(task: Task, rows: Sequence[Sequence[str]]) -> list[str]:
     return sentences
 
 
-def _json(told: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
-    said: dict[str, object] = {}
-    if told.joint is not None and (told.outcome is not None or told.positions is not None):
-        said["attempted"] = told.joint
-    if told.joint is not None and told.outcome is not None:
-        said["moved"] = told.outcome == "moved"
-    if told.positions is not None:
-        said["positions"] = dict(zip(task.joints, map(int, told.positions), strict=True))
+def _json(joint: str | None, outcome: Outcome | None, positions: Positions, task: Task, rows: Rows) -> str:
+    said: dict[str, object] = {} if joint is None else {"attempted": joint}
+    if joint is not None and outcome is not None:
+        said["moved"] = outcome == "moved"
+    if positions is not None:
+        said["positions"] = dict(zip(task.joints, map(int, positions), strict=True))
     if rows:
         kinds = {label: _kind(task, label) for label in task.joints} if task.kinds else {}
         said["panel"] = {"rows from above, each from left to right": rows} | ({"kinds": kinds} if kinds else {})
     return json.dumps(said) if said else ""
 
 
-def _table(told: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
+def _table(joint: str | None, outcome: Outcome | None, positions: Positions, task: Task, rows: Rows) -> str:
     columns: dict[str, Sequence[object]] = {"joint": task.joints}
-    if told.positions is not None:
-        columns["position"] = [int(position) for position in told.positions]
-    if told.joint is not None and (told.outcome is not None or told.positions is not None):
-        done = in_words(told.outcome, "attempted")
-        columns["last action"] = [done if label == told.joint else "-" for label in task.joints]
+    if positions is not None:
+        columns["position"] = [int(position) for position in positions]
+    if joint is not None:
+        done = in_words(outcome, "attempted")
+        columns["last action"] = [done if label == joint else "-" for label in task.joints]
     if rows:
         at = {label: (i, j) for i, row in enumerate(rows, 1) for j, label in enumerate(row, 1)}
         columns["row from above"] = [at[label][0] for label in task.joints]
@@ -145,8 +149,4 @@ def _table(told: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
     return "\n".join("  ".join(line).rstrip() for line in zip(*padded, strict=True))
 
 
-_WRITERS: Mapping[Form, Callable[[Percept, Task, Sequence[Sequence[str]]], str]] = {
-    "words": _words,
-    "json": _json,
-    "table": _table,
-}
+_WRITERS = {"words": _words, "json": _json, "table": _table}

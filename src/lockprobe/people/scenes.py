@@ -20,7 +20,7 @@ from lockprobe.studies.modality import is_pictured, shown
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.doses import modality_doses
-from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Percept, Situation, Task
 
 Scene = dict[str, Any]
@@ -204,7 +204,7 @@ class Scenes:
                 "place": task.places[i] if drawn else None,
                 "position": None if percept.positions is None else int(percept.positions[i]),
             }
-            for i, (label, place) in enumerate(zip(task.joints, Names(plan).order, strict=True))
+            for i, (label, place) in enumerate(zip(task.joints, plan.names.order, strict=True))
         )
         pictures = (base64.b64encode(picture.png).decode("ascii") for picture in percept.pictures if picture.shown)
         counted = filled(self.words.page["step"], step=step, budget=task.budget) + "."

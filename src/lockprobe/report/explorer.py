@@ -139,7 +139,7 @@ def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any
             chosen=chosen if chosen.strip("-") else "",
             words=said if any(said) else [],
             **sensed,
-            source=source.of if sensed and source is not None else "",
+            source=(source or "") if sensed else "",
         ),
     }
 

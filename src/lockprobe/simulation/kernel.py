@@ -86,8 +86,8 @@ def what_is_told(modality: str | None, flip: FlipKind) -> Tell:
     if flip == "outcome-only":
         modality = blind(modality or "symbolic")
     channel = shown(modality or STATES)
-    if (source := source_of(modality or STATES)) is not None and source.of != "truth":
-        raise BadValue("modality", modality, f"symbolic without source={source.of}, whose errors only a plant makes")
+    if (source := source_of(modality or STATES)) not in (None, "truth"):
+        raise BadValue("modality", modality, f"symbolic without source={source}, whose errors only a plant makes")
     if not isinstance(channel, TextChannel):
         known = "symbolic, or symbolic?tell=state, as which a viewer that sees well plays in pictures"
         raise BadValue("modality", modality, known)

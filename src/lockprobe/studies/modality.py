@@ -95,7 +95,7 @@ def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
             modality cannot show what is flipped.
     """
     for modality in dict.fromkeys(one.modality for one in conditions):
-        of = source.of if (source := source_of(modality)) else ""
+        of = source_of(modality)
         if (is_pictured(modality) or of == "camera") and not plant.has_camera:
             raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {plant.spec}")
         if of == "verdict" and not plant.has_arm and plant.ships:  # others say it by their first attempt

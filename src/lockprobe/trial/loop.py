@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import partial
 from traceback import walk_tb
 from types import TracebackType
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import (
@@ -31,7 +31,7 @@ from lockprobe.trial.patience import PATIENCE, own_line
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.places import Acting, Places
-from lockprobe.trial.plan import Fork, Names, Plan
+from lockprobe.trial.plan import Fork, Plan
 from lockprobe.trial.protocols import Agent, AgentTraits, Intervention, Plant
 from lockprobe.trial.record import (
     Briefing,
@@ -48,7 +48,7 @@ from lockprobe.trial.record import (
     Turn,
     facts_of,
 )
-from lockprobe.trial.source import source_of, with_reading
+from lockprobe.trial.source import said, source_of, with_reading
 from lockprobe.trial.trial_json import usable
 
 _T = TypeVar("_T")
@@ -112,7 +112,6 @@ async def play(
     on_step: Callable[[Step], None] | None = None,
     keep: Callable[[Picture], None] | None = None,
     place: Executor = here,
-    names: Names | None = None,
 ) -> Trial:
     """Play one trial to its end.
 
@@ -128,10 +127,9 @@ async def play(
         on_step: Called after every step.
         keep: Called with every picture that the record names; without it the pictures are lost.
         place: Runs the work of plant and channels.
-        names: The names of its joints, if they are known already.
     """
     places = interventions if isinstance(interventions, Places) else Places(interventions)
-    loop = _Loop(plan, names or Names(plan), plant, places, agent, keep, place)
+    loop = _Loop(plan, plant, places, agent, keep, place)
     ending: Ending = "budget"
     error: TrialError | None = None
     try:
@@ -154,8 +152,10 @@ async def play(
     except TrialFault as broke:
         ending, error = "error", error or _error(broke, len(loop.steps) + 1)
     changed, changed_steps = loop.acting.changes(len(loop.steps))
-    return replace(
-        _record(plan, loop.names, ending, error),
+    return _record(
+        plan,
+        ending,
+        error,
         facts=facts,
         plant=made,
         channels=places.channel_facts,
@@ -171,19 +171,23 @@ async def play(
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:
     """The record of a trial that broke before its first step, for example because its process died."""
-    return _record(plan, Names(plan), "error", _error(fault, 1))
+    return _record(plan, "error", _error(fault, 1), facts={}, channels=(), opening="", steps=())
 
 
 def _error(fault: TrialFault, step: int) -> TrialError:
     replies, spent = (fault.replies, fault.usage) if isinstance(fault, ReplyFault) else ((), {})
-    usage = Usage(**spent) if spent else None
-    kept = tuple(map(without_keys, replies))
-    return TrialError(boundary=fault.boundary, message=str(fault), step=step, replies=kept, usage=usage)
+    return TrialError(
+        boundary=fault.boundary,
+        message=str(fault),
+        step=step,
+        replies=tuple(map(without_keys, replies)),
+        usage=Usage(**spent) if spent else None,
+    )
 
 
-def _record(plan: Plan, names: Names, ending: Ending, error: TrialError | None) -> Trial:
-    """The record of a trial as its plan has it, without what was played."""
-    condition, box = plan.condition, plan.box
+def _record(plan: Plan, ending: Ending, error: TrialError | None, **played: Any) -> Trial:
+    """The record of a trial: what its plan says of it, and what was played."""
+    condition, box, names = plan.condition, plan.box, plan.names
     return Trial(
         key=plan.key,
         study=plan.study,
@@ -207,10 +211,7 @@ def _record(plan: Plan, names: Names, ending: Ending, error: TrialError | None) 
         assessment=plan.assessment,
         hypothesis=plan.hypothesis,
         fork=plan.fork.name if plan.fork is not None else None,
-        facts={},
-        channels=(),
-        opening="",
-        steps=(),
+        **played,
     )
 
 
@@ -220,23 +221,19 @@ class _Loop:
     def __init__(
         self,
         plan: Plan,
-        names: Names,
         plant: Plant,
         places: Places,
         agent: Agent,
         keep: Callable[[Picture], None] | None,
         place: Executor,
     ) -> None:
-        self.names, self.steps, self.opening = names, list[Step](), ""
+        self.acting, self.steps, self.opening = Acting(places, plan), list[Step](), ""
         self.opening_pictures: Mapping[PictureKind, str] = {}
         self.opening_sensed: Mapping[str, Fact] = {}
-        self._plan, self._places, self._plant, self._agent = plan, places, plant, agent
+        self._plan, self._plant, self._agent, self._keep, self._at = plan, plant, agent, keep, place
+        self._places, self._names, self._luck = places.at, plan.names, plan.luck.stream("agent")
         self._ours = type(agent).__module__.startswith("lockprobe")
-        self._keep, self._at = keep, place
-        self._task, self._unsaid = names.task(plan), Briefing(hypothesis=plan.hypothesis)
-        luck = plan.luck
-        self._luck = luck.stream("agent")
-        self.acting = Acting(places, luck, self._task, plan.fork)
+        self._unsaid = Briefing(hypothesis=plan.hypothesis)
         self._source = source_of(plan.condition.modality)
         self._said: Snapshot | None = None  # by the source, last
         self._on_record = plan.fork is not None  # whether all is as on record up to now
@@ -255,29 +252,32 @@ class _Loop:
 
     async def step(self) -> Step:
         """Ask the agent, attempt a joint, tell it what happened."""
-        past, turns, briefing = self._moments, self._turns, self._unsaid
-        if self._places.memories:
+        past, task = self._moments, self._names.task
+        turns, briefing, report = self._turns, self._unsaid, past[-1].told
+        if self._places["remembered"] or self._places["asked"]:
             with INTERVENTIONS:
-                turns = self.acting.remembered(turns, past)
-        if self._places.prompts:
-            with INTERVENTIONS:
-                briefing = self.acting.asked(briefing, past)
-        report = past[-1].told
+                turns = self.acting.passed("remembered", turns, past)
+                if not isinstance(turns, tuple):
+                    raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
+                briefing = self.acting.passed("asked", briefing, past)
+                briefing.remark.encode()  # breaks if it cannot be written
         with AGENT:
-            decision = await self._decision(Situation(task=self._task, past=turns, percept=report, briefing=briefing))
-        decision = usable(decision, self._task)
+            decision = await self._decision(Situation(task=task, past=turns, percept=report, briefing=briefing))
+        decision = usable(decision, task)
         label = decision.joint
-        if self._places.actuators:
+        if self._places["done"]:
             with INTERVENTIONS:
-                label = self.acting.done(label, past)
-        joint = self.names.labels.index(label)
+                label = self.acting.passed("done", label, past)
+                if label not in task.joints:
+                    raise ChannelFault(f"{label!r} is not a joint")
+        joint = self._names.labels.index(label)
         with PLANT:
             snapshot, state, moment = await self._at(partial(self._happened, joint, decision.joint, label))
             sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
         box, moved = self._plan.box.joints, snapshot.outcome == "moved"
         told_moved, told_state = self._compared(moment, moved=moved)
         step = Step(
-            step=len(self.steps) + 1,
+            step=len(past),
             state=self._state,
             joint=box[joint].name,
             moved=moved,
@@ -287,7 +287,7 @@ class _Loop:
             decision=decision,
             sensed=sensed,
             pictures=self._kept(moment.told) if moment.told.pictures else {},
-            chosen=None if decision.joint == label else box[self.names.labels.index(decision.joint)].name,
+            chosen=None if decision.joint == label else box[self._names.labels.index(decision.joint)].name,
             remark=briefing.remark,
         )
         self.steps.append(step)
@@ -319,15 +319,14 @@ class _Loop:
         snapshot = self._plant.observe() if joint is None else self._plant.attempt(joint)
         if self._source is not None:
             snapshot = with_reading(snapshot)
-        if len(state := bits(snapshot.configuration)) != len(self._task.joints):
-            raise PlantFault(f"{len(state)} positions of {len(self._task.joints)} joints")
-        percept = self.names.percept(snapshot)
+        if len(state := bits(snapshot.configuration)) != len(self._names.labels):
+            raise PlantFault(f"{len(state)} positions of {len(self._names.labels)} joints")
+        was = percept = self._names.percept(snapshot)
         if self._source is not None:  # where an arm of a fork acts, the truth is said
             fork = self._plan.fork
             truthful = fork is not None and fork.replaces(len(self._moments))
-            self._said = snapshot if truthful else self._source.said(snapshot, self._said)
-            percept = replace(self.names.percept(self._said), look=percept.look)
-        was = percept
+            self._said = snapshot if truthful else said(self._source, snapshot, self._said)
+            was = percept = replace(self._names.percept(self._said), look=percept.look)
         if percept.look is not None:
             was, percept = replace(percept, look=None), replace(percept, look=partial(_look, percept.look))
         with INTERVENTIONS:
@@ -350,13 +349,13 @@ class _Loop:
         elif told.joint is None or shown is None or self._shown is None:
             told_moved = None
         else:  # positions are compared with the last ones told or pictured
-            place = self._task.joints.index(told.joint)
+            place = self._names.listing.index(told.joint)
             told_moved = shown[place] != self._shown[place]
         if shown is not None:
             self._shown = shown
             if told.positions is None and shown == moment.was.positions:
                 shown = None  # a true picture says nothing that the truth does not
-        return told_moved, None if shown is None else self.names.told_state(shown)
+        return told_moved, None if shown is None else bits(self._names.configuration(shown))
 
     def _compare(self, step: Step, fork: Fork) -> None:
         """Compare a step of a fork with the record, and change the luck after the fork for all but the first time."""

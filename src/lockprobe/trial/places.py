@@ -13,9 +13,9 @@ from lockprobe.foundation.errors import ChannelFault
 from lockprobe.foundation.spec import settings_of
 from lockprobe.trial.condition import PLACES, spec_of
 from lockprobe.trial.luck import Luck
-from lockprobe.trial.plan import Fork
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Intervention, InterventionTraits
-from lockprobe.trial.record import Briefing, Fact, Moment, Percept, Task, Turn, facts_of
+from lockprobe.trial.record import Fact, Moment, Percept, Task, facts_of
 
 _V = TypeVar("_V")
 
@@ -39,10 +39,10 @@ class Places:
         streams: The random stream of each, and how many trials ahead it lies. It is named after its kind and its number
             among those of its kind, so an intervention has the same luck whatever else is in its condition.
         specs: The spec of each, and how often it came before if it did; empty for what makes words or pictures.
-        channels: Those that change reports before these become words or pictures, in the order in which they act.
+        at: Those of each place, in the order in which they act; of those that change what is *told*, the ones that act
+            before reports become words or pictures.
         showing: The one that makes words or pictures; empty without one.
         after: Those that change words or pictures.
-        prompts, memories, actuators: Those that act where the agent is asked, remembers and attempts.
         channel_facts, other_facts: What records say of those that act on reports, and of all others: the class of each
             and its settings.
     """
@@ -50,28 +50,23 @@ class Places:
     def __init__(self, interventions: Sequence[Intervention]) -> None:
         seen = Counter[str]()
         self.streams, self.specs = list[tuple[str, int]](), list[str]()
-        placed: dict[str, list[Placed]] = {place: [] for place in PLACES}
+        self.at: dict[str, list[Placed]] = {place: [] for place in PLACES}
         facts: dict[bool, list[Mapping[str, Fact]]] = {True: [], False: []}
         for number, one in enumerate(interventions):
             kind, traits, told = type(one).__name__, InterventionTraits.of(one), hasattr(one, PLACES["told"])
-            spec = spec_of(one) if is_dataclass(one) and not traits.shows else ""
+            spec = spec_of(one) if is_dataclass(one) and traits.shown is None else ""
             self.specs.append(f"{spec} ({seen[spec] + 1})" if spec and seen[spec] else spec)
             self.streams.append((f"{traits.stream or kind}-{seen[f'class {kind}']}", traits.ahead))
             seen.update((spec, f"class {kind}"))
             for place, method in PLACES.items():
                 if (act := getattr(one, method, None)) is not None:
-                    placed[place].append(Placed(number, one, traits, act))
+                    self.at[place].append(Placed(number, one, traits, act))
             said = {"channel" if told else "intervention": kind} | (settings_of(one) if is_dataclass(one) else {})
             facts[told].append(facts_of(said))
-        channels, self.prompts, memories, self.actuators = placed.values()
-        last = max((at for at, one in enumerate(channels) if one.traits.shows), default=len(channels))
-        self.channels, self.showing, self.after = channels[:last], channels[last : last + 1], channels[last + 1 :]
-        self.memories = [one._replace(act=_without_past(one.act)) for one in memories]
+        channels = self.at["told"]
+        last = max((at for at, one in enumerate(channels) if one.traits.shown is not None), default=len(channels))
+        self.at["told"], self.showing, self.after = channels[:last], channels[last : last + 1], channels[last + 1 :]
         self.channel_facts, self.other_facts = tuple(facts[True]), tuple(facts[False])
-
-
-def _without_past(recall: Callable[..., Any]) -> Callable[..., Any]:
-    return lambda turns, past, task, rng: recall(turns, task, rng)
 
 
 class Acting:
@@ -81,15 +76,13 @@ class Acting:
     it: what no report shows, or a later intervention hides, is no change. A report counts at the step whose decision it
     precedes: no agent reads the last one. ``past`` holds all moments so far, so its length is the number of the step,
     or, for a report, the number of that step's decision less one.
-
-    A value that no record can hold is a ``ChannelFault``, or breaks here.
     """
 
-    def __init__(self, places: Places, luck: Luck, task: Task, fork: Fork | None) -> None:
-        self._places, self._task, self._fork = places, task, fork
+    def __init__(self, places: Places, plan: Plan) -> None:
+        self._places, self._task, self._fork = places, plan.names.task, plan.fork
         self._changed: dict[int, set[int]] = defaultdict(set)
         self._together: set[int] = set()
-        self.deal(luck)
+        self.deal(plan.luck)
 
     def deal(self, luck: Luck) -> None:
         """Give every intervention its random stream."""
@@ -99,54 +92,41 @@ class Acting:
         """What the agent gets of a report, and the facts from which words or pictures were made.
 
         Without a way to look, which is for channels. The facts are None where the report holds them itself.
+        ``ChannelFault`` for a value that no record can hold, or it breaks.
         """
-        facts, places, step = None, self._places, len(past)
-        if places.channels:
-            shown = places.showing[0].traits.shown if places.showing else None
-            percept = self._passed(self._not_replaced(places.channels, step), percept, past, step, step + 1, shown)
+        facts, places, step, joints = None, self._places, len(past), self._task.joints
+        shown = places.showing[0].traits.shown if places.showing else None
+        percept = self._passed(self._heard(places.at["told"], step), percept, past, step, step + 1, shown)
         for placed in places.showing:
             facts = percept if percept.look is None else replace(percept, look=None)
             percept = placed.act(percept, past, self._task, self._luck[placed.number].at(step))
-        if places.after:
-            worded = percept
-            percept = self._passed(self._not_replaced(places.after, step), percept, past, step, step + 1)
-            if (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
-                facts = None  # something after the words changed what is told: that holds the facts now
-        percept.text.encode()  # breaks if it is no text, or none that can be written
-        joints, positions = self._task.joints, percept.positions
+        worded = percept
+        percept = self._passed(self._heard(places.after, step), percept, past, step, step + 1)
+        if percept is not worded and (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
+            facts = None  # something after the words changed what is told: that holds the facts now
+        percept.text.encode()
         if percept.joint is not None and percept.joint not in joints:
             raise ChannelFault(f"{percept.joint!r} is not a joint")
+        positions = percept.positions
         if positions is not None and not (len(positions) == len(joints) and {*positions} <= {False, True}):
             raise ChannelFault(f"positions {positions!r} are not one truth value for each of {len(joints)} joints")
         return percept if percept.look is None else replace(percept, look=None), facts
 
-    def _not_replaced(self, channels: Sequence[Placed], step: int) -> Sequence[Placed]:
+    def _heard(self, channels: Sequence[Placed], step: int) -> Sequence[Placed]:
         """Those that act on the report of a step: an arm of a fork acts in place of those that act on its facts."""
         fork = self._fork
         if fork is None or not fork.replaces(step):
             return channels
         own = {id(one) for one in fork.acting}
-        return [one for one in channels if one.traits.shows or one.traits.after_words or id(one.one) in own]
+        return [one for one in channels if one.traits.after_words or id(one.one) in own]
 
-    def remembered(self, turns: tuple[Turn, ...], past: tuple[Moment, ...]) -> tuple[Turn, ...]:
-        """The exchanges that the agent still has."""
-        left = self._passed(self._places.memories, turns, past, len(past) - 1, len(past))
-        if not isinstance(left, tuple):
-            raise ChannelFault(f"recall returned {type(left).__name__}, and no tuple of turns")
-        return left
+    def passed(self, place: str, value: _V, past: tuple[Moment, ...]) -> _V:
+        """What is remembered, asked or done after the interventions of that place; their luck is that of the step.
 
-    def asked(self, briefing: Briefing, past: tuple[Moment, ...]) -> Briefing:
-        """The requests and remarks of a step."""
-        asked = self._passed(self._places.prompts, briefing, past, len(past) - 1, len(past))
-        asked.remark.encode()
-        return asked
-
-    def done(self, chosen: str, past: tuple[Moment, ...]) -> str:
-        """The label of the joint that is really attempted."""
-        joint = self._passed(self._places.actuators, chosen, past, len(past), len(past))
-        if joint not in self._task.joints:
-            raise ChannelFault(f"{joint!r} is not a joint")
-        return joint
+        What is remembered and asked has the luck of the report before.
+        """
+        step = len(past)
+        return self._passed(self._places.at[place], value, past, step - (place != "done"), step)
 
     def changes(self, steps: int) -> tuple[dict[str, int], int]:
         """Of so many steps, those that each intervention with a spec changed, and those that all together did."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,7 @@ class Fork:
         return step == self.name.at or (self.name.truthful and step > self.name.at)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Plan:
     """The plan of one trial, which has a number and a repetition from 1.
 
@@ -58,7 +58,6 @@ class Plan:
         assessment: Whether the agent is asked what its last action did.
         hypothesis: When the agent is asked how the box works, unless an intervention says otherwise.
         fork: The fork of a recorded trial; None for an ordinary trial.
-        key: The readable name of its record.
     """
 
     study: str
@@ -75,10 +74,11 @@ class Plan:
     hypothesis: Ask = "before"
     fork: Fork | None = None
     called: str = ""
-    key: str = field(init=False, compare=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "key", str(self.name if self.fork is None else self.fork.name))
+    @cached_property
+    def key(self) -> str:
+        """The readable name of its record."""
+        return str(self.name if self.fork is None else self.fork.name)
 
     @property
     def group(self) -> str:
@@ -100,10 +100,15 @@ class Plan:
         """How the box is shown."""
         return self.condition.modality
 
-    @property
+    @cached_property
     def luck(self) -> Luck:
         """The luck of the trial. It depends on seed, box, repetition and trial, not on the condition."""
         return Luck(seed=self.seed, box=self.box.name, repetition=self.repetition, trial=self.trial)
+
+    @cached_property
+    def names(self) -> Names:
+        """The names of its joints for the agent."""
+        return Names(self)
 
 
 def drawn_orders(numbers: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -121,11 +126,11 @@ def orders_of_study(box: Lockbox, seed: int) -> tuple[tuple[int, ...], tuple[int
     Among joints of successive labels, and among neighbours in the list, as many lock each other as on average over all
     orders (:func:`lockprobe.boxes.layouts.neutral_order`).
     """
-    return _orders_of_study(frozenset(locking_pairs(box)), len(box.joints), seed)
+    return _neutral_orders(frozenset(locking_pairs(box)), len(box.joints), seed)
 
 
 @lru_cache(maxsize=64)
-def _orders_of_study(
+def _neutral_orders(
     locking: frozenset[tuple[int, int]], joints: int, seed: int
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
     rng, row = generator(seed, "study", "labels"), [(i, i + 1) for i in range(joints - 1)]
@@ -140,30 +145,27 @@ class Names:
         labels: For each joint in panel order its label.
         order: For each list position a joint, by index in panel order.
         listing: The labels as they are listed to the agent.
+        task: The agent's knowledge before it begins.
     """
 
     def __init__(self, plan: Plan) -> None:
-        count = len(plan.box.joints)
+        joints = plan.box.joints
         if plan.shuffle == "study":
             dealt, self.order = orders_of_study(plan.box, plan.seed)
         elif plan.shuffle == "trial":
-            drawn = drawn_orders(plan.luck.at("labels").random(2 * count))
+            drawn = drawn_orders(plan.luck.at("labels").random(2 * len(joints)))
             dealt, self.order = (tuple(order.tolist()) for order in drawn)
         else:
-            dealt = self.order = tuple(range(count))
+            dealt = self.order = tuple(range(len(joints)))
         self.labels = tuple([LABELS[i] for i in dealt])
         self.listing = tuple([self.labels[i] for i in self.order])
         self._listed = tuple([self.listing.index(label) for label in self.labels])
-
-    def task(self, plan: Plan) -> Task:
-        """The agent's knowledge before it begins."""
-        joints = [plan.box.joints[i] for i in self.order]
-        return Task(
+        self.task = Task(
             joints=self.listing,
             target=self.labels[plan.box.target_index],
             budget=plan.budget,
-            places=tuple([joint.place for joint in joints]),
-            kinds=tuple([joint.kind for joint in joints]),
+            places=tuple([joints[i].place for i in self.order]),
+            kinds=tuple([joints[i].kind for i in self.order]),
             assessment=plan.assessment,
         )
 
@@ -178,7 +180,7 @@ class Names:
 
     def _seen(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
         """The current picture, or one of told positions; handles in the order of the listing."""
-        told = snapshot.configuration if positions is None else self._configuration(positions)
+        told = snapshot.configuration if positions is None else self.configuration(positions)
         if told == snapshot.configuration:
             assert snapshot.look is not None
             frame = snapshot.look()
@@ -188,10 +190,6 @@ class Names:
             frame = snapshot.render(told)
         return replace(frame, handles=frame.handles[list(self.order)])
 
-    def _configuration(self, positions: tuple[bool, ...]) -> Configuration:
+    def configuration(self, positions: tuple[bool, ...]) -> Configuration:
         """Positions of the joints as listed, in panel order."""
         return tuple(map(positions.__getitem__, self._listed))
-
-    def told_state(self, positions: tuple[bool, ...]) -> str:
-        """Reported positions as a bit string in panel order."""
-        return bits(self._configuration(positions))

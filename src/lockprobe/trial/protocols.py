@@ -91,7 +91,9 @@ class Prompt(Protocol):
 class Memory(Protocol):
     """An intervention on what is *remembered*: the past that the agent still has. Otherwise like a channel."""
 
-    def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
+    def recall(
+        self, turns: tuple[Turn, ...], past: tuple[Moment, ...], task: Task, rng: np.random.Generator
+    ) -> tuple[Turn, ...]:
         """The exchanges that the agent still has, of those left so far, oldest first; before every decision."""
         ...
 
@@ -122,9 +124,8 @@ class InterventionTraits(_Traits):
             which is that of the trial so many ``ahead``.
         always_tells: Whether no report is missing because of it. Others may leave reports out.
         after_words: Whether ``perceive`` gets reports as words or pictures, and not the facts before them.
-        shows: Whether it puts reports into words or pictures, which may leave facts out: later channels know them as
-            ``Moment.reported``. Then ``shown`` gives what the agent gets of a percept, and a change of anything else
-            counts as none (:class:`lockprobe.trial.places.Acting`).
+        shown: Of what puts reports into words or pictures, which may leave facts out: what the agent gets of a percept.
+            A change of anything else counts as none, and later channels know the facts as ``Moment.reported``.
     """
 
     name: str = ""
@@ -135,7 +136,6 @@ class InterventionTraits(_Traits):
     ahead: int = 0
     always_tells: bool = False
     after_words: bool = False
-    shows: bool = False
     shown: Callable[[Percept], object] | None = None
 
 

@@ -9,7 +9,7 @@ Nothing is drawn from a random stream.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import Literal, get_args
@@ -31,58 +31,47 @@ UNCLEAR = "?"
 """In a reading: a joint whose position the picture does not show clearly; the others are 0 or 1."""
 
 
-@dataclass(frozen=True, slots=True)
-class Source:
-    """A source of reports.
+def said(source: SourceKind, truth: Snapshot, last: Snapshot | None) -> Snapshot:
+    """What a source says in place of the truth, which holds what was sensed; ``last`` is what it said before.
 
-    Attributes:
-        of: ``truth``.
+    By the ``verdict`` of an arm the attempted joint moved if that is *moved*. After *blocked*, and after *failed* (no
+    grip, or no conclusion), the robot has noticed no movement and says that the joint did not move. It knows how the
+    box was set up and keeps count: the attempted joint changes its position if it moved, and all others stay where the
+    robot last said they were. So a wrong verdict stays in its reports.
 
-            ``verdict``: the attempted joint moved if the arm's verdict is *moved*. After *blocked*, and after *failed*
-            (no grip, or no conclusion), the robot has noticed no movement and says that the joint did not move. It
-            knows how the box was set up and keeps count: the attempted joint changes its position if it moved, and all
-            others stay where the robot last said they were. So a wrong verdict stays in its reports.
-
-            ``camera``: positions are those that the camera reads, and the attempted joint moved if its position
-            changed. A joint that cannot be read clearly keeps its last position; at the first look that is the true
-            one.
+    Of the ``camera`` positions are those that it reads, and the attempted joint moved if its position changed. A joint
+    that cannot be read clearly keeps its last position; at the first look that is the true one.
     """
-
-    of: SourceKind
-
-    def said(self, truth: Snapshot, last: Snapshot | None) -> Snapshot:
-        """What the source says in place of the truth, which holds what was sensed; ``last`` is what it said before."""
-        before = truth.configuration if last is None else last.configuration
-        if self.of == "truth":
-            return truth
-        if self.of == "camera":
-            if not is_reading(read := truth.sensed.get(CAMERA), len(before)):
-                raise PlantFault(f"source=camera: the camera gave no reading of {len(before)} joints ({read!r})")
-            now = _held(before, str(read))
-        elif truth.joint is None:
-            now = before
-        elif (verdict := truth.sensed.get(VERDICT)) is None:
-            raise PlantFault("source=verdict: the plant gave no verdict on the attempt")
-        else:
-            now = tuple(at != (i == truth.joint and verdict == "moved") for i, at in enumerate(before))
-        if truth.joint is None:
-            return replace(truth, configuration=now)
-        moved = now[truth.joint] != before[truth.joint]
-        return replace(truth, configuration=now, outcome="moved" if moved else "blocked")
+    before = truth.configuration if last is None else last.configuration
+    if source == "truth":
+        return truth
+    if source == "camera":
+        if not is_reading(read := truth.sensed.get(CAMERA), len(before)):
+            raise PlantFault(f"source=camera: the camera gave no reading of {len(before)} joints ({read!r})")
+        now = _held(before, str(read))
+    elif truth.joint is None:
+        now = before
+    elif (verdict := truth.sensed.get(VERDICT)) is None:
+        raise PlantFault("source=verdict: the plant gave no verdict on the attempt")
+    else:
+        now = tuple(at != (i == truth.joint and verdict == "moved") for i, at in enumerate(before))
+    if truth.joint is None:
+        return replace(truth, configuration=now)
+    moved = now[truth.joint] != before[truth.joint]
+    return replace(truth, configuration=now, outcome="moved" if moved else "blocked")
 
 
 @lru_cache(maxsize=256)
-def source_of(modality: str) -> Source | None:
+def source_of(modality: str) -> SourceKind | None:
     """The source that a modality names; None if it names none: then reports tell the truth, and no camera is read.
 
     >>> source_of("symbolic?source=verdict"), source_of("symbolic")
-    (Source(of='verdict'), None)
+    ('verdict', None)
     """
-    said = Spec.parse(modality, "modality").options.get("source")
-    if said is None:
-        return None
-    check_choice("source", said, get_args(SourceKind))
-    return Source(said)  # type: ignore[arg-type] # checked above
+    named = Spec.parse(modality, "modality").options.get("source")
+    if named is not None:
+        check_choice("source", named, get_args(SourceKind))
+    return named  # type: ignore[return-value] # checked above
 
 
 def with_reading(snapshot: Snapshot) -> Snapshot:
@@ -127,10 +116,10 @@ def verdict_outcomes(trial: Trial) -> list[bool | None]:
 def wrong_source(trial: Trial) -> list[SourceKind | None]:
     """For each step the source of its report if it took the attempt for what it was not; None if it was right."""
     source = source_of(trial.modality)
-    if source is None or source.of == "truth":
+    if source is None or source == "truth":
         return [None] * len(trial.steps)
-    said = verdict_outcomes(trial) if source.of == "verdict" else camera_outcomes(trial)
-    return [source.of if bool(moved) != step.moved else None for moved, step in zip(said, trial.steps, strict=True)]
+    found = verdict_outcomes(trial) if source == "verdict" else camera_outcomes(trial)
+    return [source if bool(moved) != step.moved else None for moved, step in zip(found, trial.steps, strict=True)]
 
 
 def _held(before: Configuration, reading: Sequence[str]) -> Configuration:

@@ -29,7 +29,6 @@ from lockprobe.people.web import app
 from lockprobe.people.web.address import Address
 from lockprobe.people.withdrawal import keyed_digest
 from lockprobe.studies.records.store import STORE
-from lockprobe.trial.plan import Names
 from lockprobe.trial.record import Decision
 
 SOURCE = Path(lockprobe.__file__).parent
@@ -437,7 +436,7 @@ def told_alike():
     for lockbox, p in ((chain, 0.0), (locked, 1.0)):
         study = replace(STUDY, boxes=(lockbox,), conditions=flips((p,), "outcome-only"), trials=1)
         plan = study.plan("participant", study.conditions[0], 1, 1)
-        yield study, Names(plan).labels[plan.box.names.index(free)]
+        yield study, plan.names.labels[plan.box.names.index(free)]
 
 
 def test_what_the_page_gets_hangs_on_what_was_told_alone(tmp_path):

@@ -20,7 +20,7 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.studies.records.directory import read_study
 from lockprobe.trial.pictures.frame import Frame
-from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines
 from lockprobe_robot.film.files import RATES, FilmFile, open_film
@@ -87,7 +87,7 @@ def make_film(directory: Path, trial: Trial, path: Path, *, tell: Callable[[str]
     file = open_film(path)
     differs: str | None = None
     recorder = _FilmRecorder(file, rate=RATES[path.suffix.lower()])
-    labels, rng = Names(plan).labels, plan.luck.physics()
+    labels, rng = plan.names.labels, plan.luck.physics()
     try:
         if source.make_filmed is None:
             plant = source.make(plan.box, labels, rng)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, TrialFault
 from lockprobe.studies.study import Study
-from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Plant
 from lockprobe.trial.record import Fact, Snapshot, Trial
 
@@ -19,7 +19,7 @@ def plan_of(study: Study, trial: Trial) -> Plan:
         BadFile: If the study's settings have no such trial.
     """
     for plan in study.plans(trial.agent):
-        if plan.key == trial.key and (plan.box.names, Names(plan).labels) == (trial.joints, trial.labels):
+        if plan.key == trial.key and (plan.box.names, plan.names.labels) == (trial.joints, trial.labels):
             return plan
     raise BadFile("study.json", f"its settings do not describe the trial {trial.key}")
 

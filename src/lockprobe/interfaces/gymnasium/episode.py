@@ -95,7 +95,7 @@ class PlainEpisode:
 
 def listing(settings: EnvironmentSettings, plan: Plan) -> list[int]:
     """The joints of the study's box, by index, as a trial lists them."""
-    return [settings.study.box.names.index(plan.box.names[at]) for at in Names(plan).order]
+    return [settings.study.box.names.index(plan.box.names[at]) for at in plan.names.order]
 
 
 class HeldEpisode:
@@ -113,7 +113,7 @@ class HeldEpisode:
         self.actions: list[int] = []
         self.finished: Trial | None = None
         self._settings, self._key = settings, key
-        self._names = Names(plan := settings.plan(key))
+        self._names = (plan := settings.plan(key)).names
         self._plant, self._heard, self._moved = _WatchedPlant(plan, self._names), _Listener(), False
         self._loop = play(
             plan,

@@ -233,7 +233,7 @@ class _Placeholder:
     """A camera whose pictures show nothing; there is none where no positions are told."""
 
     camera: CameraChannel
-    shows: ClassVar[bool] = True
+    shown = CameraChannel.shown
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: Generator) -> Percept:
         if percept.positions is None:

@@ -21,7 +21,7 @@ from lockprobe.trial.condition import Condition
 from lockprobe.trial.loop import Executor, here, play
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.places import Places
-from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, Calling, Plant
 from lockprobe.trial.record import Fact, Snapshot, Step, Trial
 from lockprobe.trial.source import CAMERA
@@ -64,8 +64,8 @@ class _LazyPlant:
     It gives the camera's readings of a record, if there is one: another renderer might not give them again.
     """
 
-    def __init__(self, plan: Plan, names: Names, recorded: Trial | None) -> None:
-        self._plan, self._names, self._recorded = plan, names, recorded
+    def __init__(self, plan: Plan, recorded: Trial | None) -> None:
+        self._plan, self._recorded = plan, recorded
         self._sensed = iter([recorded.opening_sensed, *(one.sensed for one in recorded.steps)] if recorded else [])
         self._plant: Plant | None = None
 
@@ -77,7 +77,7 @@ class _LazyPlant:
         return facts
 
     def observe(self) -> Snapshot:
-        self._plant = plant_of(self._plan, self._names.labels)
+        self._plant = plant_of(self._plan, self._plan.names.labels)
         return self._read(self._plant.observe())
 
     def attempt(self, joint: int) -> Snapshot:
@@ -113,10 +113,10 @@ async def play_timed(
         place: The executor that runs the plant.
         recorded: A record of the trial, from which the camera's readings are taken instead of new pictures.
     """
-    began, key, names = time.perf_counter(), plan.key, Names(plan)
+    began, key = time.perf_counter(), plan.key
     if calls is not None and issubclass(type(agent), Calling):  # to ask for the instance takes much longer
         agent = cast(Calling, agent).with_calls(key, calls.of(plan))
-    plant = _LazyPlant(plan, names, recorded)
+    plant = _LazyPlant(plan, recorded)
     try:
         trial = await play(
             plan,
@@ -126,7 +126,6 @@ async def play_timed(
             on_step=partial(on_step, key),
             keep=keep,
             place=place,
-            names=names,
         )
     finally:
         with closed_in_one_line("plant", plan.plant):
