@@ -9,7 +9,7 @@ def decode(image, kind, window, camera):
     """The inverse of ``encode``, to within half a colour; 0 where there is no reading, or no colour of the scale."""
     level = _level_of_colour(image)
     known = level >= 0
-    first, last = HEIGHTS if kind == "height" else (window.far, window.near)
+    first, last = HEIGHTS if kind == "height" else window[::-1]
     values = first + level / 255 * (last - first)
     return np.where(known, depth_at(camera, values) if kind == "height" else values, 0).astype(np.float32)
 

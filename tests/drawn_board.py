@@ -3,7 +3,7 @@
 import numpy as np
 from depth_pictures import depth_at
 
-from lockprobe.trial.pictures.depth import Window, encode
+from lockprobe.trial.pictures.depth import encode
 from lockprobe.trial.pictures.picture import Picture
 
 WIDTH, HEIGHT = 320, 240
@@ -47,17 +47,17 @@ def depths(positions, seed=1, *, noise=0.0):
 
 def coloured(positions, seed=1, **looks):
     """The picture as a file."""
-    from lockprobe.trial.pictures.png import to_png
+    from lockprobe.trial.pictures.frame import to_png
 
     return Picture(kind="rgb", png=to_png(board(positions, seed, **looks)))
 
 
 def in_depth(positions, seed=1, *, noise=0.0):
     """Depth in colours, red is near, black is no reading, as a file."""
-    from lockprobe.trial.pictures.png import to_png
+    from lockprobe.trial.pictures.frame import to_png
 
     depth = depths(positions, seed, noise=noise)
-    shown = encode(depth, "turbo", Window(near=0.5, far=0.8), camera=None)
+    shown = encode(depth, "turbo", (0.5, 0.8), camera=None)
     return Picture(kind="depth", png=to_png(shown))
 
 

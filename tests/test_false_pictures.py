@@ -16,7 +16,7 @@ from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.trial.pictures.png import from_png
+from lockprobe.trial.pictures.frame import from_png
 from lockprobe.trial.plan import Plan
 
 SMALL = "fast-twin?width=160&height=120"

@@ -18,8 +18,8 @@ from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.loop import play
 from lockprobe.trial.pictures import picture_reader
+from lockprobe.trial.pictures.frame import to_png
 from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.pictures.png import to_png
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Percept, Situation, Task
 

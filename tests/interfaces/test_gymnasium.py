@@ -28,7 +28,7 @@ from lockprobe.interfaces.gymnasium.single import LockboxEnv
 from lockprobe.interfaces.gymnasium.vector import LockboxVectorEnv
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.testing import ScriptedAgent
-from lockprobe.trial.pictures.png import from_png
+from lockprobe.trial.pictures.frame import from_png
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 SMALL = "fast-twin?width=80&height=64"

@@ -6,9 +6,7 @@ from depth_pictures import decode
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.trial.pictures.depth import Window
-from lockprobe.trial.pictures.frame import Camera, Frame
-from lockprobe.trial.pictures.png import from_png
+from lockprobe.trial.pictures.frame import Camera, Frame, from_png
 from lockprobe.trial.record import Percept, Task
 
 TASK = Task(joints=("B", "A"), target="A", budget=20)
@@ -54,7 +52,7 @@ def test_rgbd_adds_depth_as_shown_and_as_measured(depth):
     millimetres = from_png(percept.pictures[2].png)
     assert millimetres.dtype == np.uint16
     assert np.abs(millimetres / 1000 - FRAME.depth).max() < 0.00051
-    window = Window(near=channel.near, far=channel.far)
+    window = (channel.near, channel.far)
     read = decode(from_png(percept.pictures[1].png), depth, window, CAMERA)
     np.testing.assert_array_equal(read == 0, millimetres == 0)
     if depth != "height":

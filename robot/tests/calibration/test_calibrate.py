@@ -21,7 +21,7 @@ from typed import in_process
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.trial.pictures.png import to_png
+from lockprobe.trial.pictures.frame import to_png
 
 cv2 = pytest.importorskip("cv2")
 

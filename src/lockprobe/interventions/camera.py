@@ -14,11 +14,9 @@ import numpy as np
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choices, check_probability
 from lockprobe.interventions.words import places_said, rows_of
-from lockprobe.trial.pictures.degrading import degraded
-from lockprobe.trial.pictures.depth import DepthKind, Window, encode, from_millimetres, legend, to_millimetres
-from lockprobe.trial.pictures.frame import Frame
+from lockprobe.trial.pictures.depth import DepthKind, encode, legend, to_millimetres
+from lockprobe.trial.pictures.frame import Frame, degraded, to_png
 from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.pictures.png import to_png
 from lockprobe.trial.record import Moment, Percept, Task
 
 Depth = Literal["none", DepthKind]
@@ -62,7 +60,8 @@ class CameraChannel:
 
     def __post_init__(self) -> None:
         check_choices(self)
-        Window(near=self.near, far=self.far)
+        if not 0 <= self.near < self.far <= 65:
+            raise BadValue("depth window", (self.near, self.far), "0 <= near < far <= 65 metres")
         for name in ("blur", "noise"):
             if not 0 <= (value := getattr(self, name)) < float("inf"):
                 raise BadValue(name, value, "a number from 0")
@@ -104,8 +103,8 @@ class CameraChannel:
         if self.depth == "none":
             return (colours,)
         millimetres = to_millimetres(frame.depth)
-        window = Window(near=self.near, far=self.far)
-        shown = encode(from_millimetres(millimetres), self.depth, window, frame.camera)
+        depth = millimetres.astype(np.float32) / np.float32(1000)
+        shown = encode(depth, self.depth, (self.near, self.far), frame.camera)
         return (
             colours,
             Picture(kind="depth", png=to_png(shown)),
@@ -119,5 +118,4 @@ class CameraChannel:
         if self.depth == "none":
             return f"{attempted}The picture shows the box{now}."
         shows = f"{attempted}The first picture shows the box{now}, the second its depth."
-        window = Window(near=self.near, far=self.far)
-        return shows if joint is not None else f"{shows} {legend(self.depth, window)}"
+        return shows if joint is not None else f"{shows} {legend(self.depth, (self.near, self.far))}"

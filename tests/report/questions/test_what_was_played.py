@@ -13,7 +13,7 @@ from lockprobe.boxes.families import box
 from lockprobe.report.page import Page, parts_of, tables_of
 from lockprobe.report.questions.trials import embedded
 from lockprobe.report.rows import Fact, Results
-from lockprobe.trial.pictures.png import from_png, to_png
+from lockprobe.trial.pictures.frame import from_png, to_png
 from lockprobe.trial.record import TrialError
 
 

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from drawn_board import HANDLES, HEIGHT, WIDTH, coloured, deep, in_depth
 
-from lockprobe.trial.pictures.depth import Window, encode
-from lockprobe.trial.pictures.frame import Camera
+from lockprobe.trial.pictures.depth import encode
+from lockprobe.trial.pictures.frame import Camera, from_png, to_png
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.pictures.picture_reader import evidence
-from lockprobe.trial.pictures.png import from_png, to_png
 
 ALL = list(itertools.product((0, 1), repeat=5))
 
@@ -38,7 +37,7 @@ CAMERA = Camera(
 def test_depth_is_read_in_every_form_in_which_it_is_shown(kind):
     for seed in (0, 1, 2):
         positions = ALL[7 * seed + 5]
-        shown = encode(deep(positions, CAMERA), kind, Window(near=0.55, far=0.8), CAMERA)
+        shown = encode(deep(positions, CAMERA), kind, (0.55, 0.8), CAMERA)
         assert right([Picture(kind="depth", png=to_png(shown))], positions).min() > 0.5
 
 

@@ -10,15 +10,12 @@ import pytest
 from depth_pictures import decode
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.trial.pictures.degrading import degraded
 from lockprobe.trial.pictures.depth import (
-    Window,
     encode,
     turbo,
 )
-from lockprobe.trial.pictures.frame import Camera, Frame
+from lockprobe.trial.pictures.frame import Camera, Frame, degraded, from_png, to_png
 from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.pictures.png import from_png, to_png
 
 RNG = np.random.default_rng(5)
 
@@ -71,7 +68,7 @@ def test_the_middle_of_the_panel_is_seen_in_the_middle():
 
 
 # The same colour is the same distance in every picture of depth, and it can be read back.
-WINDOW = Window(near=0.64, far=0.78)
+WINDOW = (0.64, 0.78)
 
 
 def test_depth_is_read_back_to_within_half_a_step():

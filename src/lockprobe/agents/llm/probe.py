@@ -15,8 +15,8 @@ from lockprobe.agents.prompt import Message
 from lockprobe.agents.reply import REFUSED, object_in
 from lockprobe.foundation.errors import ModelFault, ReplyFault
 from lockprobe.trial.model_call import Call
+from lockprobe.trial.pictures.frame import to_png
 from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.pictures.png import to_png
 
 _ACCESS = Access(connections=1, timeout=60.0, retries=0, connect=4.0)
 _CALL = Call(key="", step=1, turn=1, request="", reply=None)

@@ -20,9 +20,8 @@ from lockprobe.interfaces.gymnasium.settings import BLOCKED, FARTHEST, Environme
 from lockprobe.interventions.flip import told_by
 from lockprobe.plants.catalogue import plant_of
 from lockprobe.trial.loop import play
-from lockprobe.trial.pictures.frame import Frame
+from lockprobe.trial.pictures.frame import Frame, from_png
 from lockprobe.trial.pictures.picture import PictureKind
-from lockprobe.trial.pictures.png import from_png
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Plant
 from lockprobe.trial.record import Decision, Ending, Fact, Moment, Percept, Situation, Snapshot, Task, Trial

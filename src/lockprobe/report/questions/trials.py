@@ -13,8 +13,8 @@ from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.rows import Fact, Results
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.studies.records.picture_store import read_picture
+from lockprobe.trial.pictures.frame import from_png, to_png
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
-from lockprobe.trial.pictures.png import from_png, to_png
 from lockprobe.trial.record import Trial, in_words
 
 _ABOUT = "seen "

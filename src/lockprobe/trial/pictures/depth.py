@@ -4,30 +4,16 @@ from __future__ import annotations
 
 import functools
 import json
-from dataclasses import dataclass
 from importlib import resources
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.foundation.errors import BadValue
 from lockprobe.trial.pictures.frame import Camera
 
 DepthKind = Literal["turbo", "height"]
 """Colours from near to far, or by height above the board."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Window:
-    """The depth range of a picture: depths of the first and the last colour, metres, 0 <= near < far <= 65."""
-
-    near: float
-    far: float
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.near < self.far <= 65:
-            raise BadValue("depth window", (self.near, self.far), "0 <= near < far <= 65 metres")
 
 
 HEIGHTS = (-0.02, 0.06)
@@ -36,20 +22,23 @@ HEIGHTS = (-0.02, 0.06)
 _MOST_MILLIMETRES = 2**16 - 1
 
 
-def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: Camera) -> NDArray[np.uint8]:
+def encode(
+    depth: NDArray[np.float32], kind: DepthKind, window: tuple[float, float], camera: Camera
+) -> NDArray[np.uint8]:
     """Encode depth as a picture, shape (height, width, 3). A value outside the window has the colour of its nearer end.
 
-    ``depth`` has the shape (height, width), metres; 0 where there is no reading, which is black. ``window`` is for
-    ``turbo``, and the pose of the camera for ``height``, which uses :data:`HEIGHTS`.
+    ``depth`` has the shape (height, width), metres; 0 where there is no reading, which is black. ``window`` holds
+    the depths of the first and the last colour of ``turbo``, metres; ``height`` has :data:`HEIGHTS`, and needs the pose
+    of the camera.
     """
-    values, first, last = (camera.heights(depth), *HEIGHTS) if kind == "height" else (depth, window.far, window.near)
+    values, first, last = (camera.heights(depth), *HEIGHTS) if kind == "height" else (depth, *window[::-1])
     level: NDArray[np.uint8] = np.rint(np.clip((values - first) / (last - first), 0, 1) * 255).astype(np.uint8)
     colours = np.take(turbo(), level, axis=0)
     colours[depth <= 0] = 0
     return colours
 
 
-def legend(kind: DepthKind, window: Window) -> str:
+def legend(kind: DepthKind, window: tuple[float, float]) -> str:
     """The meaning of the colours in one sentence."""
     if kind == "height":
         return (
@@ -57,8 +46,8 @@ def legend(kind: DepthKind, window: Window) -> str:
             f"through green and yellow to red {100 * HEIGHTS[1]:g} cm or more above it, black no reading."
         )
     return (
-        f"Colour is distance from the camera: red {window.near:g} m or nearer, through yellow, green and blue to dark "
-        f"violet {window.far:g} m or farther, black no reading."
+        f"Colour is distance from the camera: red {window[0]:g} m or nearer, through yellow, green and blue to dark "
+        f"violet {window[1]:g} m or farther, black no reading."
     )
 
 
@@ -66,11 +55,6 @@ def to_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
     """Metres as whole millimetres; 0 (no reading) from 65.536 m on."""
     millimetres = np.rint(depth * np.float32(1000))
     return np.where(millimetres <= _MOST_MILLIMETRES, millimetres, 0).astype(np.uint16)
-
-
-def from_millimetres(millimetres: NDArray[np.uint16]) -> NDArray[np.float32]:
-    """Whole millimetres as metres."""
-    return millimetres.astype(np.float32) / np.float32(1000)
 
 
 @functools.cache

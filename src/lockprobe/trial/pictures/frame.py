@@ -1,11 +1,27 @@
-"""An RGB-D frame with the pinhole camera that took it, and the handles' positions."""
+"""An RGB-D frame with its camera and the handles' positions; worse frames, and images as PNG files."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import io
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from lockprobe.foundation.errors import BadValue, needing
+
+_PATCH: Final = 128
+"""Grey level of the patch that hides a part of the panel."""
+
+_MARGIN: Final = 0.5
+"""Margin of the panel around the handles, as a share of a handle's travel."""
+
+_COMPRESSION = {"compress_level": 1, "compress_type": 3}
+"""Run-length matching only: twice as fast as the default, with files of the same size."""
+
+_MOST_PIXELS = 4096 * 4096
+"""The largest picture of a plant. Files may come from elsewhere, so larger ones are refused."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,3 +78,73 @@ class Frame:
     handles: NDArray[np.float64]
     renderer: str
     labelled: bool = True
+
+
+def degraded(
+    frame: Frame,
+    luck: NDArray[np.float64],
+    *,
+    blur: float = 0.0,
+    noise: float = 0.0,
+    occlude: float = 0.0,
+    exposure: float = 0.0,
+) -> Frame:
+    """A picture behind a patch, then blurred, exposed and with noise, by the options of a camera that describes them.
+
+    A larger patch covers every smaller one, and more noise is the same noise scaled. ``luck`` holds three numbers,
+    [0, 1): position of the patch across and down, and the seed of the noise.
+    """
+    if not (blur or noise or occlude or exposure):
+        return frame
+    rgb, depth = frame.rgb.astype(np.float64), frame.depth
+    if occlude:
+        places = frame.camera.project(frame.handles)[..., :2]
+        apart = float(np.median(np.linalg.norm(places[:, 1] - places[:, 0], axis=-1)))
+        low = places.min(axis=(0, 1)) - _MARGIN * apart
+        size = places.max(axis=(0, 1)) + _MARGIN * apart - low
+        first = low + luck[:2] * size * (1 - np.sqrt(occlude))
+        ends = np.clip(np.rint([first, first + size * np.sqrt(occlude)]), 0, None).astype(int)
+        patch, depth = tuple(slice(*ends[:, axis]) for axis in (1, 0)), depth.copy()
+        rgb[patch], depth[patch] = _PATCH, 0
+    if blur:
+        from scipy.ndimage import gaussian_filter
+
+        rgb = gaussian_filter(rgb, (blur, blur, 0), mode="nearest")
+    if exposure:  # of light, which adds up before it is coded as sRGB
+        coded = rgb / 255
+        light = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
+        light = np.clip(light * 2.0**exposure, 0, 1)
+        rgb = 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    if noise:
+        rng = np.random.Generator(np.random.PCG64(int(luck[2] * 2**53)))
+        rgb = rgb + 255 * noise * rng.standard_normal(rgb.shape)
+    return replace(frame, rgb=np.rint(np.clip(rgb, 0, 255)).astype(np.uint8), depth=depth)
+
+
+def to_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
+    """Encode an image as a PNG file. Equal images give equal bytes.
+
+    Its shape is (height, width) of uint8 or uint16, or (height, width, 3) of uint8.
+    """
+    with needing("pictures", "twin"):
+        from PIL import Image
+    file = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(image)).save(file, "PNG", **_COMPRESSION)
+    return file.getvalue()
+
+
+def from_png(png: bytes) -> NDArray[np.uint8] | NDArray[np.uint16]:
+    """Decode a PNG file made by :func:`to_png`; ``BadValue`` if it is none."""
+    with needing("pictures", "twin"):
+        from PIL import Image
+    try:
+        with Image.open(io.BytesIO(png), formats=["PNG"]) as image:
+            if image.width * image.height > _MOST_PIXELS:
+                raise BadValue("picture", f"{image.width} x {image.height} pixels", f"at most {_MOST_PIXELS} in all")
+            if image.mode not in ("L", "RGB", "I;16"):
+                raise BadValue("picture", f"mode {image.mode}", "a PNG in grey of 8 or 16 bits, or in colour")
+            if image.mode == "I;16":
+                return np.asarray(image, dtype=np.uint16)
+            return np.asarray(image, dtype=np.uint8)
+    except (Image.DecompressionBombError, OSError, SyntaxError):  # no image at all is an OSError
+        raise BadValue("picture", f"{len(png)} bytes", "a PNG file of a picture, not too large") from None

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.trial.pictures.depth import turbo
+from lockprobe.trial.pictures.frame import from_png
 from lockprobe.trial.pictures.picture import Picture, PictureKind
-from lockprobe.trial.pictures.png import from_png
 
 _REMEMBERED = 256
 """Readings that are kept, so that a picture is not read again at every step."""
@@ -68,23 +68,17 @@ def shrunk(image: _Image, width: int, gaze: tuple[float, float] = (0.0, 0.0)) ->
     ``gaze`` shifts the coarse pixels to the left and up by a fraction of a pixel, [0, 1), so that there is one more in
     either direction, partial at the border.
     """
-    rows, columns, _ = image.shape
-    if width >= columns:
+    if width >= image.shape[1]:
         return image
-    size = columns / width
-    across = np.einsum("ic,rck->rik", _shares(columns, size, gaze[0]), image, optimize=True)
-    small: _Image = np.einsum("jr,rik->jik", _shares(rows, size, gaze[1]), across, optimize=True)
-    return small
-
-
-def _shares(fine: int, size: float, shift: float) -> _Image:
-    """The share of each coarse pixel that each fine pixel covers, shape (coarse, fine)."""
-    edges = np.clip((np.arange(math.ceil(fine / size + shift) + 1) - shift) * size, 0, fine)
-    start, end = edges[:-1, None], edges[1:, None]
-    pixel = np.arange(fine)
-    covered = np.clip(np.minimum(end, pixel + 1) - np.maximum(start, pixel), 0, None)
-    shares: _Image = covered / np.maximum(covered.sum(axis=1, keepdims=True), 1e-12)
-    return shares
+    size = image.shape[1] / width
+    for axis, shift, sums in ((1, gaze[0], "ic,rck->rik"), (0, gaze[1], "jr,rik->jik")):
+        pixel = np.arange(image.shape[axis])
+        edges = np.clip((np.arange(math.ceil(len(pixel) / size + shift) + 1) - shift) * size, 0, len(pixel))
+        # the share of each coarse pixel that each fine pixel covers, shape (coarse, fine)
+        covered = np.clip(np.minimum(edges[1:, None], pixel + 1) - np.maximum(edges[:-1, None], pixel), 0, None)
+        shares = covered / np.maximum(covered.sum(axis=1, keepdims=True), 1e-12)
+        image = np.einsum(sums, shares, image, optimize=True)
+    return image
 
 
 def gaze_at(image: _File) -> tuple[float, float]:
