@@ -19,7 +19,7 @@ from lockprobe.foundation.plugins import (
     plugin_name_of,
     plugin_names,
 )
-from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.conditions import interventions_of
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.measures import find_measure
 from lockprobe.studies.running.single import run_trial

@@ -13,17 +13,17 @@ from lockprobe.agents.prompt import (
     example,
 )
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
-from lockprobe.interventions.asked import (
+from lockprobe.interventions.asked_and_done import (
     ASIDES,
     LARGEST_TEMPLATE,
     NUDGE,
     REMARK,
+    History,
     OwnPrompt,
     Warn,
     loops_completed,
 )
-from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.interventions.done import History
+from lockprobe.interventions.conditions import interventions_of
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of
 from lockprobe.trial.record import Briefing, Decision, Moment, Percept, Turn

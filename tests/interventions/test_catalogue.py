@@ -9,9 +9,16 @@ import pytest
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import Spec
-from lockprobe.interventions.catalogue import interventions_of, shipped, shipped_as
-from lockprobe.interventions.conditions import flips, interventions_in, read_condition, sweep
-from lockprobe.interventions.done import Tremble
+from lockprobe.interventions.asked_and_done import Tremble
+from lockprobe.interventions.conditions import (
+    flips,
+    interventions_in,
+    interventions_of,
+    read_condition,
+    shipped,
+    shipped_as,
+    sweep,
+)
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_intervention
 from lockprobe.trial.condition import Condition, Recorded, place_of, spec_of
@@ -88,7 +95,7 @@ def test_every_one_keeps_its_contract_and_plays_as_in_truth_at_dose_0(spec, monk
         ("history?last=-1", "a whole number from 0"),
         ("hypothesis?ask=never", "ask: got 'never', expected one of before, after, off"),
         ("nudge?after=1", "expected a number of copies from 2"),
-        ("remark?after=1", "a number of copies from 2, or 0 for always"),
+        ("remark?after=1", "a number of copies from 2; for remark also 0"),
         ("prompt", "a file with an instruction"),
     ],
 )

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.conditions import interventions_of
 from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
 from lockprobe.interventions.misread_flip import MisreadFlip
 from lockprobe.interventions.told import Phantom

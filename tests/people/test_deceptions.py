@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from lockprobe.interventions.catalogue import shipped
-from lockprobe.interventions.conditions import read_condition
+from lockprobe.interventions.conditions import read_condition, shipped
 from lockprobe.people.scenes import _KINDS, deceptions
 from lockprobe.trial.condition import Condition, place_of
 

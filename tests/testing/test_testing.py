@@ -10,8 +10,8 @@ import pytest
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.boxes.families import box, named_boxes
 from lockprobe.foundation.errors import BadValue, UserMistake
-from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.interventions.done import Tremble
+from lockprobe.interventions.asked_and_done import Tremble
+from lockprobe.interventions.conditions import interventions_of
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.statistics.measures import MEASURES
 from lockprobe.testing import (

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import pytest
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.conditions import interventions_of
 from lockprobe.testing import make_trial
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from seen import PhotographedPlant
 
 from lockprobe.boxes.families import box
-from lockprobe.interventions.catalogue import interventions_of, with_words
-from lockprobe.interventions.conditions import flips
+from lockprobe.interventions.conditions import flips, interventions_of, with_words
 from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.luck import Luck, at_step, numbers
 from lockprobe.trial.places import Places

@@ -42,7 +42,7 @@ def plants(json: options.AsJson = False) -> None:
 @app.command()
 def interventions(json: options.AsJson = False) -> None:
     """List the interventions by their place in the loop: told, asked, remembered, done."""
-    from lockprobe.interventions.catalogue import packaged, shipped
+    from lockprobe.interventions.conditions import packaged, shipped
     from lockprobe.trial.condition import PLACES, place_of
     from lockprobe.trial.protocols import InterventionTraits
 

@@ -3,7 +3,7 @@
 A spec is ``KIND[:NAME][?OPTION=VALUE&...]``, for example ``human-inspired:proximity?lapse=0.1``. Options are encoded as
 in a URL. :class:`Spec` is the only reader and the only writer of this text; the functions below it turn the options
 into the fields of a dataclass or the arguments of a function. The catalogue of each kind makes the object itself:
-``agents/catalogue.py``, ``plants/catalogue.py``, ``interventions/catalogue.py``, ``boxes/families.py``.
+``agents/catalogue.py``, ``plants/catalogue.py``, ``interventions/conditions.py``, ``boxes/families.py``.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choices, check_probability
 from lockprobe.interventions.words import places_said, rows_of
 from lockprobe.trial.pictures.depth import DepthKind, encode, legend, to_millimetres
-from lockprobe.trial.pictures.frame import Frame, degraded, to_png
+from lockprobe.trial.pictures.frame import degraded, to_png
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Moment, Percept, Task
 
@@ -79,6 +79,13 @@ class CameraChannel:
             return replace(percept, outcome=None, text="")
         damage = {name: getattr(self, name) for name in ("blur", "noise", "occlude", "exposure")}
         frame = degraded(percept.look(percept.positions), luck, **damage)
+        pictures: tuple[Picture, ...] = (Picture(kind="rgb", png=to_png(frame.rgb)),)
+        if self.depth != "none":
+            millimetres = to_millimetres(frame.depth)
+            depth = millimetres.astype(np.float32) / np.float32(1000)
+            shown = encode(depth, self.depth, (self.near, self.far), frame.camera)
+            measured = Picture(kind="depth16", png=to_png(millimetres), shown=False)
+            pictures = (*pictures, Picture(kind="depth", png=to_png(shown)), measured)
         where = places_said(task, rows_of(task)) if percept.joint is None and not frame.labelled else []
         places = frame.camera.project(frame.handles)[..., :2].tolist()
         return replace(
@@ -87,7 +94,7 @@ class CameraChannel:
             positions=None,
             text=" ".join((self.caption(percept.joint), *where)),
             unlabelled=not frame.labelled,
-            pictures=self._pictures(frame),
+            pictures=pictures,
             handles=tuple(((zero[0], zero[1]), (one[0], one[1])) for zero, one in places),
         )
 
@@ -97,19 +104,6 @@ class CameraChannel:
         Without positions there is neither picture nor text.
         """
         return None if percept.positions is None else (percept.positions, percept.joint, percept.look)
-
-    def _pictures(self, frame: Frame) -> tuple[Picture, ...]:
-        colours = Picture(kind="rgb", png=to_png(frame.rgb))
-        if self.depth == "none":
-            return (colours,)
-        millimetres = to_millimetres(frame.depth)
-        depth = millimetres.astype(np.float32) / np.float32(1000)
-        shown = encode(depth, self.depth, (self.near, self.far), frame.camera)
-        return (
-            colours,
-            Picture(kind="depth", png=to_png(shown)),
-            Picture(kind="depth16", png=to_png(millimetres), shown=False),
-        )
 
     def caption(self, joint: str | None) -> str:
         """The words with the pictures; ``joint`` is the one just attempted, by its label."""

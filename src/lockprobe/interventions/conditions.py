@@ -1,22 +1,33 @@
-"""Conditions by spec: ``tremble?p=0.1 + rgb``, every value of a dose, every flip rate in every modality."""
+"""Interventions and conditions by spec: ``flip?p=0.4``, ``tremble?p=0.1 + rgb``, every value of a dose.
+
+Plus signs join interventions in the order in which they act. What ships is every class of this package with a ``name``.
+An installed package adds to it by an entry point in the group ``lockprobe.interventions``, whose name is the spec's;
+``python:module:Name?lag=1`` names a class directly, in Python or on the command line.
+"""
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import is_dataclass
+from functools import cache
 from itertools import chain, product
 from math import prod
-from typing import get_args
+from typing import Any, TypeVar, cast, get_args
 
-from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.plugins import Listed, find_plugin, listed_plugins, plugin_names
 from lockprobe.foundation.spec import Spec, spec_name, split_specs, with_options
-from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import plant_change, resolve_plant
-from lockprobe.trial.condition import PLANT, Condition, Recorded
-from lockprobe.trial.doses import MODALITY_DOSES, OF_PLAIN_FLIPS, modality_doses
-from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.condition import PLANT, TRUTH, Condition, Recorded, place_of
+from lockprobe.trial.doses import MODALITY_DOSES, modality_doses
+from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES
+
+One = TypeVar("One")
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
 """The modalities: the ways to show a box. Options follow a question mark."""
@@ -25,14 +36,74 @@ _MOST = 1000
 """The most combinations of doses in one sweep."""
 
 
+def packaged() -> list[Listed]:
+    """The interventions of installed packages, including unusable ones with the reason."""
+    return listed_plugins("intervention", shipped(), _checked)
+
+
+@cache
+def shipped() -> dict[str, type[Any]]:
+    """The interventions of this package, by their names in specs.
+
+    A variant, which an option chooses, has the option behind its name: ``flip?like``.
+    """
+    package = __name__.rpartition(".")[0]
+    found: dict[str, type[Any]] = {}
+    for module in pkgutil.iter_modules(importlib.import_module(package).__path__, f"{package}."):
+        for kind in vars(importlib.import_module(module.name)).values():
+            own = isinstance(kind, type) and kind.__module__ == module.name
+            if own and (traits := InterventionTraits.of(kind)).name:
+                found[traits.name + f"?{traits.variant}" * bool(traits.variant)] = kind
+    return dict(sorted(found.items()))
+
+
+def shipped_as(spec: Spec) -> type[Any] | None:
+    """The class of this package that a spec names, also by its option (``flip?like=rgb``); None if there is none."""
+    name, found = spec.full_name, shipped()
+    return next((kind for option in spec.options if (kind := found.get(f"{name}?{option}"))), found.get(name))
+
+
+def interventions_of(spec: str) -> tuple[Intervention, ...]:
+    """The interventions of a condition, in the order in which they act.
+
+    Specs are joined by plus signs; ``truth`` or nothing is the empty condition.
+    """
+    if spec.strip() in ("", TRUTH):
+        return ()
+    return tuple(_made(Spec.parse(part, "intervention")) for part in split_specs(spec))
+
+
+def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
+    """Interventions with the report in words inserted: only those with ``after_words`` act after it."""
+    after = [one for one in interventions if InterventionTraits.of(one).after_words]
+    return (*(one for one in interventions if one not in after), words, *after)
+
+
+def _made(spec: Spec) -> Intervention:
+    name = spec.full_name
+    if (kind := shipped_as(spec)) is not None:
+        return cast(Intervention, with_options(kind, name, spec.options))
+    if (plugin := find_plugin("intervention", str(spec))) is None:
+        raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
+    kind = _checked(name, plugin.load())
+    with plugin.guarded():
+        return cast(Intervention, with_options(kind, name, spec.options))
+
+
+def _checked(spec: str, kind: Any) -> type[Any]:
+    """Check that a class of interventions follows the protocol of its place."""
+    if not (isinstance(kind, type) and is_dataclass(kind) and getattr(kind, "__dataclass_params__").frozen):  # noqa: B009
+        raise BadValue("intervention", spec, "a frozen dataclass")
+    place_of(kind)
+    return kind
+
+
 def flip_alone(condition: Condition) -> OutcomeFlip | None:
     """The flip if nothing else acts (paper, Sec. 3.2), a flip at p = 0 for the truth, and otherwise None."""
-    if not condition.specs:
-        return OutcomeFlip()
-    first = Spec.parse(condition.specs[0], "intervention")
-    if len(condition.specs) > 1 or first.full_name != OutcomeFlip.name or not first.options.keys() <= OF_PLAIN_FLIPS:
+    if condition.p is None:
         return None
-    return with_options(OutcomeFlip, OutcomeFlip.name, first.options)
+    options = Spec.parse(condition.specs[0], "intervention").options if condition.specs else {}
+    return with_options(OutcomeFlip, OutcomeFlip.name, options)
 
 
 def interventions_in(condition: Condition) -> tuple[Intervention, ...]:
@@ -125,8 +196,10 @@ def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
             raise BadValue("sweep", spec, f"at most {_MOST} combinations, not {many}")
         found = [dict(zip(swept, map(str.strip, values), strict=True)) for values in product(*swept.values())]
         ways.append([str(part.adding(values)) for values in found] if swept else [str(part)])
-        if swept:
-            _check_doses(spec, ways[-1][0], [*swept], plant)
+        known = _doses_of(ways[-1][0], plant) if swept else []
+        if wrong := [option for option in swept if option not in known]:
+            expected = f"values of a dose ({', '.join(known) or 'this has none'}), not of {', '.join(wrong)}"
+            raise BadValue("sweep", spec, expected)
     if not doses:
         raise BadValue("sweep", spec, "several values of a dose, separated by commas, for example tremble?p=0,0.1,0.2")
     conditions = []
@@ -139,23 +212,14 @@ def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
             or not read_condition(part, plant=plant).does_nothing
         ]
         conditions.append(read_condition(" + ".join(acting), plant=plant))
-    return distinct(conditions)
-
-
-def _check_doses(spec: str, part: str, swept: list[str], plant: str) -> None:
-    """Refuse options of a part of a sweep, with one value of each, that are no doses."""
-    if spec_name(part) in MODALITIES:
-        doses = list(MODALITY_DOSES)
-    elif spec_name(part) == PLANT:
-        plant_change(plant, Spec.parse(part).options)  # refuses an option that there is not
-        doses = list(resolve_plant(plant).doses)
-    else:
-        doses = list(chain.from_iterable(names for _, names in read_condition(part).acting))
-    if wrong := [option for option in swept if option not in doses]:
-        known = ", ".join(doses) or "this has none"
-        raise BadValue("sweep", spec, f"values of a dose ({known}), not of {', '.join(wrong)}")
-
-
-def distinct(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
-    """The conditions without duplicates."""
     return tuple(dict.fromkeys(conditions))
+
+
+def _doses_of(part: str, plant: str) -> list[str]:
+    """The options of a part of a sweep, with one value of each, that are doses."""
+    if spec_name(part) in MODALITIES:
+        return list(MODALITY_DOSES)
+    if spec_name(part) == PLANT:
+        plant_change(plant, Spec.parse(part).options)  # refuses an option that there is not
+        return list(resolve_plant(plant).doses)
+    return list(chain.from_iterable(names for _, names in read_condition(part).acting))

@@ -175,11 +175,11 @@ class OutcomeFlip:
         outcome, positions = percept.outcome, percept.positions
         if positions is not None and percept.joint is not None:
             place = task.joints.index(percept.joint)
-            now, bit, moved = as_bits(positions), 1 << place, outcome == "moved"
             before = past[-1].reported.positions if past else None
-            last = None if before is None else as_bits(before)
-            if last is None or outcome is None:  # nothing to compare the joint with: its position follows the truth
-                last = ((now if last is None else last) & ~bit) | ((now ^ moved * bit) & bit)
+            now, last = (sum([1 << i for i, at in enumerate(one) if at]) for one in (positions, before or positions))
+            bit, moved = 1 << place, outcome == "moved"
+            if before is None or outcome is None:  # nothing to compare the joint with: its position follows the truth
+                last = (last & ~bit) | ((now ^ moved * bit) & bit)
             told = self.positions(now, last, bit, moved=moved, flipped=flipped, lasting=lasting)
             if told != now:
                 positions = tuple([bool(told >> i & 1) for i in range(len(positions))])
@@ -216,14 +216,6 @@ class OutcomeFlip:
         own = last ^ bit * (moved ^ flipped) if self.inverts == "outcome" else now ^ bit * flipped
         others = now ^ (lasting if self.others == "noisy" else (now ^ last) & lasting)
         return others & ~bit | own & bit
-
-
-def as_bits(positions: Sequence[bool]) -> int:
-    """Positions as a number, bit i for the joint at place i."""
-    number = 0
-    for position in reversed(positions):
-        number += number + (1 if position else 0)
-    return number
 
 
 def told_by(flips: Sequence[OutcomeFlip], now: Any, last: Any, bit: Any, moved: Any, numbers: Sequence[Any]) -> Any:

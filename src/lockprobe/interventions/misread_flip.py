@@ -14,9 +14,7 @@ from typing import ClassVar, Literal
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, with_options
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.trial.condition import Recorded
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Percept
 
 By = Literal["joint", "direction", "total"]
@@ -111,12 +109,10 @@ def with_rates(plan: Plan) -> Plan:
     """The plan with the rates of its confusion matrix by the labels of its joints; a joint without rates has none."""
     if not takes_rates(plan.condition.specs):
         return plan
-    acting = list(plan.condition.interventions)
-    for at, one in enumerate(acting):
-        flip: Intervention | Recorded = one
-        if isinstance(one, Recorded) and takes_rates((one.spec,)):
-            flip = with_options(MisreadFlip, MisreadFlip.name, Spec.parse(one.spec).options)
-        if isinstance(flip, MisreadFlip) and flip.rates:
+    acting = [*plan.condition.interventions]
+    for at, spec in enumerate(plan.condition.specs[: len(acting)]):
+        flip = with_options(MisreadFlip, MisreadFlip.name, Spec.parse(spec).options) if takes_rates((spec,)) else None
+        if flip is not None and flip.rates:
             rates = rates_of(flip.rates)
             labelled = zip(plan.box.names, plan.names.labels, strict=True)
             by_label = {label: rates.get(name, (0.0, 0.0)) for name, label in labelled}

@@ -24,7 +24,7 @@ from lockprobe.foundation.errors import LockprobeError, UserMistake
 from lockprobe.foundation.inputs import is_there, read_input
 from lockprobe.foundation.plugins import no_foreign_code
 from lockprobe.foundation.spec import MCP, Spec, spec_kind
-from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.conditions import interventions_of
 from lockprobe.people.diary import acts_of_steps
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.replay import AgentKind, ReplayedTrial, is_foreign, kind_of, played_again

@@ -18,8 +18,7 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 from lockprobe.foundation.validation import check_choice, check_whole
-from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.interventions.conditions import interventions_in
+from lockprobe.interventions.conditions import interventions_in, interventions_of
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import takes_rates
 from lockprobe.interventions.told import Correction

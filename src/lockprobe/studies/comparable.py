@@ -16,7 +16,7 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.spec import Spec, spec_name
-from lockprobe.interventions.asked import OwnPrompt
+from lockprobe.interventions.asked_and_done import OwnPrompt
 from lockprobe.statistics.design import Design, axis_key
 from lockprobe.studies.study import Study, flip_axis
 from lockprobe.studies.study_design import arms_of

@@ -16,8 +16,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName, UserMistake
 from lockprobe.foundation.spec import Spec, spec_name, with_options
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.catalogue import with_words
-from lockprobe.interventions.conditions import MODALITIES, interventions_in, tells_positions
+from lockprobe.interventions.conditions import MODALITIES, interventions_in, tells_positions, with_words
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource

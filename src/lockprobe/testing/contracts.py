@@ -23,7 +23,7 @@ from lockprobe.boxes.state_space import fault_of
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import settings_of
-from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.conditions import interventions_of
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.measures import Measure, find_measure, measured
 from lockprobe.studies.modality import is_pictured, shown

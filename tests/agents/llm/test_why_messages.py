@@ -7,7 +7,7 @@ import pytest
 from provider_server import here, words
 
 import lockprobe
-from lockprobe.interventions.asked import ASIDES
+from lockprobe.interventions.asked_and_done import ASIDES
 from lockprobe.statistics.arms import ARMS
 from lockprobe.studies.options.studyfile import study
 

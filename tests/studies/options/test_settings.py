@@ -12,7 +12,7 @@ import lockprobe
 from lockprobe.boxes.boxfile import toml_of
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
-from lockprobe.interventions.done import Tremble
+from lockprobe.interventions.asked_and_done import Tremble
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import OF_A_TRIAL, study, trial_study
 from lockprobe.studies.records.directory import read_study

@@ -8,8 +8,7 @@ from dataclasses import replace
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, spec_name, split_specs
 from lockprobe.foundation.validation import check_choice
-from lockprobe.interventions.catalogue import shipped
-from lockprobe.interventions.conditions import blind, distinct, flips, read_condition, says_modality, sweep
+from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, shipped, sweep
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.interventions.told import Correction
 from lockprobe.plants.catalogue import PlantSource
@@ -162,7 +161,7 @@ def _with_controls(
         found += [control(modality), *(replace(one, modality=modality) for one in others)]
     found += [control(modality_doses(one.modality)[0]) for one in own]
     found += [one for one in own if one.name or not one.does_nothing or modality_doses(one.modality)[1]]
-    planned = distinct(found)
+    planned = tuple(dict.fromkeys(found))
     _check_names(planned)
     return planned
 

@@ -9,8 +9,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.interventions.catalogue import shipped
-from lockprobe.interventions.conditions import interventions_in
+from lockprobe.interventions.conditions import interventions_in, shipped
 from lockprobe.studies.modality import is_pictured
 from lockprobe.trial.condition import Condition, place_of, spec_of
 from lockprobe.trial.protocols import InterventionTraits

@@ -1,6 +1,6 @@
-"""What is *asked*: warnings, instructions, and sentences beside the report. Agents that read no words ignore them.
+"""What is *asked*, *done* and *remembered*: warnings, instructions, remarks, another joint, and a past that is cut.
 
-Reports stay as they are, and are true. Only ``distract`` draws anything.
+Reports stay as they are, and are true. Agents that read no words ignore what is asked.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.validation import check_choices, check_probability
 from lockprobe.interventions.told import AtRandomSteps
 from lockprobe.statistics.loops import onset
-from lockprobe.trial.record import Ask, Briefing, Moment, Task
+from lockprobe.trial.record import Ask, Briefing, Moment, Task, Turn
 
 if TYPE_CHECKING:
     import numpy as np
@@ -70,35 +70,28 @@ class Nudge:
     """
 
     name: ClassVar[str] = "nudge"
+    says: ClassVar[str] = NUDGE
     after: int = 2
 
     def __post_init__(self) -> None:
-        if self.after < 2:
-            raise BadValue("after", self.after, "a number of copies from 2")
+        if self.after < 2 and (self.name, self.after) != ("remark", 0):
+            raise BadValue("after", self.after, "a number of copies from 2; for remark also 0, which is always")
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with the sentence, where it is due."""
-        return briefing.remarking(NUDGE) if loops_completed(past, self.after) else briefing
+        due = loops_completed(past, self.after) if self.after else len(past) > 1
+        return briefing.remarking(self.says) if due else briefing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Remark:
+class Remark(Nudge):
     """The control of ``nudge``: at the same moments, a sentence of equal length without information.
 
     With ``after=0`` it is said before every step but the first.
     """
 
     name: ClassVar[str] = "remark"
-    after: int = 2
-
-    def __post_init__(self) -> None:
-        if self.after < 0 or self.after == 1:
-            raise BadValue("after", self.after, "a number of copies from 2, or 0 for always")
-
-    def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
-        """The briefing with the sentence, where it is due."""
-        due = loops_completed(past, self.after) if self.after else len(past) > 1
-        return briefing.remarking(REMARK) if due else briefing
+    says: ClassVar[str] = REMARK
 
 
 def loops_completed(past: tuple[Moment, ...], copies: int) -> bool:
@@ -183,3 +176,62 @@ class OwnPrompt:
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with the instruction."""
         return replace(briefing, instruction=self.text)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tremble(AtRandomSteps):
+    """With probability p a random other joint is attempted instead of the chosen one, and reported truthfully."""
+
+    name: ClassVar[str] = "tremble"
+
+    def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
+        """The joint, or another one."""
+        slips, which = rng.random(2)
+        others = [label for label in task.joints if label != joint]
+        return others[int(which * len(others))] if self.hits(slips, len(past)) else joint
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Force:
+    """At one step a given or random joint is attempted instead of the agent's choice, and reported truthfully.
+
+    The step is from 1, 0 for none; the joint is a label, or empty for one that is drawn, each equally likely.
+    """
+
+    name: ClassVar[str] = "force"
+    at: int = 0
+    joint: str = ""
+
+    def __post_init__(self) -> None:
+        if self.at < 0:
+            raise BadValue("at", self.at, "a step from 1, or 0 for none")
+
+    def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
+        """The joint, or at that step the one that is given or drawn."""
+        which = int(rng.random() * len(task.joints))
+        if len(past) != self.at:
+            return joint
+        if self.joint and self.joint not in task.joints:
+            raise BadValue("joint", self.joint, f"one of {', '.join(task.joints)}")
+        return self.joint or task.joints[which]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class History:
+    """The agent remembers only the ``last`` exchanges (choice and report); its task and the current report stay.
+
+    Nothing is drawn.
+    """
+
+    name: ClassVar[str] = "history"
+    last: int = 5
+
+    def __post_init__(self) -> None:
+        if self.last < 0:
+            raise BadValue("last", self.last, "a whole number from 0")
+
+    def recall(
+        self, turns: tuple[Turn, ...], past: tuple[Moment, ...], task: Task, rng: np.random.Generator
+    ) -> tuple[Turn, ...]:
+        """The newest exchanges."""
+        return turns[len(turns) - self.last :] if self.last < len(turns) else turns
