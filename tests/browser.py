@@ -11,7 +11,7 @@ import re
 import shutil
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 
 import pytest
 from axe_playwright_python.async_playwright import Axe
@@ -311,7 +311,7 @@ async def attend(tab, look, directory, study, strategy, who, *, until=lambda loo
             continue
         if look.step[0] == 1:
             reader, luck = Reader(words), luck_of(directory, study, who, look.box)
-        decision = await agent.decide(reader.situation(look), luck.at(look.step[0]))
+        decision = await agent.decide(reader.situation(look), luck(look.step[0]))
         claimed = (decision.claimed or "blocked") if look.asks else None
         reader.decision = replace(decision, claimed=claimed)
         await tab.choose(decision.joint, claimed)
@@ -333,7 +333,7 @@ def plan_of(directory, study, who, number):
 def luck_of(directory, study, who, number):
     """The agent's stream of the trial that somebody plays as a box; any stream for the practice."""
     luck = plan_of(directory, study, who, number).luck if number else Luck(seed=1, box="", repetition=1, trial=1)
-    return luck.stream("agent")
+    return partial(luck.at, "agent")
 
 
 def trials_of(directory):

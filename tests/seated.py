@@ -5,6 +5,7 @@ import base64
 from collections.abc import Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -162,7 +163,7 @@ class Player:
         if scene.step == 1:
             self._past = ()
         situation = Situation(task=_task(scene, self._study), past=self._past, percept=percept_of(scene.panel))
-        decision = await self._agent.decide(situation, self._stream(scene, identity).at(scene.step))
+        decision = await self._agent.decide(situation, self._stream(scene, identity)(scene.step))
         self._past = (*self._past, Turn(percept=situation.percept, decision=decision))
         return decision
 
@@ -172,7 +173,7 @@ class Player:
             joined = diary_of(self._directory, identity)[0]
             slot = joined.slots[max(0, scene.number - 1)]
             luck = slot.plan(self._study, joined.identity).luck
-            self._streams[identity, scene.number] = luck.stream("agent" if scene.number else "practice")
+            self._streams[identity, scene.number] = partial(luck.at, "agent" if scene.number else "practice")
         return self._streams[identity, scene.number]
 
 

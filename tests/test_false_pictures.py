@@ -104,12 +104,12 @@ def test_a_false_picture_is_the_picture_of_that_configuration_and_the_arm_stays(
 
 def pictured(plant, channels, plan=PLAN):
     """The percepts of three attempts."""
-    names, luck = plan.names, plan.luck.stream("channel-0")
+    names, luck = plan.names, plan.luck
     task, found = names.task, []
     for step, joint in enumerate((None, 3, 0, 0)):
         percept = names.percept(plant.observe() if joint is None else plant.attempt(joint))
         for channel in channels:
-            percept = channel.perceive(percept, (), task, luck.at(step))
+            percept = channel.perceive(percept, (), task, luck.at("channel-0", step))
         found.append(percept)
     return found
 

@@ -98,7 +98,7 @@ def test_every_part_of_an_address_matters_and_it_suffices():
     places = [(one, name, step) for one in lucks for name in ("agent", "channel-0") for step in (0, 1, 2)]
     drawn = {(one, name, step): tuple(one.at(name, step).random(6)) for one, name, step in [*places, *places]}
     assert len({number for numbers in drawn.values() for number in numbers}) == 6 * len(places)
-    assert luck().stream("agent", ahead=3).at(5).random() == luck(trial=4).at("agent", 5).random()
+    assert luck().at("agent", 5, ahead=3).random() == luck(trial=4).at("agent", 5).random()
 
 
 def test_numbers_are_pinned():
@@ -111,10 +111,10 @@ PINNED = [0.44539151655108744, 0.7928242151023083]
 
 @given(whole, whole, st.lists(st.integers(1, 40), min_size=1, max_size=20))
 def test_a_stream_begins_anew_at_every_step(repetition, trial, steps):
-    stream = luck(repetition=repetition, trial=trial).stream("agent")
+    one = luck(repetition=repetition, trial=trial)
     for step in steps:
         alone = luck(repetition=repetition, trial=trial).at("agent", step)
-        rng = stream.at(step)
+        rng = one.at("agent", step)
         assert at_step(rng, 7).random() == luck(repetition=repetition, trial=trial).at("agent", 7).random()
         assert rng.permutation(5).tolist() == alone.permutation(5).tolist()
         assert rng.random(step).tolist() == alone.random(step).tolist()

@@ -39,7 +39,7 @@ from lockprobe.plants.operator import TerminalOperator
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.trial.condition import PlantChange
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.protocols import Plant, PlantTraits
+from lockprobe.trial.protocols import Plant
 
 PLANTS = ("symbolic", "fast-twin", "twin", "manual", "rig")
 """Lockprobe's own; lockprobe-robot adds those that are not here."""
@@ -68,7 +68,7 @@ class PlantSource:
         lays_out: Whether the joints lie where the box says, whatever it says. False for a rigid panel, real or a user's
             model, which nobody can deal anew; None if the plant does not say.
         is_attended: Whether somebody answers its questions at the terminal
-            (:class:`lockprobe.trial.protocols.PlantTraits`).
+            (:class:`lockprobe.trial.protocols.Plant`).
         ships: Whether it is one of Lockprobe's own.
         options: The options that a condition may change -> the value of each, in words; None for any, of a package that
             does not say which there are.
@@ -202,7 +202,7 @@ def _of_a_maker(spec: Spec, plugin: Plugin) -> PlantSource:
         spec=str(spec),
         make=make,
         check=check,
-        is_attended=lambda: PlantTraits.of(plugin.load()).attended,
+        is_attended=lambda: getattr(plugin.load(), "attended", False),
         ships=False,
     )
 

@@ -182,11 +182,11 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
 
     witness: Any = type("Witness", (), {PLACES[place]: note})()
     run_trial(agent="random", condition=(witness,), max_steps=30, box="chain-7")
-    luck = Luck(seed=7, box="chain-7", repetition=1, trial=1).stream(name)
+    luck = Luck(seed=7, box="chain-7", repetition=1, trial=1)
 
     def answers(other: Intervention) -> list[Any]:
         """The answers to the calls of one trial, each with the luck of its own step."""
-        return [getattr(other, PLACES[place])(*call, luck.at(step)) for step, call in enumerate(calls)]
+        return [getattr(other, PLACES[place])(*call, luck.at(name, step)) for step, call in enumerate(calls)]
 
     at_doses: list[Any] = [replace(kept, **{traits.doses[0]: dose}) for kept in [one] for dose in doses if traits.doses]  # type: ignore[type-var]
     for other in (one, *at_doses):

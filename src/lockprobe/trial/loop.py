@@ -32,7 +32,7 @@ from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.places import Acting, Places
 from lockprobe.trial.plan import Fork, Plan
-from lockprobe.trial.protocols import Agent, AgentTraits, Intervention, Plant
+from lockprobe.trial.protocols import Agent, Intervention, Plant
 from lockprobe.trial.record import (
     Briefing,
     Decision,
@@ -231,7 +231,7 @@ class _Loop:
         self.opening_pictures: Mapping[PictureKind, str] = {}
         self.opening_sensed: Mapping[str, Fact] = {}
         self._plan, self._plant, self._agent, self._keep, self._at = plan, plant, agent, keep, place
-        self._places, self._names, self._luck = places.at, plan.names, plan.luck.stream("agent")
+        self._places, self._names = places.at, plan.names
         self._ours = type(agent).__module__.startswith("lockprobe")
         self._unsaid = Briefing(hypothesis=plan.hypothesis)
         self._source = source_of(plan.condition.modality)
@@ -305,12 +305,12 @@ class _Loop:
         """
         fork, now = self._plan.fork, len(self.steps)
         played = fork is not None and self._on_record and now < len(fork.recorded)
-        if fork is not None and played and AgentTraits.of(self._agent).unseeded:
+        if fork is not None and played and getattr(self._agent, "unseeded", False):
             return fork.recorded[now].decision
-        decision = self._agent.decide(situation, self._luck.at(now + 1))
+        decision = self._agent.decide(situation, self.acting.luck.at("agent", now + 1))
         if self._ours:
             return await decision
-        return await PATIENCE.limited(decision, self._plan.agent, AgentTraits.of(self._agent).step_seconds)
+        return await PATIENCE.limited(decision, self._plan.agent, getattr(self._agent, "step_seconds", 60.0))
 
     def _happened(
         self, joint: int | None = None, chosen: str | None = None, attempted: str | None = None
@@ -364,9 +364,7 @@ class _Loop:
         if step.step < fork.name.at and not self._on_record:
             raise ModelFault(f"step {step.step} cannot be replayed from the record without asking the agent again")
         if step.step == fork.name.at and fork.name.time > 1:
-            luck = replace(self._plan.luck, time=fork.name.time)
-            self._luck = luck.stream("agent")
-            self.acting.deal(luck)
+            self.acting.luck = replace(self._plan.luck, time=fork.name.time)
 
 
 def _look(look: Callable[..., Frame], positions: tuple[bool, ...] | None = None) -> Frame:

@@ -6,7 +6,7 @@ told, so conditions and agents are compared on common random numbers. The flips 
 p = 0.4, a resumed or forked trial goes on where it was, and no draw moves another one.
 
 The numbers are those of Philox4x64-10 (Salmon, Moraes, Dror and Shaw 2011). Its key is made of seed, box and stream,
-its counter of place, step, trial and repetition. :meth:`Stream.at` draws them with NumPy's generator for one trial,
+its counter of place, step, trial and repetition. :meth:`Luck.at` draws them with NumPy's generator for one trial,
 :func:`numbers` with arrays for many; both give the same.
 """
 
@@ -25,13 +25,9 @@ from lockprobe.foundation.seeds import generator
 _Words = NDArray[np.uint64]
 
 
-def _generator() -> np.random.Generator:
-    return np.random.Generator(np.random.Philox(key=0))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Luck:
-    """The luck of one trial. Its streams share one generator, which each call of :meth:`Stream.at` moves.
+    """The luck of one trial. Its streams share one generator, which each call of :meth:`at` moves.
 
     ``seed`` is that of the study, any integer, ``box`` the name of the box, and ``time`` which continuation of a fork
     it is. All numbers but the seed are from 1.
@@ -42,41 +38,23 @@ class Luck:
     repetition: int
     trial: int
     time: int = 1
-    _generator: np.random.Generator = field(default_factory=_generator, init=False, repr=False, compare=False)
+    _generator: np.random.Generator = field(
+        default_factory=lambda: np.random.Generator(np.random.Philox(key=0)), init=False, repr=False, compare=False
+    )
 
-    def stream(self, name: str, ahead: int = 0) -> Stream:
-        """A stream by its name; of the trial ``ahead`` trials later."""
-        key = _key(self.seed, self.box, name if self.time == 1 else f"{name}/luck-{self.time}")
-        return Stream(self._generator, key, self.trial + ahead, self.repetition)
+    def at(self, stream: str, step: int = 0, ahead: int = 0) -> np.random.Generator:
+        """A stream at one step, from 1, or of the trial ``ahead`` trials later; what is drawn once is at step 0.
 
-    def at(self, name: str, step: int = 0) -> np.random.Generator:
-        """A stream at one step, from 1; what is drawn once a trial is at step 0."""
-        return self.stream(name).at(step)
+        Whatever was drawn before, it begins at its own address. The next call for any stream moves it.
+        """
+        key = _key(self.seed, self.box, stream if self.time == 1 else f"{stream}/luck-{self.time}")
+        address = {"key": key, "counter": (0, step, self.trial + ahead, self.repetition)}
+        self._generator.bit_generator.state = {"bit_generator": "Philox", "state": address, **_NOTHING_DRAWN}
+        return self._generator
 
     def physics(self) -> np.random.Generator:
         """What a plant draws from, as its own time passes: the one generator of a trial that goes on. It can spawn."""
         return generator(self.seed, self.box, "rep", self.repetition, "trial", self.trial, "plant")
-
-
-class Stream:
-    """One stream of a trial's luck."""
-
-    __slots__ = ("_address", "_bits", "_generator", "_repetition", "_state", "_trial")
-
-    def __init__(self, moved: np.random.Generator, key: tuple[int, int], trial: int, repetition: int) -> None:
-        self._generator, self._bits = moved, moved.bit_generator
-        self._trial, self._repetition = trial, repetition
-        self._address: dict[str, tuple[int, ...]] = {"key": key}
-        self._state = {"bit_generator": "Philox", "state": self._address, **_NOTHING_DRAWN}
-
-    def at(self, step: int) -> np.random.Generator:
-        """The stream at one step: whatever was drawn before, it begins at its own address.
-
-        It is the generator of the trial, which the next call for any of its streams moves.
-        """
-        self._address["counter"] = (0, step, self._trial, self._repetition)
-        self._bits.state = self._state
-        return self._generator
 
 
 _NOTHING_DRAWN = {"buffer": (0, 0, 0, 0), "buffer_pos": 4, "has_uint32": 0, "uinteger": 0}
@@ -84,7 +62,7 @@ _NOTHING_DRAWN = {"buffer": (0, 0, 0, 0), "buffer_pos": 4, "has_uint32": 0, "uin
 
 
 def at_step(rng: np.random.Generator, step: int) -> np.random.Generator:
-    """The stream of a generator of :meth:`Stream.at` at another step of the same trial."""
+    """The stream of a generator of :meth:`Luck.at` at another step of the same trial."""
     state: Any = rng.bit_generator.state["state"]
     counter = state["counter"].copy()
     counter[:2] = 0, step
@@ -124,24 +102,24 @@ def numbers(
 
 _FACTORS = (0xD2E7470EE14C6C93, 0xCA5A826395121157)
 _BUMPS = (np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B))
-_HALF, _LOW = np.uint64(32), np.uint64(2**32 - 1)
 
 
 def _philox(
     first: _Words, second: _Words, third: _Words, fourth: _Words, key: _Words, other: _Words
 ) -> tuple[_Words, ...]:
     """The four outputs of Philox4x64-10 at these counters."""
+    half, low = np.uint64(32), np.uint64(2**32 - 1)
+
+    def product(factor: int, words: _Words) -> tuple[_Words, _Words]:
+        """The higher and the lower 64 bits of the products."""
+        upper, lower = np.uint64(factor >> 32), np.uint64(factor % 2**32)
+        high, rest = words >> half, words & low
+        crossed, across = upper * rest, lower * high
+        middle = (lower * rest >> half) + (crossed & low) + across
+        return upper * high + (crossed >> half) + (middle >> half), np.uint64(factor) * words
+
     for _ in range(10):
-        (high, low), (upper, lower) = _product(_FACTORS[0], first), _product(_FACTORS[1], third)
-        first, second, third, fourth = upper ^ second ^ key, lower, high ^ fourth ^ other, low
+        (above, below), (upper, lower) = product(_FACTORS[0], first), product(_FACTORS[1], third)
+        first, second, third, fourth = upper ^ second ^ key, lower, above ^ fourth ^ other, below
         key, other = key + _BUMPS[0], other + _BUMPS[1]
     return first, second, third, fourth
-
-
-def _product(factor: int, words: _Words) -> tuple[_Words, _Words]:
-    """The higher and the lower 64 bits of the products."""
-    upper, lower = np.uint64(factor >> 32), np.uint64(factor % 2**32)
-    high, low = words >> _HALF, words & _LOW
-    crossed, across = upper * low, lower * high
-    middle = (lower * low >> _HALF) + (crossed & _LOW) + across
-    return upper * high + (crossed >> _HALF) + (middle >> _HALF), np.uint64(factor) * words

@@ -12,7 +12,6 @@ import numpy as np
 from lockprobe.foundation.errors import ChannelFault
 from lockprobe.foundation.spec import settings_of
 from lockprobe.trial.condition import PLACES, spec_of
-from lockprobe.trial.luck import Luck
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import Fact, Moment, Percept, Task, facts_of
@@ -82,11 +81,7 @@ class Acting:
         self._places, self._task, self._fork = places, plan.names.task, plan.fork
         self._changed: dict[int, set[int]] = defaultdict(set)
         self._together: set[int] = set()
-        self.deal(plan.luck)
-
-    def deal(self, luck: Luck) -> None:
-        """Give every intervention its random stream."""
-        self._luck = [luck.stream(name, ahead) for name, ahead in self._places.streams]
+        self.luck = plan.luck
 
     def told(self, percept: Percept, past: tuple[Moment, ...]) -> tuple[Percept, Percept | None]:
         """What the agent gets of a report, and the facts from which words or pictures were made.
@@ -99,7 +94,7 @@ class Acting:
         percept = self._passed(self._heard(places.at["told"], step), percept, past, step, step + 1, shown)
         for placed in places.showing:
             facts = percept if percept.look is None else replace(percept, look=None)
-            percept = placed.act(percept, past, self._task, self._luck[placed.number].at(step))
+            percept = placed.act(percept, past, self._task, self._rng(placed, step))
         worded = percept
         percept = self._passed(self._heard(places.after, step), percept, past, step, step + 1)
         if percept is not worded and (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
@@ -111,6 +106,10 @@ class Acting:
         if positions is not None and not (len(positions) == len(joints) and {*positions} <= {False, True}):
             raise ChannelFault(f"positions {positions!r} are not one truth value for each of {len(joints)} joints")
         return percept if percept.look is None else replace(percept, look=None), facts
+
+    def _rng(self, placed: Placed, step: int) -> np.random.Generator:
+        stream, ahead = self._places.streams[placed.number]
+        return self.luck.at(stream, step, ahead)
 
     def _heard(self, channels: Sequence[Placed], step: int) -> Sequence[Placed]:
         """Those that act on the report of a step: an arm of a fork acts in place of those that act on its facts."""
@@ -151,7 +150,7 @@ class Acting:
         value, shown = given, shown or _whole
         changers: list[tuple[Placed, _V]] = []
         for placed in acting:
-            before, value = value, placed.act(value, past, self._task, self._luck[placed.number].at(drawn))
+            before, value = value, placed.act(value, past, self._task, self._rng(placed, drawn))
             if value is not before and _whole(value) != _whole(before):
                 changers.append((placed, before))
         if changers:
@@ -162,7 +161,7 @@ class Acting:
                 try:  # what the agent would have got without it: later ones act again, on the value before it
                     without = before
                     for later, _ in changers[at:]:
-                        without = later.act(without, past, self._task, self._luck[later.number].at(drawn))
+                        without = later.act(without, past, self._task, self._rng(later, drawn))
                     changed = shown(without) != end
                 except Exception:  # noqa: BLE001  one that breaks needs what was changed before it
                     changed = True

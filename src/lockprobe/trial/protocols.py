@@ -13,20 +13,13 @@ if TYPE_CHECKING:
     import numpy as np
 
 
-class _Traits:
-    """What a class may declare by attributes, without inheriting from anything. Each has a default."""
-
-    __slots__ = ()
-
-    @classmethod
-    def of(cls, one: object) -> Self:
-        """What an object or a class declares."""
-        return cls(**{part.name: getattr(one, part.name, part.default) for part in fields(cls)})  # type: ignore[arg-type]
-
-
 @runtime_checkable
 class Plant(Protocol):
-    """The box or robot that agents act on: a simulation, a twin, a real arm. Calls may block."""
+    """The box or robot that agents act on: a simulation, a twin, a real arm. Calls may block.
+
+    With ``attended = True`` a class says that somebody answers its questions at the terminal: its trials then run one
+    at a time, in the process that was started.
+    """
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -44,16 +37,6 @@ class Plant(Protocol):
     def close(self) -> None:
         """Release engines and devices. Nothing is called afterwards."""
         ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlantTraits(_Traits):
-    """What a class of plants may declare: that somebody answers its questions at the terminal (``attended``).
-
-    Its trials then run one at a time, in the process that was started.
-    """
-
-    attended: bool = False
 
 
 @runtime_checkable
@@ -112,8 +95,8 @@ Intervention = Channel | Prompt | Memory | Actuator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InterventionTraits(_Traits):
-    """What a class of interventions may declare.
+class InterventionTraits:
+    """What a class of interventions may declare by attributes, without inheriting from anything; each has a default.
 
     Attributes:
         name: Its name in specs, if it is one of Lockprobe's own; an entry point names those of packages.
@@ -138,10 +121,23 @@ class InterventionTraits(_Traits):
     after_words: bool = False
     shown: Callable[[Percept], object] | None = None
 
+    @classmethod
+    def of(cls, one: object) -> Self:
+        """What an intervention or its class declares."""
+        return cls(**{part.name: getattr(one, part.name, part.default) for part in fields(cls)})  # type: ignore[arg-type]
+
 
 @runtime_checkable
 class Agent(Protocol):
-    """An agent: it decides. It keeps nothing between calls and uses only the situation and its random stream."""
+    """An agent: it decides. It keeps nothing between calls and uses only the situation and its random stream.
+
+    A class may declare, by attributes:
+
+    * ``unseeded = True``: it draws its own luck and not from its stream, as a provider does. Forks of its trials
+      (``lockprobe branch``) then take its decisions from the record as far as they can, and ask it nothing.
+    * ``step_seconds``: the most seconds that it may take for a decision, 60 if it says nothing; Lockprobe's own agents
+      have limits of their own.
+    """
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -151,20 +147,6 @@ class Agent(Protocol):
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose the next joint, or raise a ``TrialFault``, which ends the trial as ``error``."""
         ...
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AgentTraits(_Traits):
-    """What a class of agents may declare.
-
-    Attributes:
-        unseeded: Whether it draws its own luck and not from its stream, as a provider does. Forks of its trials
-            (``lockprobe branch``) then take its decisions from the record as far as they can, and ask it nothing.
-        step_seconds: The most seconds that it may take for a decision; Lockprobe's own agents have limits of their own.
-    """
-
-    unseeded: bool = False
-    step_seconds: float = 60.0
 
 
 @runtime_checkable

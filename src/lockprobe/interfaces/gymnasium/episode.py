@@ -46,7 +46,9 @@ class PlainEpisode:
         self.actions: list[int] = []
         self._settings, plan = settings, settings.plan(key)
         self._flips = settings.flips or ()
-        self._luck = [plan.luck.stream(f"{flip.stream}-{place}") for place, flip in enumerate(self._flips)]
+        self._luck = [
+            functools.partial(plan.luck.at, f"{flip.stream}-{place}") for place, flip in enumerate(self._flips)
+        ]
         box = settings.study.box
         self._space, self._listing = settings.state_space, listing(settings, plan)
         self._target = self._listing.index(self._space.target)
@@ -60,7 +62,7 @@ class PlainEpisode:
         self.actions.append(action)
         taken = len(self.actions)
         drawn = [
-            stream.at(taken).random(flip.numbers(len(self._listing))).tolist()
+            stream(taken).random(flip.numbers(len(self._listing))).tolist()
             for stream, flip in zip(self._luck, self._flips, strict=True)
         ]
         self._moved = bool(self._space.may_move[self._configuration, joint])
