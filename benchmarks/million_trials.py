@@ -24,8 +24,9 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.results_hash import stored_hash
+
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import read
 
 AGENTS = ("random", "random-no-repeat", "round-robin", "human-inspired", "cognitive:perseverant")

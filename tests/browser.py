@@ -23,8 +23,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.people.experiment import Experiment, filled, read_words
 from lockprobe.people.web.address import Address
 from lockprobe.people.web.app import opened
-from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import replaced_records
+from lockprobe.studies.records.read_records import load, replaced_records
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.pictures.picture import Picture

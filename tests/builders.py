@@ -15,7 +15,6 @@ from lockprobe.foundation.spec import group_of
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
@@ -176,17 +175,15 @@ def play_study(study: Study) -> list[Trial]:
 
 def write_study(directory: Path, study: Study, trials: Iterable[Trial] | None = None) -> Path:
     """A study directory with these trials, or with all of the study, really played."""
-    played = (
-        _played(study) if trials is None else [(t, Timing(key=t.key, seconds=1.0, steps=len(t.steps))) for t in trials]
-    )
+    played = _played(study) if trials is None else [(t, 1.0) for t in trials]
     with Journal.open(directory, study) as journal:
-        for trial, timing in played:
-            journal.append(trial, timing)
+        for trial, seconds in played:
+            journal.append(trial, seconds)
     return directory
 
 
-def _played(study: Study) -> list[tuple[Trial, Timing]]:
-    async def play_all() -> list[tuple[Trial, Timing]]:
+def _played(study: Study) -> list[tuple[Trial, float]]:
+    async def play_all() -> list[tuple[Trial, float]]:
         return [await play_timed(plan, resolve(agent).make()) for agent in study.agents for plan in study.plans(agent)]
 
     return asyncio.run(play_all())

@@ -6,13 +6,12 @@ import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.spec import PEOPLE, group_of
 from lockprobe.studies.costs.call_log import Calls, logged_calls
-from lockprobe.studies.records.store import STORE, checksum, read, write_acts, written
-from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of
+from lockprobe.studies.records.store import INSERT, STORE, checksum, read, row_of, write_acts, written
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.trial_json import TrialReader
 
@@ -25,10 +24,17 @@ def sql(directory: Path, statement: str, *values: object) -> list[Any]:
     return [row[0] if len(row) == 1 else row for row in rows]
 
 
+class Timing(NamedTuple):
+    """How long a trial took, as its row says it."""
+
+    key: str
+    seconds: float
+    steps: int
+
+
 def timings(directory: Path) -> list[Timing]:
     """How long the trials that count took."""
-    found = sql(directory, "select key, seconds, steps, cpu from trial where current order by id")
-    return [Timing(key=key, seconds=seconds, steps=steps, cpu=cpu) for key, seconds, steps, cpu in found]
+    return [Timing(*one) for one in sql(directory, "select key, seconds, steps from trial where current order by id")]
 
 
 def records(directory: Path) -> list[dict[str, Any]]:
@@ -44,22 +50,20 @@ def rewrite(
         writing.execute("delete from trial")
         for one, identity in zip(objects, identities, strict=True):
             row = _row(json.dumps(one, ensure_ascii=False, separators=(",", ":")).encode(), identity, seconds)
-            writing.execute("update trial set current = 0 where key = ?", (row.key,))
+            writing.execute("update trial set current = 0 where key = ?", row[:1])
             writing.execute(INSERT, row)
 
 
-def _row(record: bytes, identity: str, seconds: float) -> TrialRow:
+def _row(record: bytes, identity: str, seconds: float) -> tuple[object, ...]:
     """A record as it is stored; one that is none has the columns that it would have."""
     try:
-        trial = TrialReader().read(record)
+        return row_of(TrialReader().read(record), seconds, identity, zlib.compress(record))
     except LockprobeError:
         raw = json.loads(record)
         agent = raw["agent"]
         player = agent if group_of(agent) == PEOPLE else ""
-        place = raw["condition"], raw["repetition"], raw["trial"], None, raw["ending"], False, len(raw["steps"])
-        return TrialRow(raw["key"], group_of(agent), player, *place, seconds, "", identity, None, zlib.compress(record))
-    timing = Timing(key=trial.key, seconds=seconds, steps=len(trial.steps))
-    return row_of(trial, timing, identity)._replace(record=zlib.compress(record))
+        place = raw["condition"], raw["repetition"], raw["trial"], None, raw["ending"], "", False, len(raw["steps"])
+        return (raw["key"], group_of(agent), player, *place, seconds, identity, zlib.compress(record))
 
 
 def store_lines(directory: Path) -> None:

@@ -9,7 +9,6 @@ from pathlib import Path
 from lockprobe.agents.catalogue import resolve
 from lockprobe.people.diary import Answers, Attempt, Did, Joined, Slot, write_entry
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
@@ -88,7 +87,7 @@ def take_part(
                 ended = trial.ending if step is trial.steps[-1] else None
                 did("box", act, box=box, step=step.step, told=step.told, ended=ended)
             if leaves is None:
-                journal.append(trial, Timing(key=trial.key, seconds=1.5, steps=len(trial.steps)))
+                journal.append(trial, 1.5)
                 finished.append(trial)
                 did("over", READ, box=box)
         if left_after is None:

@@ -12,7 +12,7 @@ class Here:
 
     nodes = (("head", 0), ("one\x1b", 2))
 
-    def each(self, begin, jobs, hear, *, together):
+    def each(self, begin, jobs, *, at_once):
         work = begin()
         return ((job, work(job)) for job in jobs)
 

@@ -105,7 +105,7 @@ def test_what_is_sound_of_a_damaged_study_is_saved_and_the_rest_is_played_again(
     whole, there = load(damaged), records(damaged)
     damage(damaged)
     before, new = (damaged / "study.db").read_bytes(), tmp_path / "new"
-    status, _, said = lockprobe("status", damaged)
+    status, _, said = lockprobe("export", damaged)
     assert (status, said.count("\n")) == (2, 1)
     assert f"save the rest: `lockprobe import NEW {damaged}`, where NEW does not exist yet" in said
     status, printed, said = lockprobe("import", new, damaged)

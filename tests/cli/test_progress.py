@@ -13,7 +13,6 @@ from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Decision, Step
 
@@ -41,7 +40,7 @@ def test_after_a_resume_trials_are_of_the_study_and_the_time_left_is_of_this_run
         assert "… left" in progress.line()
         clock[0] = 20.0
         broken = make_trial([0], trial=53, broken="plant")
-        progress.trial(broken, Timing(key=broken.key, seconds=1, steps=1))
+        progress.trial(broken, 1)
     assert progress.line().startswith("random  53/55 trials · 52 of 52 solved")
     assert "40 s left" in progress.line()
     assert progress.line().endswith("1 error: plant 1")

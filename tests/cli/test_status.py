@@ -111,26 +111,12 @@ def test_errors_are_told_by_boundary_with_the_first_of_each(tmp_path, told):
 
 
 def test_replies_that_were_asked_for_again_are_no_errors_and_are_counted(tmp_path, told):
-    trial = make_trial(SOLUTION, agent=DEAR)
-    decisions = [replace(step.decision, replies=("{", "{}")[i % 2 :]) for i, step in enumerate(trial.steps)]
-    steps = tuple(replace(step, decision=one) for step, one in zip(trial.steps, decisions, strict=True))
-    write_study(tmp_path / "s", planned(DEAR), [replace(trial, steps=steps)])
+    write_study(tmp_path / "s", planned(DEAR), [make_trial(SOLUTION, agent=DEAR)])
+    written(tmp_path / "s", *(replied(step=step, turn=turn) for step, turn in ((1, 1), (2, 1), (2, 2), (3, 1), (3, 2))))
     facts, lines = told(tmp_path / "s")
-    assert facts["asked_again"] == {DEAR: {"replies": 6, "asked_again": 2}}
+    assert facts["asked_again"] == {DEAR: {"replies": 5, "asked_again": 2}}
     at = lines.index("errors      none")
-    assert lines[at + 1] == f"replies     2 of 6 replies of {DEAR} could not be used and were asked for again"
-
-
-def test_without_a_log_of_calls_it_says_what_decisions_used(tmp_path, told):
-    trial = make_trial(SOLUTION, agent=DEAR)
-    usage = Usage(calls=2, input_tokens=1_000_000, output_tokens=100)
-    steps = tuple(replace(step, decision=replace(step.decision, usage=usage, served="dear-0")) for step in trial.steps)
-    write_study(tmp_path / "s", planned(DEAR), [replace(trial, steps=steps)])
-    facts, _ = told(tmp_path / "s")
-    assert (facts["calls"], facts["input_tokens"], facts["output_tokens"]) == (8, 4_000_000, 400)
-    assert facts["dollars"] == pytest.approx(12.004)
-    assert facts["served"] == {"dear-0": 4}
-    assert (facts["in_progress"], facts["unanswered_calls"]) == (0, 0)
+    assert lines[at + 1] == f"replies     2 of 5 replies of {DEAR} could not be used and were asked for again"
 
 
 RUNNING = """
@@ -138,12 +124,11 @@ import asyncio, sys
 from builders import SOLUTION, call_of, make_trial
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.trial.model_call import Usage
 agent = "llm:fake/dear"
 with Journal.open(sys.argv[1], read_study(sys.argv[1])) as journal:
     trial, second, third = (make_trial(SOLUTION, agent=agent, trial=number) for number in (1, 2, 3))
-    journal.append(trial, Timing(key=trial.key, seconds=1.0, steps=len(trial.steps)))
+    journal.append(trial, 1.0)
     journal.calls.write(call_of(second, usage=Usage(calls=1, input_tokens=1000)))
     asyncio.run(journal.calls.reserve(call_of(third, reply=None, most=Usage(calls=1, input_tokens=2000))))
     with journal.store.transaction() as writing:  # and one that is not committed

@@ -30,9 +30,8 @@ from lockprobe.report.write import write_report
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.merge import gather, source_of_directory
-from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.results_hash import stored_hash
+from lockprobe.studies.records.merge import gather
+from lockprobe.studies.records.read_records import load, results_hash, stored_records
 from lockprobe.studies.records.store import read
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.running.trial_setup import play_timed
@@ -479,7 +478,7 @@ def test_what_no_check_can_find_is_said_and_is_found_by_a_published_hash(played,
     directory = played("sabotaged", tmp_path / "out")
     study = read_study(directory)
     with read(directory) as store:
-        settings, results = study.settings_hash, stored_hash(store, study)
+        settings, results = study.settings_hash, results_hash(study, stored_records(store))
     files = Evidence(directory)
     NOT_FOUND[name](files)
     files.save()
@@ -493,7 +492,7 @@ def test_what_no_check_can_find_is_said_and_is_found_by_a_published_hash(played,
 def test_files_beside_the_records_are_held_against_them(played, tmp_path):
     directory = played("client", tmp_path / "client")
     for _ in range(2):  # attempts come with an import, once
-        gather(tmp_path / "merged", [source_of_directory(directory)])
+        gather(tmp_path / "merged", [directory])
     assert failing(tmp_path / "merged") == {}
     sql(directory, "delete from attempt")
     assert len(failing(directory)["attempts"]) == 4

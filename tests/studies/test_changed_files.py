@@ -13,14 +13,13 @@ from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import Timing
 
 STUDY = study(StudyOptions(agent=["random"], trials=3, repetitions=1, p=[0]))
 TRIALS = [make_trial([0, 1], budget=2, trial=number) for number in (1, 2, 3)]
 
 
 def append(journal, trial):
-    journal.append(trial, Timing(key=trial.key, seconds=1, steps=len(trial.steps)))
+    journal.append(trial, 1)
 
 
 def replaced(path):

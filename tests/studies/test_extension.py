@@ -10,7 +10,7 @@ from lockprobe.studies.decisions import block_orders
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.merge import gather, source_of_directory
+from lockprobe.studies.records.merge import gather
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
 from lockprobe.studies.until import Until
@@ -57,8 +57,8 @@ def test_another_agent_or_an_import_forgets_no_earlier_plan(small, tmp_path):
     assert read_study(small).earlier == (plan,)
     assert read_study(small).agents == ("random", "round-robin")
     other = write_study(tmp_path / "other", replace(SMALL, trials=3, agents=("human-inspired",)))
-    gather(tmp_path / "both", [source_of_directory(other), source_of_directory(small)])
-    gather(other, [source_of_directory(small)])
+    gather(tmp_path / "both", [other, small])
+    gather(other, [small])
     assert read_study(tmp_path / "both").earlier == read_study(other).earlier == (plan,)
 
 

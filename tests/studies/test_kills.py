@@ -26,9 +26,8 @@ from lockprobe.studies.costs.call_log import logged_calls, read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.read_records import load, replaced_records
 from lockprobe.studies.records.store import read
-from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.running.runner import Limits, run_study
 
 SPEC = "llm:openai-api/fake/model"

@@ -12,12 +12,11 @@ from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.costs.estimate import Estimate, estimates, simulated_seconds
+from lockprobe.studies.costs.estimate import Estimate, estimates
 from lockprobe.studies.costs.spending import Spending
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import on_record
-from lockprobe.studies.records.store import STORE, read
-from lockprobe.studies.records.trial_rows import OnRecord
+from lockprobe.studies.records.store import STORE, OnRecord, read
 from lockprobe.studies.study import Study
 
 
@@ -80,9 +79,9 @@ def print_estimates(study: Study, directory: Path, *, json: bool) -> None:
     if is_there(directory / STORE):
         with read(directory) as store:
             done = on_record(store, read_study(directory))
-    found, seconds = estimates(study, done), simulated_seconds(study, done)
+    found = estimates(study, done)
     if json:
-        print(json_.dumps({"estimate": [estimate_facts(one) for one in found], "simulated_seconds": seconds}))
+        print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))
         return
     for one in found:
         print("\n".join(estimate_lines(one)))
@@ -90,9 +89,6 @@ def print_estimates(study: Study, directory: Path, *, json: bool) -> None:
             print("\n".join(map(printable, price_lines(Spec.parse(one.agent).name))))
     if not found:
         print("No cost: no trial that asks a provider is owed.")
-    if seconds is not None:
-        least, most = (f"{one / 60:.0f} min" if one >= 120 else f"{one:.0f} s" for one in seconds)
-        print(f"Simulated boxes: about {least} to {most} in one process of this machine; workers share it.")
 
 
 def spent_in_words(spent: Spending) -> str:

@@ -22,9 +22,8 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import make_private, read_diaries, take_diaries
 from lockprobe.people.experiment import EXPERIMENT, TEXTS
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
-from lockprobe.studies.records.merge import MergeSource, gather, source_of_directory
+from lockprobe.studies.records.merge import check_source, gather, save_sound_rows
 from lockprobe.studies.records.picture_store import ALBUM
-from lockprobe.studies.records.salvage import save_sound_rows
 
 _SOURCES = "The directory of another study."
 
@@ -40,14 +39,11 @@ def take(
     taken.
     """
     with ExitStack() as held:
-        found = [_source(path, directory, held) for path in sources]
-        directories, coming = [source.directory for source in found], list[str]()
-        gathered = gather(
-            directory, found, beside=lambda journal: coming.extend(take_diaries(journal.store, directories))
-        )
+        found, coming = [_sound(path, directory, held) for path in sources], list[str]()
+        gathered = gather(directory, found, beside=lambda journal: coming.extend(take_diaries(journal.store, found)))
         if coming:
             make_private(directory)
-            for source in directories:
+            for source in found:
                 _copy_settings_for_people(source, directory)
     if json:
         print(json_.dumps({**asdict(gathered), "participants": len(coming)}))
@@ -67,7 +63,8 @@ def take(
     print(printable(" ".join([*said, f"Report: lockprobe report {directory}"])))
 
 
-def _source(path: Path, directory: Path, held: ExitStack) -> MergeSource:
+def _sound(path: Path, directory: Path, held: ExitStack) -> Path:
+    """A directory from which everything can be taken: the one that is named, or what is sound of it."""
     if path.resolve() == directory.resolve():
         raise BadValue("SOURCE", str(path), "a directory other than DIR")
     if not path.exists():
@@ -76,14 +73,16 @@ def _source(path: Path, directory: Path, held: ExitStack) -> MergeSource:
         raise BadFile(path, "not a study directory")
     try:
         read_diaries(path)
-        return source_of_directory(path)
+        check_source(path)
     except Damaged as damaged:
         sound = Path(held.enter_context(TemporaryDirectory()))
         saved = save_sound_rows(path, sound)
         _copy_settings_for_people(path, sound)
+        (sound / ALBUM).symlink_to((path / ALBUM).absolute())
         print(printable(damaged.found), file=sys.stderr)
         print(printable(f"Sound in {path}: {count(saved, 'trial')}."), file=sys.stderr)
-        return source_of_directory(sound, path / ALBUM)
+        return sound
+    return path
 
 
 def _copy_settings_for_people(source: Path, into: Path) -> None:

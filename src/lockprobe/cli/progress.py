@@ -26,7 +26,6 @@ from lockprobe.studies.costs.estimate import estimates
 from lockprobe.studies.costs.spending import Budget, Ledger, hosted
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.executor import Observer
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call
@@ -144,7 +143,7 @@ class Progress(Observer):
         self._study, self._journal, where = study, journal, str(journal.directory)
         if hosted(study):
             self._ledger = Ledger(study, read_calls(journal.directory))
-            journal.calls.listen(self.call)
+            journal.calls.listener = self.call
         if self._forks is not None:
             lines = self._forks(journal, owed)
             self.tell("begin", *lines, directory=where, owed=owed, message=" ".join(lines))
@@ -193,7 +192,7 @@ class Progress(Observer):
             facts = {"joint": step.joint, "moved": step.moved, "told_moved": step.told_moved}
             self.tell("step", *([said] if self._shown == key else []), key=key, step=step.step, **facts)
 
-    def trial(self, trial: Trial, timing: Timing) -> None:
+    def trial(self, trial: Trial, seconds: float) -> None:
         """Count a trial; tell of it, and how it goes."""
         error = trial.error
         self._played += 1
@@ -212,7 +211,7 @@ class Progress(Observer):
             key=trial.key,
             ending=trial.ending,
             steps=len(trial.steps),
-            seconds=round(timing.seconds, 3),
+            seconds=round(seconds, 3),
             error=None if error is None else {"boundary": error.boundary, "message": error.message},
             **self.cost(),
         )

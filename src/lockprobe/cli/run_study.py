@@ -16,8 +16,7 @@ from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.results_hash import stored_hash
+from lockprobe.studies.records.read_records import load, results_hash, stored_records
 from lockprobe.studies.running.executor import Limits
 from lockprobe.studies.running.runner import next_plans, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
@@ -97,11 +96,12 @@ def _tell_results(journal: Journal, progress: Progress, *, report: bool, ended: 
     directory, hashes = journal.directory, dict[str, object]()
     if journal.trials:
         study, finished = read_study(directory), done_of(journal)
-        hashes = {"settings_hash": study.settings_hash, "results_hash": stored_hash(journal.store, study)}
+        records = results_hash(study, stored_records(journal.store))
+        hashes = {"settings_hash": study.settings_hash, "results_hash": records}
         planned = planned_now(study, load(directory) if study.until else ())
         so_far = "" if finished == planned else f" so far, {finished} of {planned} trials"
         end = f"(for a paper{so_far}; lockprobe verify DIR --results HASH checks it)"
-        progress.say(f"Results: {hashes['results_hash']} {end}")
+        progress.say(f"Results: {records} {end}")
     lines, facts, page = progress.spent(), dict[str, object](), None
     if not report:
         lines.append(f"No report, as asked; lockprobe report {directory} writes it")

@@ -26,30 +26,34 @@ from lockprobe.studies.costs.call_log import LoggedCall, logged_calls
 from lockprobe.studies.costs.spending import Ledger, Spending, total
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.read_records import Counted, count_records, load
-from lockprobe.studies.records.store import played_in, read
+from lockprobe.studies.records.read_records import Tally, load, tally
+from lockprobe.studies.records.store import read, trials_in
 from lockprobe.studies.study import Study
-from lockprobe.trial.model_call import BROKEN_OFF, Call
-from lockprobe.trial.record import Trial, asked_again
+from lockprobe.trial.model_call import BROKEN_OFF
+from lockprobe.trial.record import Trial
 
 
 def status(directory: Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study."""
     study, logged = read_study(directory), logged_calls(directory)
     with read(directory) as store:
-        records = count_records(store, study)
-        steps, seconds = played_in(store)
+        records = tally(store, study)
+        steps, seconds = store.one("select total(steps), total(seconds) from trial where not current")
+        errors = {one.boundary: next(trials_in(store, "id = ?", one.first)).error for one in records if one.boundary}
         finished = (
             {key for (key,) in store.rows("select key from trial where current and not owed")} if logged else set()
         )
+    steps, seconds = steps + sum(one.steps for one in records), seconds + sum(one.seconds for one in records)
     trials = load(directory, study) if study.until else []
     report, flow = read_result(directory), flow_of(read_diaries(directory), withdrawn(directory))
     facts: dict[str, Any] = {
         "study": study.name,
         "time": time_said(),
         **_played(study, records, trials),
+        "first_errors": {name: error.message for name, error in errors.items() if error is not None},
+        "asked_again": _asked_again(study, logged),
         **_in_progress(logged, finished),
-        "steps": steps,
+        "steps": int(steps),
         "seconds_playing": round(seconds, 1),
         "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
         "forks": sum(not fork.owed_again for fork in read_forks(directory)),
@@ -62,7 +66,7 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     if study.until:
         said, facts["decided"] = decided(study, trials)
         facts["until"] = str(study.until)
-    ledger, forks = _ledger(study, logged, records), _ledger(study, logged_calls(directory / FORKS))
+    ledger, forks = _ledger(study, logged), _ledger(study, logged_calls(directory / FORKS))
     both = total([*ledger.by_agent.values(), *forks.by_agent.values()])
     if json:
         agents = {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()}
@@ -92,50 +96,43 @@ def _in_progress(logged: Sequence[LoggedCall], finished: set[str]) -> dict[str, 
     return {"in_progress": in_progress, "in_progress_calls": begun.total(), "unanswered_calls": len(waiting)}
 
 
-def _played(study: Study, records: Sequence[Counted], trials: Sequence[Trial]) -> dict[str, object]:
+def _played(study: Study, records: Sequence[Tally], trials: Sequence[Trial]) -> dict[str, object]:
     """What is planned, played, owed and broken. ``trials`` are those of a study that stops when it is decided.
 
     People's trials are counted apart from the others.
     """
-    run, people = ([one for one in records if bool(one.trial.player) == of] for of in (False, True))
-    errors = [(one.trial.error, one.number) for one in records if one.trial.error is not None]
-    done = sum(one.number for one in run if not one.trial.owed_again)
-    by_people, planned = study.places_filled(one.trial for one in people), planned_now(study, trials)
+    run, people = ([one for one in records if bool(one.player) == of] for of in (False, True))
+    done, by_people = (sum(one.number for one in own if not one.owed_again) for own in (run, people))
+    errors, planned = Counter[str](), planned_now(study, trials)
+    for one in records:
+        errors.update({one.boundary: one.number} if one.boundary else {})
     return {
         "trials": planned - study.invited,
         "done": done,
         "owed": planned - study.invited - done,
         "people_trials": study.invited,
         "people_done": by_people,
-        "people_solved": sum(one.trial.solved for one in people),
-        "people": len({one.trial.agent for one in people}),
+        "people_solved": sum(one.number for one in people if one.ending == "solved"),
+        "people": len({one.player for one in people}),
         "planned": planned,
         "finished": done + by_people,
         "partial": done + by_people < planned,
-        "solved": sum(one.number for one in run if one.trial.solved),
-        "errors": dict(sum((Counter({error.boundary: number}) for error, number in errors), Counter[str]())),
-        "first_errors": {error.boundary: error.message for error, _ in reversed(errors)},
-        "asked_again": {
-            agent: {"replies": replies, "asked_again": again}
-            for agent, (again, replies) in asked_again(one.trial for one in run).items()
-        },
+        "solved": sum(one.number for one in run if one.ending == "solved"),
+        "errors": errors,
     }
 
 
-def _ledger(study: Study, logged: Sequence[LoggedCall], records: Sequence[Counted] = ()) -> Ledger:
-    """The cost of all calls, and of what decisions of trials without calls on disk used, which were imported."""
+def _asked_again(study: Study, logged: Sequence[LoggedCall]) -> dict[str, dict[str, int]]:
+    """Agent -> its replies, and those of them that were asked for after another one could not be used."""
+    replied = [one.answer for one in logged if one.answer is not None and one.answer.reply is not None]
+    replies, again = (Counter(call.agent for call in replied if call.turn >= turn) for turn in (1, 2))
+    return {study.label_of(agent): {"replies": replies[agent], "asked_again": again[agent]} for agent in again}
+
+
+def _ledger(study: Study, logged: Sequence[LoggedCall]) -> Ledger:
+    """The cost of all calls; those without an answer count as broken off."""
     waiting = [replace(one.asked, error=BROKEN_OFF) for one in logged if one.answer is None and one.asked is not None]
-    answered = [one.answer for one in logged if one.answer is not None]
-    known, used = {call.key for call in answered}, list[Call]()
-    for trial in (one.trial for one in records if one.trial.key not in known):
-        asked = [(step.step, step.decision.usage, step.decision.served) for step in trial.steps]
-        if trial.error is not None:
-            asked.append((trial.error.step, trial.error.usage, ""))
-        for step, usage, served in asked:
-            if usage is not None:
-                call = Call(key=trial.key, step=step, turn=1, request="", reply="", usage=usage, served=served)
-                used.append(replace(call, agent=trial.agent))
-    return Ledger(study, (*waiting, *used, *answered))
+    return Ledger(study, (*waiting, *(one.answer for one in logged if one.answer is not None)))
 
 
 def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

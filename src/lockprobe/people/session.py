@@ -14,7 +14,6 @@ from lockprobe.people.diary import Act, Attempt, Diary, Did, bad_diary, write_en
 from lockprobe.people.scenes import ActRefused, Scene, Scenes, Station, is_asked, view_of
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM
-from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running.paused_trial import PausedTrial
 from lockprobe.trial.loop import Executor
 from lockprobe.trial.plan import Plan
@@ -207,8 +206,7 @@ class Session:
         trial, journal = played.trial, self._opened.journal
         assert trial is not None
         if self._records(box) and journal.owes(trial.key):
-            seconds = max(0.0, self.diary.seconds(box))
-            journal.append(trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps)))
+            journal.append(trial, max(0.0, self.diary.seconds(box)))
 
     def _write(self, *, at: float | None = None, **what: Any) -> None:
         """Write an entry of what happened now, or earlier."""

@@ -17,8 +17,7 @@ from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.picture_store import ALBUM
-from lockprobe.studies.records.store import STORE, read
-from lockprobe.studies.records.trial_rows import unpacked
+from lockprobe.studies.records.store import STORE, read, unpacked
 from lockprobe.trial.pictures.picture import PICTURE_NAME
 
 

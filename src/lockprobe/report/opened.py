@@ -31,9 +31,8 @@ from lockprobe.studies.branch import read_forks
 from lockprobe.studies.decisions import Answer, answers_by_agent, block_orders, broken_by_agent, counted
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.read_records import load, replaced_records
 from lockprobe.studies.records.store import has_joined
-from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 from lockprobe.trial.condition import Condition

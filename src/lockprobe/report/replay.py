@@ -23,7 +23,7 @@ from lockprobe.foundation.errors import ModelFault, ReplyFault, UserMistake
 from lockprobe.foundation.plugins import plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.costs.call_log import KeptReplies
+from lockprobe.studies.costs.call_log import take
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan
@@ -84,21 +84,21 @@ async def played_again(
             if found.kind == "hosted" and not parent:
                 found.choices = _other_replies(trial, replies)
             return found
-        kept = KeptReplies(replies)
-        agent = _agent(trial, found.kind, kept, KeptReplies(parent))
+        kept = [*replies]
+        agent = _agent(trial, found.kind, kept, [*parent])
         found.luck = await _difference(plan, trial, agent)
         if found.luck and not isinstance(agent, _Recorded):  # whether the rest follows from these choices
             found.luck, found.choices = await _difference(plan, trial, _Recorded(trial)), found.luck
             if found.kind == "hosted" and trial.facts.get("prompt") != prompt_fingerprint():
                 found.choices += "; its prompt is not that of this release, so verify it with its own"
-        if found.kind == "hosted" and kept.left and not found.choices:
-            found.choices = f"{len(kept.left)} replies in the log of calls are no part of the record"
+        if found.kind == "hosted" and kept and not found.choices:
+            found.choices = f"{len(kept)} replies in the log of calls are no part of the record"
     except UserMistake as mistake:
         found.luck = str(mistake)
     return found
 
 
-def _agent(trial: Trial, kind: AgentKind, *kept: KeptReplies) -> Agent:
+def _agent(trial: Trial, kind: AgentKind, *kept: list[Call]) -> Agent:
     """The agent that decides again as far as it can be held against something, else one that does as on record."""
     if kind == "strategy":
         return _strategy(trial.agent)
@@ -108,7 +108,7 @@ def _agent(trial: Trial, kind: AgentKind, *kept: KeptReplies) -> Agent:
         from lockprobe.agents.llm.model import ReplayedModel
 
         def recall(step: int, turn: int, request: str) -> Call | None:
-            return next((call for one in kept if (call := one.take(step, turn, request))), None)
+            return next((call for one in kept if (call := take(one, step, turn, request))), None)
 
         return ReplayedModel(trial.facts, trial.agent, recall)
     return _Recorded(trial)

@@ -25,7 +25,7 @@ from lockprobe.report.rows import (
     Row,
 )
 from lockprobe.studies.decisions import planned_now
-from lockprobe.studies.records.results_hash import results_hash
+from lockprobe.studies.records.read_records import in_order, results_hash
 from lockprobe.studies.study import settings_of
 
 _ONE_LOOK = "its P value holds for one look, when all planned trials are played"
@@ -41,7 +41,7 @@ def results_of(numbers: OpenedStudy) -> Results:
         lockprobe=version("lockprobe"),
         study=_settings(numbers),
         settings_hash=study.settings_hash,
-        results_hash=results_hash(study, numbers.trials),
+        results_hash=results_hash(study, in_order(numbers.trials)),
         progress=_progress(numbers),
         design=_design(numbers),
     ).with_rows(map(_at_every_look, rows) if numbers.every_look else rows)

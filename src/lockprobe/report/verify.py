@@ -36,9 +36,8 @@ from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.picture_store import ALBUM
-from lockprobe.studies.records.results_hash import results_hash
+from lockprobe.studies.records.read_records import contradictions, in_order, results_hash
 from lockprobe.studies.records.store import STORE, read
-from lockprobe.studies.records.trial_rows import contradictions
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture
@@ -162,7 +161,7 @@ def _settings(of: _PlayedAgain) -> Iterator[Check]:
             if (found := InterventionTraits.of(made).doses) != doses:
                 failed.append(f"{condition.label}: the doses of {spec} are {found}, not {doses}")
     yield Check("settings", f"all {len(of.trials)} trials are of seed {own.seed} and of these settings", failed)
-    hashes = {"settings": own.settings_hash, "results": results_hash(own, of.opened.trials)}
+    hashes = {"settings": own.settings_hash, "results": results_hash(own, in_order(of.opened.trials))}
     for what, published in of.published.items():
         if published is not None:
             same = published.strip().lower() == hashes[what]

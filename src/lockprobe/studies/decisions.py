@@ -26,7 +26,7 @@ from lockprobe.statistics.every_look import (
 from lockprobe.statistics.outcomes import BlockOrder
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.why import CONTRASTS, NEEDS, PART
-from lockprobe.studies.records.trial_rows import OnRecord
+from lockprobe.studies.records.store import OnRecord
 from lockprobe.studies.study import Study, trials_planned
 from lockprobe.studies.study_design import design_of
 from lockprobe.studies.until import LOOK_EVERY, EarlierSize, Until

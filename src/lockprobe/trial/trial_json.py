@@ -96,18 +96,6 @@ class TrialReader:
         return step
 
 
-def likeness(trial: Trial) -> bytes | None:
-    """Sixteen bytes that trials have in common if they are alike but for their places, panels and steps.
-
-    None if a record counts by itself: a person's, a fork, an error, and one with what adds up over steps, as usage.
-    """
-    asked = any(step.decision.replies or step.decision.usage or step.decision.tidied for step in trial.steps)
-    if asked or trial.plant or trial.opening_pictures or trial.player or trial.fork or trial.error:
-        return None
-    alike = trial.study, trial.agent, trial.facts, trial.box, trial.condition, trial.ending, trial.replays
-    return blake2b(repr(alike).encode(), digest_size=16).digest()
-
-
 def _parsed(line: bytes | str) -> Trial:
     """The trial on a line whose settings, at least, are possible."""
     try:

@@ -1,7 +1,4 @@
-"""The driver's side of a cluster, with a fake Ray that loses what it is told to lose, and clusters that do not answer.
-
-Time passes only as jobs are done or waited for: nothing depends on how busy this machine is.
-"""
+"""The driver's side of a cluster, with a fake Ray that loses what it is told to lose, and clusters that do not answer."""
 
 import socket
 import sys
@@ -10,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from lockprobe.foundation.errors import BadValue, Missing
-from lockprobe.foundation.workers import Cluster, Lost, cluster, pool
+from lockprobe.foundation.workers import Cluster, Lost, cluster
 
 
 class RayError(Exception):
@@ -23,25 +20,13 @@ class RayTaskError(RayError):
         self.cause = cause
 
 
-class Clock:
-    """The time of the driver and of the workers, no two moments of which are one."""
-
-    now = 0.0
-
-    def monotonic(self):
-        self.now += 1e-6
-        return self.now
-
-    perf_counter = monotonic
-
-
 class FakeRay:
     """Calls are answered in order, in this process. ``lose(actor, jobs)`` names an error instead."""
 
     exceptions = SimpleNamespace(RayError=RayError, RayTaskError=RayTaskError)
 
-    def __init__(self, processors=2, lose=lambda actor, jobs: None, silent=lambda actor, jobs: False):
-        self.processors, self.lose, self.silent = processors, lose, silent
+    def __init__(self, processors=2, lose=lambda actor, jobs: None):
+        self.processors, self.lose = processors, lose
         self.actors = self.calls = 0
         self.killed, self.sizes, self.worked = set(), [], []
 
@@ -69,11 +54,9 @@ class FakeRay:
         return (self.calls, actor, method, None if jobs is None else tuple(jobs))
 
     def wait(self, calls, num_returns, timeout):
-        found = [call for call in calls if not self.silent(call[1], call[3])][:num_returns]
-        pool.time.now += 0 if found else timeout
-        return found, [call for call in calls if call not in found]
+        return calls[:num_returns], calls[num_returns:]
 
-    def get(self, call, timeout):
+    def get(self, call):
         _, actor, method, jobs = call
         if (error := self.lose(actor, jobs)) is not None:
             raise type(error, (RayError,), {})
@@ -89,36 +72,28 @@ class FakeRay:
 
 
 @pytest.fixture(autouse=True)
-def known_time_and_versions(monkeypatch):
-    monkeypatch.setattr(pool, "time", Clock())
+def known_versions(monkeypatch):
     monkeypatch.setattr(cluster, "_versions", lambda: {"lockprobe": "1", "Ray": "2", "Python": "3"})
 
 
 def squares():
-    """Squares a number in a millisecond."""
-
-    def work(job):
-        pool.time.now += 0.001
-        return job * job
-
-    return work
+    return lambda job: job * job
 
 
-def results_of(ray, jobs=range(40), begin=squares):
-    return list(Cluster(ray).each(begin, jobs))
+def results_of(ray, jobs=range(40), at_once=100):
+    return list(Cluster(ray).each(squares, jobs, at_once=at_once))
 
 
-def test_every_job_has_one_result_and_short_ones_are_sent_together_but_not_the_last():
+def test_every_job_has_one_result_and_short_ones_are_sent_together():
     assert sorted(results_of(ray := FakeRay())) == [(job, job * job) for job in range(40)]
     assert ray.actors == 2
     assert ray.killed == {1, 2}
     assert sorted(ray.worked) == list(range(40))
     assert list(Cluster(FakeRay()).map(abs, [-3, 2, -1])) == [3, 2, 1]
-    results_of(ray := FakeRay(), range(5000))
-    assert 200 < max(ray.sizes) <= 250  # a quarter of a second
-    assert ray.sizes[0] == ray.sizes[-1] == 1  # nothing is known yet, and none is waited for at the end
-    results = Cluster(ray := FakeRay()).each(squares, range(400), together=False)
-    assert len(list(results)) == len(ray.sizes) == 400
+    assert {at_once: max(results_of(ray := FakeRay(), range(5000), at_once) and ray.sizes) for at_once in (1, 100)} == {
+        1: 1,
+        100: 100,
+    }
 
 
 @pytest.mark.parametrize("lost", [0, 7, 39])
@@ -132,9 +107,8 @@ def test_a_lost_actors_jobs_are_done_by_another_one_each_alone(lost):
 
     ray = FakeRay(lose=lose)
     assert sorted(results_of(ray)) == [(job, job * job) for job in range(40)]
-    assert ray.actors == 3
-    assert ray.killed == {1, 2, 3}
-    assert sent[1] == (lost,)
+    assert ray.killed == {*range(1, ray.actors + 1)} >= {1, 2, 3}
+    assert sent[1:] == [(lost,)]
 
 
 def test_a_job_that_kills_every_actor_is_given_up_and_the_others_are_done():
@@ -146,16 +120,9 @@ def test_a_job_that_kills_every_actor_is_given_up_and_the_others_are_done():
 
 def test_losses_in_a_row_end_the_work():
     with pytest.raises(
-        Missing, match="workers were lost 3 times in a row, with nothing finished in between .ActorDiedError"
+        Missing, match="workers were lost 4 times in a row, with nothing finished in between .ActorDiedError"
     ):
         results_of(FakeRay(lose=lambda actor, jobs: "ActorDiedError"))
-
-
-def test_an_actor_that_does_not_answer_for_ten_minutes_is_given_up():
-    ray = FakeRay(processors=1, silent=lambda actor, jobs: actor == 1 and jobs is not None)
-    assert sorted(results_of(ray, range(5))) == [(job, job * job) for job in range(5)]
-    assert ray.actors == 2
-    assert 600 < pool.time.now < 603
 
 
 @pytest.mark.parametrize("address", ["", "here", "host:", ":1", "host:0", "host:x", "ray://host:1", "host:99999"])

@@ -8,11 +8,12 @@ import signal
 import struct
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from lockprobe.foundation.errors import BadFile, Missing, UserMistake
-from lockprobe.foundation.workers import THIS_PROCESS, Lost, Processes, lose, processes, tell
+from lockprobe.foundation.workers import THIS_PROCESS, Lost, Processes, lose, processes
 
 
 @pytest.fixture(autouse=True)
@@ -104,7 +105,7 @@ def within_a_message(job):
 def leaves_a_child(job):
     """A child that outlives it keeps everything open that it had open."""
     if child := os.fork():
-        tell(child)
+        Path(os.environ["CHILD"]).write_text(f"{child}")
         os._exit(5)
     while True:
         signal.pause()
@@ -114,7 +115,6 @@ FATES = {
     ends: Lost("a worker process died, exit status 3"),
     gives_up: Lost("it hangs in line 8", explained=True),
     within_a_message: Lost("a worker process died, exit status -9"),
-    leaves_a_child: Lost("a worker process died, exit status 5"),
 }
 
 
@@ -122,16 +122,17 @@ def fated():
     return lambda job: job(job) if callable(job) else -job
 
 
-@pytest.mark.parametrize("fate", FATES, ids=lambda fate: fate.__name__)
-def test_a_job_that_ends_its_process_is_lost_alone_and_the_work_goes_on(fate):
-    heard = []
-    try:
-        found = dict(Processes(1).each(fated, [1, fate, 2], heard.append))
-    finally:
-        for child in heard:
-            os.kill(child, signal.SIGKILL)
-    assert found == {1: -1, fate: FATES[fate], 2: -2}
-    assert len(heard) == (fate is leaves_a_child)
+@pytest.mark.parametrize("at_once", [1, 4])
+def test_a_job_that_ends_its_process_is_lost_alone_and_the_work_goes_on(at_once):
+    jobs = [1, *FATES, 2, *range(3, 30)]
+    assert dict(Processes(1).each(fated, jobs, at_once=at_once)) == {job: FATES.get(job) or -job for job in jobs}
+
+
+def test_a_child_of_a_dead_process_keeps_nobody_waiting(tmp_path, monkeypatch):
+    monkeypatch.setenv("CHILD", str(tmp_path / "child"))
+    found = dict(Processes(1).each(fated, [leaves_a_child, 1]))
+    os.kill(int((tmp_path / "child").read_text()), signal.SIGKILL)
+    assert found == {leaves_a_child: Lost("a worker process died, exit status 5"), 1: -1}
 
 
 def mistaken():

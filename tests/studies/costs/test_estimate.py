@@ -16,7 +16,7 @@ from lockprobe.studies.costs.estimate import REPLY, estimates, request_sizes
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.trial_rows import Timing, row_of
+from lockprobe.studies.records.store import OnRecord
 from lockprobe.studies.running.runner import run_study
 from lockprobe.studies.running.single import run_trial
 
@@ -83,13 +83,10 @@ def test_an_agent_is_taken_to_be_blind_or_to_play_to_the_end_and_what_is_done_co
     blind = sum(1 - solved for solved in random_curve(plan.box, 20)[:-1])
     found = estimates(plan, {})[0]
     assert (found.trials, found.low.calls, found.high.calls) == (200, round(200 * blind), 200 * 20)
-    done = {
-        trial.key: row_of(trial, Timing(key=trial.key, seconds=1.0, steps=1), "").known(trial.group)
-        for trial in (
-            make_trial(SOLUTION, agent=SPEC),
-            make_trial([0], agent=SPEC, trial=2, broken="model"),
-        )
-    }
+    done = dict[str, OnRecord]()
+    for trial in (make_trial(SOLUTION, agent=SPEC), make_trial([0], agent=SPEC, trial=2, broken="model")):
+        ended = trial.ending, trial.owed_again, len(trial.steps)
+        done[trial.key] = OnRecord(trial.key, trial.spec, trial.group, "", trial.condition, 1, trial.trial, *ended)
     assert estimates(plan, done)[0].trials == 199  # what broke is owed
     assert estimates(planned("random", "human-inspired"), {}) == []
     assert estimates(planned(trials=1, p=[0]), done) == []

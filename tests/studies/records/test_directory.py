@@ -46,7 +46,7 @@ class Reads(Observer):
     def __init__(self, directory):
         self.directory, self.told, self.missing = directory, [], []
 
-    def trial(self, trial, timing):
+    def trial(self, trial, seconds):
         self.told.append(trial.key)
         self.missing += [] if trial in load(self.directory) else [trial.key]
 

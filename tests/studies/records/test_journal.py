@@ -19,8 +19,7 @@ from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import Timing, replaced_records
+from lockprobe.studies.records.read_records import load, replaced_records
 from lockprobe.studies.running.runner import run
 
 STUDY = study(StudyOptions(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
@@ -99,7 +98,7 @@ ANN, BOB = "participant:aaaa", "participant:bbbb"
 def journal_of(directory, *trials):
     with Journal.open(directory, INVITING) as journal:
         for seconds, trial in enumerate(trials, 1):
-            journal.append(trial, Timing(key=trial.key, seconds=float(seconds), steps=len(trial.steps)))
+            journal.append(trial, float(seconds))
     return directory
 
 
@@ -128,5 +127,5 @@ def test_who_withdraws_is_gone_and_what_others_played_of_the_same_trial_counts(t
     assert gone not in {one.agent for one in (*load(tmp_path), *replaced_records(tmp_path))}
     assert gone.encode() not in b"".join(map(zlib.decompress, sql(tmp_path, "select record from trial")))
     with Journal.open(tmp_path, INVITING) as journal:
-        journal.append(trial("participant:dddd", 3), Timing(key=trial(ANN, 3).key, seconds=9.0, steps=3))
+        journal.append(trial("participant:dddd", 3), 9.0)
     assert load(tmp_path)[-1].agent == "participant:dddd"

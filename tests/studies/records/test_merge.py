@@ -7,12 +7,12 @@ from builders import call_of, make_trial, play_study, small_study, write_study
 from stored import call_log, contents, records, rewrite, sql
 from taking_part import take_part
 
-from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.merge import gather, source_of_directory
+from lockprobe.studies.records.merge import gather
 from lockprobe.studies.records.read_records import load
 from lockprobe.trial.pictures.picture import Picture
 
@@ -32,7 +32,7 @@ def write_calls(directory, calls):
 
 
 def test_a_directory_that_does_not_exist_becomes_the_study(tmp_path):
-    sources = [source_of_directory(write_study(tmp_path / agent, only(agent))) for agent in ALL.agents]
+    sources = [write_study(tmp_path / agent, only(agent)) for agent in ALL.agents]
     gathered = gather(tmp_path / "new", sources)
     assert (gathered.taken, gathered.agents) == (16, ALL.agents)
     assert read_study(tmp_path / "new") == ALL
@@ -43,11 +43,11 @@ def test_what_is_there_is_left_alone_and_what_is_owed_is_taken(tmp_path):
     broken = make_trial([], p=0.4, repetition=2, trial=2, broken="model")
     here = write_study(tmp_path / "here", only("random"), [*trials[:3], broken])
     there = write_study(tmp_path / "there", only("random"), [*trials[1:]])
-    gathered = gather(here, [source_of_directory(there)])
+    gathered = gather(here, [there])
     assert (gathered.taken, gathered.there, gathered.agents) == (5, 2, ())
     assert {trial.key: trial for trial in load(here)} == {trial.key: trial for trial in trials}
     before = records(here)
-    again = gather(here, [source_of_directory(there)])
+    again = gather(here, [there])
     assert (again.taken, again.there) == (0, 7)
     assert records(here) == before
 
@@ -59,7 +59,7 @@ def test_what_two_sources_have_alike_is_no_difference(tmp_path):
     broken = [replace(one, ending="error", error=make_trial((), broken="model").error, steps=()) for one in trials[:1]]
     for name, held in {"a": trials[:8], "b": trials[4:], "c": trials, "d": broken}.items():
         write_study(tmp_path / name, study, held)
-    sources = [source_of_directory(tmp_path / name) for name in "abc"]
+    sources = [tmp_path / name for name in "abc"]
     for directory in (tmp_path / "new", tmp_path / "d"):
         found = gather(directory, sources)
         assert (found.taken, found.there, found.different) == (12, 16, 0)
@@ -67,7 +67,7 @@ def test_what_two_sources_have_alike_is_no_difference(tmp_path):
         assert (again.taken, again.there, again.different) == (0, 36, 0)
     odd = replace(trials[5], opening="other words")
     write_study(tmp_path / "e", study, [odd])
-    found = gather(tmp_path / "newer", [sources[0], source_of_directory(tmp_path / "e")])
+    found = gather(tmp_path / "newer", [sources[0], tmp_path / "e"])
     assert (found.taken, found.there, found.different) == (8, 1, 1)
 
 
@@ -88,7 +88,7 @@ def test_trials_of_another_study_are_refused_in_one_line(tmp_path, other, said):
     there = write_study(tmp_path / "there", replace(only("human-inspired"), **other))
     before = read_study(here)
     with pytest.raises(BadFile, match=said):
-        gather(here, [source_of_directory(there)])
+        gather(here, [there])
     assert read_study(here) == before
     assert len(load(here)) == 8
 
@@ -98,7 +98,7 @@ def test_another_model_under_the_same_name_is_refused(tmp_path):
     here = write_study(tmp_path / "here", only("random"), trials[:1])
     there = write_study(tmp_path / "there", only("random"), trials[1:])
     with pytest.raises(BadFile, match="random is not the same there"):
-        gather(here, [source_of_directory(there)])
+        gather(here, [there])
     assert len(load(here)) == 1
 
 
@@ -111,7 +111,7 @@ def test_pictures_and_calls_come_along(tmp_path):
     (there / "pictures" / png.name).write_bytes(png.png)
     call = call_of(trial)
     write_calls(there, [call])
-    gathered = gather(tmp_path / "here", [source_of_directory(there)])
+    gathered = gather(tmp_path / "here", [there])
     assert gathered.pictures_missing == 1
     assert (tmp_path / "here" / "pictures" / png.name).read_bytes() == png.png
     assert list(read_calls(tmp_path / "here")) == [call]
@@ -136,15 +136,15 @@ def with_calls(directory, calls, trials=()):
 def test_an_import_that_is_broken_off_took_nothing_and_counts_no_call_twice(tmp_path, monkeypatch, new, stop):
     trials = [make_trial([0] * 20, trial=i, pictures=[{"rgb": "0" * 20 + ".png"}]) for i in (1, 2)]
     calls = [asked(2), asked(1, reply=None), asked(1, reply=None), asked(1), asked(2, 2)]
-    there, here = source_of_directory(with_calls(tmp_path / "there", calls, trials)), tmp_path / "here"
+    there, here = with_calls(tmp_path / "there", calls, trials), tmp_path / "here"
     if not new:
         write_study(here, only("round-robin"))
     before, append = contents(here), Journal.append
 
-    def broken_off(journal, trial, timing, row=None):
+    def broken_off(journal, trial, seconds, record=None):
         if trial.trial == 2:
             raise stop
-        append(journal, trial, timing, row)
+        append(journal, trial, seconds, record)
 
     with monkeypatch.context() as broken:
         broken.setattr(Journal, "append", broken_off)
@@ -159,24 +159,23 @@ def test_an_import_that_is_broken_off_took_nothing_and_counts_no_call_twice(tmp_
 
 
 def test_what_was_paid_for_a_trial_that_is_not_finished_comes_along_and_is_gone_on_from(tmp_path):
-    foreign = call_of(make_trial([], trial=9), request="of 1")
     broken = make_trial([0], trial=2, broken="model")
-    calls = [asked(1), asked(1, 2), asked(2), asked(2, 2, reply=None), foreign]
-    there = source_of_directory(with_calls(tmp_path / "there", calls, [broken]))
+    calls = [asked(1), asked(1, 2), asked(2), asked(2, 2, reply=None)]
+    there = with_calls(tmp_path / "there", calls, [broken])
     here = tmp_path / "here"
     gathered = gather(here, [there])
     assert (gathered.taken, gathered.unfinished, gathered.replies, gathered.agents) == (0, 2, 3, ("random",))
-    assert list(read_calls(here)) == calls[:4]
+    assert list(read_calls(here)) == calls
     with Journal.open(here, read_study(here)) as journal:
         assert journal.calls.of(PLANS[0]).recall(2, 1, "of 2") == calls[1]
     assert gather(here, [there]).replies == 0
-    assert list(read_calls(here)) == calls[:4]
+    assert list(read_calls(here)) == calls
 
 
 def test_of_two_beginnings_the_one_that_is_there_goes_on_and_its_own_continuation_is_taken(tmp_path):
     here = with_calls(tmp_path / "here", [asked(1), asked(2, reply="mine")])
     there = with_calls(tmp_path / "there", [asked(1), asked(1, 2), asked(2), asked(2, 2)])
-    assert gather(here, [source_of_directory(there)]).replies == 1
+    assert gather(here, [there]).replies == 1
     assert list(read_calls(here)) == [asked(1), asked(2, reply="mine"), asked(1, 2)]
 
 
@@ -188,7 +187,7 @@ def test_people_of_two_places_are_one_group_and_each_trial_is_played_once(tmp_pa
     take_part(here, PEOPLE, "aaaa01", [(0.4, 1, 1)])
     mine = records(here)
     take_part(there, PEOPLE, "bbbb02", [(0.4, 1, 1), (0.0, 1, 2)])
-    gathered = gather(here, [source_of_directory(there)])
+    gathered = gather(here, [there])
     assert (gathered.taken, gathered.there, gathered.agents) == (1, 1, ())
     assert records(here)[:1] == mine
     assert [trial.agent for trial in load(here)] == ["participant:aaaa01", "participant:bbbb02"]
@@ -199,6 +198,6 @@ def test_nobody_comes_in_under_an_id_that_is_none(tmp_path):
     take_part(there, PEOPLE, "aaaa01", [(0.4, 1, 1)])
     (record,) = records(there)
     rewrite(there, [record | {"agent": "participant:../../x"}], sql(there, "select identity from trial"))
-    with pytest.raises(BadFile, match="participant:ID with 4 to 32"):
-        gather(tmp_path / "here", [source_of_directory(there)])
+    with pytest.raises(BadValue, match="participant:ID with 4 to 32"):
+        gather(tmp_path / "here", [there])
     assert not (tmp_path / "here").exists()

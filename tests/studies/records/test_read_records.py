@@ -15,11 +15,11 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.storage.database import Damaged
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.studies.records import trial_rows
+from lockprobe.studies.records import store
 from lockprobe.studies.records.directory import write_settings
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.picture_store import Album
-from lockprobe.studies.records.read_records import load, on_record
+from lockprobe.studies.records.picture_store import keep_picture
+from lockprobe.studies.records.read_records import load, on_record, replaced_records
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.records.store import read
 from lockprobe.studies.running.runner import run, run_study
@@ -56,8 +56,8 @@ def test_records_of_other_settings_are_refused_wherever_they_are_read(tmp_path, 
     write_settings(tmp_path, here)
 
     def counted():
-        with read(tmp_path) as store:
-            on_record(store, here)
+        with read(tmp_path) as opened:
+            on_record(opened, here)
 
     for use in (partial(load, tmp_path), counted, partial(run_study, here, tmp_path)):
         with pytest.raises(BadFile, match="which is no trial of the study in study.json: put back the one"):
@@ -71,7 +71,7 @@ def test_the_last_record_of_a_trial_that_was_owed_counts(tmp_path):
     directory = write_study(tmp_path, STUDY, [broken, played, make_trial([0, 1], budget=2, trial=2)])
     assert len(load(directory)) == 2
     assert load(directory)[0] == played
-    assert trial_rows.replaced_records(directory) == [broken]
+    assert replaced_records(directory) == [broken]
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_the_last_record_of_a_trial_that_was_owed_counts(tmp_path):
     ],
 )
 def test_a_record_that_is_none_is_named_with_its_trial_and_nothing_is_overwritten(tmp_path, monkeypatch, damage, why):
-    monkeypatch.setattr(trial_rows, "LARGEST_INPUT", 100_000)
+    monkeypatch.setattr(store, "LARGEST_INPUT", 100_000)
     write_study(tmp_path, STUDY, [make_trial([0, 1, 2] * 6 + [0, 1])])
     (record,) = sql(tmp_path, "select record from trial")
     sql(tmp_path, "update trial set record = ?", damage(record))
@@ -146,9 +146,8 @@ ONE, TWO = Picture(kind="rgb", png=b"one"), Picture(kind="depth16", png=b"two", 
 
 
 def test_every_picture_is_kept_under_its_name(tmp_path):
-    album = Album(tmp_path / "pictures")
     for picture in (ONE, TWO, ONE):
-        album.keep(picture)
+        keep_picture(tmp_path / "pictures", picture)
     kept = {path.name: path.read_bytes() for path in (tmp_path / "pictures").iterdir()}
     assert kept == {ONE.name: b"one", TWO.name: b"two"}
 
@@ -156,4 +155,4 @@ def test_every_picture_is_kept_under_its_name(tmp_path):
 def test_an_album_that_cannot_be_written_is_said_in_one_line(tmp_path):
     (tmp_path / "pictures").write_text("in the way")
     with pytest.raises(BadFile, match=r"pictures.*\.png: cannot be written"):
-        Album(tmp_path / "pictures").keep(Picture(kind="rgb", png=b"picture"))
+        keep_picture(tmp_path / "pictures", Picture(kind="rgb", png=b"picture"))

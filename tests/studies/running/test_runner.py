@@ -25,7 +25,6 @@ from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.trial_rows import Timing
 from lockprobe.studies.running import executor, runner
 from lockprobe.studies.running.runner import Limits, owe_anew, run
 
@@ -150,7 +149,7 @@ def written(directory):
     with Journal.open(directory, STUDY) as journal:
         journal.calls.write(call)
         for trial in (UNUSABLE, BROKEN, SOLVED):
-            journal.append(trial, Timing(key=trial.key, seconds=3.0, steps=1))
+            journal.append(trial, 3.0)
     return call
 
 
@@ -170,7 +169,7 @@ def test_the_new_trial_makes_calls_of_its_own_and_those_of_the_old_one_count_as_
     with Journal.open(tmp_path, STUDY) as journal:
         owe_anew(journal, "reply")
         assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r") is None
-        journal.append(make_trial([0], budget=2, broken="model"), Timing(key=UNUSABLE.key, seconds=1.0, steps=1))
+        journal.append(make_trial([0], budget=2, broken="model"), 1.0)
     with Journal.open(tmp_path, STUDY) as journal:  # the replay was broken off
         assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r") is None
         journal.calls.write(replace(call, reply="usable"))

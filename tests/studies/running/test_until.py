@@ -8,10 +8,11 @@ import pytest
 
 from lockprobe.studies.decisions import answers, counted, due
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.merge import gather, source_of_directory
+from lockprobe.studies.records.merge import gather
+from lockprobe.studies.records.read_records import replaced_records
 from lockprobe.studies.records.shard import Shard
-from lockprobe.studies.records.trial_rows import replaced_records
 from lockprobe.studies.running.runner import next_plans, run, run_study
 from lockprobe.studies.until import EarlierSize
 from lockprobe.trial.record import TrialError
@@ -102,13 +103,13 @@ def test_shards_are_parts_of_a_study_and_whole_blocks_of_one_that_stops(planned,
 def test_merged_parts_go_on_until_they_are_decided_together(tmp_path, every, stopped):
     for i in (1, 2):
         run_study(replace(STUDY, shard=Shard(number=i, of=2)), tmp_path / f"{i}")
-        assert (source_of_directory(tmp_path / f"{i}")).study.shard == Shard(number=i, of=2)
-    gather(tmp_path / "both", [source_of_directory(tmp_path / f"{i}") for i in (1, 2)])
+        assert read_study(tmp_path / f"{i}").shard == Shard(number=i, of=2)
+    gather(tmp_path / "both", [tmp_path / f"{i}" for i in (1, 2)])
     there = run_study(STUDY, tmp_path / "both")
     assert {trial.key for trial in there} >= stopped.keys()
     assert all(trial == every[trial.key] for trial in there)
     assert decided(STUDY, there) == decided(STUDY, stopped.values())
-    assert source_of_directory(tmp_path / "both").study.shard is None
+    assert read_study(tmp_path / "both").shard is None
 
 
 FLAKY = """

@@ -12,14 +12,15 @@ import os
 import platform
 import socket
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import chdir, contextmanager, suppress
+from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any, ClassVar
 
 from lockprobe.foundation.errors import BadValue, Missing, UserMistake
 from lockprobe.foundation.terminal_text import readable
-from lockprobe.foundation.workers.pool import BatchResult, Begin, Lost, Pool
+from lockprobe.foundation.workers.pool import Begin, Lost, Pool
 
 _SETTINGS = {
     "RAY_AUTH_MODE": "token",
@@ -47,15 +48,22 @@ class _Actor:
             mistake = str(error)
         return socket.gethostname(), _versions(), mistake
 
-    def work(self, jobs: Sequence[Any]) -> BatchResult:
-        return BatchResult.of(self._work, jobs)
+    def work(self, jobs: Sequence[Any]) -> list[Any]:
+        return [self._work(job) for job in jobs]
+
+
+@dataclass(slots=True, eq=False)
+class _Hired:
+    """An actor, and its call that has no answer yet."""
+
+    actor: Any
+    call: Any
 
 
 class Cluster(Pool):
     """A connection to a Ray cluster. Use :meth:`connect`."""
 
     losses: ClassVar[int] = 3
-    patience: ClassVar[float] = 600.0
     remedy = "do the nodes of the cluster have memory enough? nothing finished is lost; run the command again"
 
     def __init__(self, ray: Any) -> None:
@@ -109,44 +117,43 @@ class Cluster(Pool):
         """Those of all nodes that are up."""
         return sum(processors for _, processors in self.nodes)
 
-    def hire(self, begin: Begin[Any, Any]) -> tuple[Any, Any]:
+    def hire(self, begin: Begin[Any, Any]) -> _Hired:
         """Create an actor, which starts when a processor is free."""
         actor = self._ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(_Actor).remote(begin)
-        return actor, actor.ready.remote()
+        return _Hired(actor, actor.ready.remote())
 
-    def send(self, worker: Any, jobs: Sequence[Any]) -> Any:
+    def send(self, worker: _Hired, jobs: Sequence[Any]) -> None:
         """Call an actor."""
-        return worker.work.remote(jobs)
+        worker.call = worker.actor.work.remote(jobs)
 
-    def answered(self, references: Sequence[Any], seconds: float, hear: Callable[[Any], None]) -> list[Any]:
-        """The calls that are finished or lost; what actors say meanwhile is not heard."""
-        found, _ = self._ray.wait(list(references), num_returns=1, timeout=seconds)
-        if found and len(references) > 1:
-            found, _ = self._ray.wait(list(references), num_returns=len(references), timeout=0)
-        return list(found)
+    def answers(self, workers: Sequence[_Hired], seconds: float) -> Iterator[tuple[_Hired, Sequence[Any] | Lost]]:
+        """The results of calls that are finished or lost; ``Missing`` if a node has other versions, or lacks something.
 
-    def answer(self, reference: Any) -> BatchResult | Lost:
-        """The result of a call; ``Missing`` if the node has other versions, or lacks something."""
-        errors = self._ray.exceptions
-        try:
-            found = self._ray.get(reference, timeout=self.patience)
-        except errors.RayTaskError as raised:
-            raise (raised.cause or raised) from None
-        except errors.RayError as error:  # lost, or unavailable: then it may have done its work all the same
-            return Lost(type(error).__name__)
-        if isinstance(found, BatchResult):
-            return found
-        host, there, mistake = found
-        other = [f"{name} {there[name]}, not {here}" for name, here in _versions().items() if there[name] != here]
-        if other or mistake:
-            why = f"has {' and '.join(other)}" if other else f"cannot play: {mistake}"
-            raise Missing(readable(f"the node {host} {why}"), "install the same on all nodes")
-        return BatchResult([], 0.0)
+        A lost actor, or one that cannot be reached, may have done its work all the same.
+        """
+        calls = {worker.call: worker for worker in workers}
+        ended, _ = self._ray.wait([*calls], num_returns=1, timeout=seconds)
+        for call in ended:
+            try:
+                found = self._ray.get(call)
+            except self._ray.exceptions.RayTaskError as raised:
+                raise (raised.cause or raised) from None
+            except self._ray.exceptions.RayError as error:
+                yield calls[call], Lost(type(error).__name__)
+                continue
+            if isinstance(found, tuple):
+                host, there, mistake = found
+                here = _versions()
+                other = [f"{name} {there[name]}, not {here[name]}" for name in here if there[name] != here[name]]
+                if other or mistake:
+                    why = f"has {' and '.join(other)}" if other else f"cannot play: {mistake}"
+                    raise Missing(readable(f"the node {host} {why}"), "install the same on all nodes")
+            yield calls[call], [] if isinstance(found, tuple) else found
 
-    def dismiss(self, worker: Any) -> None:
+    def dismiss(self, worker: _Hired, *, idle: bool) -> None:
         """Kill an actor; its pending calls are lost."""
         with suppress(Exception):  # it may be gone
-            self._ray.kill(worker)
+            self._ray.kill(worker.actor)
 
 
 def _versions() -> dict[str, str]:

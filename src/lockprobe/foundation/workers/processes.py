@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import multiprocessing
 import os
 import signal
@@ -18,7 +17,7 @@ from typing import Any, ClassVar, TypeVar
 
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.interrupts import held_back
-from lockprobe.foundation.workers.pool import BatchResult, Begin, Lost, Pool
+from lockprobe.foundation.workers.pool import Begin, Lost, Pool
 
 _J = TypeVar("_J")
 _R = TypeVar("_R")
@@ -27,19 +26,16 @@ _ENDS = 5.0
 """Seconds that a process has to end by itself, and then by a signal."""
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Worker:
     process: SpawnProcess
     pipe: Connection
-    idle: bool = False
-    answer: BatchResult | Lost | UserMistake | None = None
 
 
 class Processes(Pool):
     """Processes of this machine, at most ``count``. Each begins anew, and ends with this one."""
 
     losses: ClassVar[int] = 1
-    patience: ClassVar[float] = math.inf
 
     def __init__(self, count: int = 1) -> None:
         self.count = count
@@ -53,7 +49,7 @@ class Processes(Pool):
         """Their number."""
         return self.count
 
-    def hire(self, begin: Begin[Any, Any]) -> tuple[_Worker, _Worker]:
+    def hire(self, begin: Begin[Any, Any]) -> _Worker:
         """Start a process. It imports nothing from the working directory."""
         context = multiprocessing.get_context("spawn")
         with held_back():
@@ -61,47 +57,33 @@ class Processes(Pool):
             process = context.Process(target=_work, args=(begin, theirs), daemon=True)
             process.start()
         theirs.close()
-        worker = _Worker(process, ours)
-        return worker, worker
+        return _Worker(process, ours)
 
-    def send(self, worker: _Worker, jobs: Sequence[Any]) -> _Worker:
+    def send(self, worker: _Worker, jobs: Sequence[Any]) -> None:
         """Send a batch through the pipe of a process."""
-        worker.idle = False
         with suppress(BrokenPipeError, ConnectionResetError):  # it died while it was idle; what it left says so
             worker.pipe.send(jobs)
-        return worker
 
-    def answered(self, references: Sequence[_Worker], seconds: float, hear: Callable[[Any], None]) -> list[_Worker]:
-        """The processes that have answered or ended."""
-        wait([one for worker in references for one in (worker.pipe, worker.process.sentinel)], timeout=seconds)
-        for worker in references:
-            ended = not worker.process.is_alive()  # looked at first: what it said before is in the pipe by then
-            try:
-                while worker.answer is None and worker.pipe.poll():
-                    said = worker.pipe.recv()
-                    if isinstance(said, BatchResult | Lost | UserMistake):
-                        worker.answer = said
-                    else:
-                        hear(said)
-            except (EOFError, OSError):  # it was killed, perhaps within a message
-                ended = True
-            if ended and worker.answer is None:
+    def answers(self, workers: Sequence[_Worker], seconds: float) -> Iterator[tuple[_Worker, Sequence[Any] | Lost]]:
+        """What processes answered, or how they ended."""
+        wait([one for worker in workers for one in (worker.pipe, worker.process.sentinel)], timeout=seconds)
+        for worker in workers:
+            ended, answer = not worker.process.is_alive(), None  # looked at first: what it said is in the pipe by then
+            with suppress(EOFError, OSError):  # it was killed, perhaps within a message
+                ended |= worker.pipe.poll()
+                answer = worker.pipe.recv() if worker.pipe.poll() else None
+            if isinstance(answer, UserMistake):
+                raise answer
+            if ended and answer is None:
                 worker.process.join()
-                worker.answer = Lost(f"a worker process died, exit status {worker.process.exitcode}")
-        return [worker for worker in references if worker.answer is not None]
+                answer = Lost(f"a worker process died, exit status {worker.process.exitcode}")
+            if answer is not None:
+                yield worker, answer
 
-    def answer(self, reference: _Worker) -> BatchResult | Lost:
-        """What a process answered."""
-        answer, reference.answer, reference.idle = reference.answer, None, True
-        if isinstance(answer, UserMistake):
-            raise answer
-        assert answer is not None
-        return answer
-
-    def dismiss(self, worker: _Worker) -> None:
+    def dismiss(self, worker: _Worker, *, idle: bool) -> None:
         """End a process: an idle one ends itself, with what its agent does at the end; another one is ended."""
         worker.pipe.close()
-        if not worker.idle:
+        if not idle:
             worker.process.terminate()
         for end in (worker.process.terminate, worker.process.kill):
             worker.process.join(_ENDS)
@@ -120,18 +102,10 @@ class _Here:
     pipe: Connection | None = None
 
 
-def tell(said: object) -> None:
-    """Tell the one who hands out jobs something from a worker, while it works; where nobody hears it, nothing happens.
-
-    It is no :class:`BatchResult`, :class:`Lost` or :class:`UserMistake`.
-    """
-    if _Here.pipe is not None:
-        _Here.pipe.send(said)
-
-
 def lose(why: str) -> None:
     """End this worker at once, from any thread; the job that it was doing is lost for this reason."""
-    tell(Lost(why, explained=True))
+    if _Here.pipe is not None:
+        _Here.pipe.send(Lost(why, explained=True))
     os._exit(1)
 
 
@@ -143,13 +117,13 @@ def _work(begin: Begin[Any, Any], pipe: Connection) -> None:
     _Here.pipe = pipe
     try:
         work = begin()
-        pipe.send(BatchResult([], 0.0))
+        pipe.send([])
         while True:
             try:
                 jobs = pipe.recv()
             except (EOFError, OSError):  # the end of the work
                 return
-            pipe.send(BatchResult.of(work, jobs))
+            pipe.send([work(job) for job in jobs])
     except UserMistake as mistake:
         pipe.send(UserMistake(str(mistake)))
     except BaseException:  # noqa: BLE001 - whatever it is and whatever still runs, this worker is lost

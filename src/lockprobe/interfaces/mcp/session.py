@@ -208,19 +208,19 @@ class ToolSession:
         if not playable:
             left = f" ({self.owed} broke and are owed)" if self._owed else ""
             raise CallRefused(f"No trial is left{left}. There is nothing more to do.")
-        plan = next((plan for plan in playable if self._log.under_way(plan.key)), playable[0])
-        if self._most is not None and self._begun >= self._most and not self._log.under_way(plan.key):
+        plan = next((plan for plan in playable if plan.key in self._log.times_begun), playable[0])
+        if self._most is not None and self._begun >= self._most and plan.key not in self._log.times_begun:
             raise CallRefused(f"This session has played its trials ({self._most}). Start the server anew for more.")
         return plan
 
     async def _open(self, plan: Plan, facts: Mapping[str, Fact]) -> None:
         """Open a trial, unless it is over: it had not been recorded, or its box broke."""
-        resumed = self._log.times_begun(plan.key)
+        resumed = self._log.times_begun[plan.key]
         if not resumed or not self._begun:
             self._begun += 1
         trial = await PausedTrial.begin(
             plan,
-            self._log.attempts(plan.key),
+            self._log.attempts.get(plan.key, ()),
             facts={**facts, "position": self._begun, **({"resumed": resumed} if resumed else {})},
             pictures=self._journal.directory / ALBUM,
             place=self._place,
@@ -265,12 +265,11 @@ class ToolSession:
     def _record(self, trial: PausedTrial) -> None:
         """Write a finished trial, unless it is on record."""
         assert trial.trial is not None
-        assert trial.timing is not None
         if not trial.sound:
             self._broken.add(trial.plan.key)
             self._log.broke(trial.plan.key)
         if self._journal.owes(trial.plan.key):
-            self._journal.append(trial.trial, trial.timing)
+            self._journal.append(trial.trial, trial.seconds)
         if not self._journal.owes(trial.plan.key):
             self._owed.pop(trial.plan.key, None)
         self._owed = self._owed or self._due()

@@ -9,10 +9,11 @@ from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing
 from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.inputs import read_input
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.rows import Fact, Results
 from lockprobe.report.section import Part, Section, Template
-from lockprobe.studies.records.picture_store import read_picture
+from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.trial.pictures.frame import from_png, to_png
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.record import Trial, in_words
@@ -77,7 +78,7 @@ def embedded(directory: Path, found: Results) -> dict[str, str]:
 def _small(directory: Path, name: str, kind: PictureKind) -> bytes | None:
     """Of colours, the mean of every block; of depth, one pixel of it: the mean of two codes is the code of neither."""
     try:
-        pixels = from_png(read_picture(directory, name))
+        pixels = from_png(read_input(directory / ALBUM / name))
     except (BadFile, BadValue, Missing):
         return None
     step = -(-pixels.shape[1] // _WIDE)

@@ -32,7 +32,7 @@ class LoggedCall(NamedTuple):
 
     Attributes:
         number: From 1, in the order in which they were asked.
-        asked: As it was last sent, with its maximum cost; None of a call that was made elsewhere, and of a mark.
+        asked: As it was last sent, with its maximum cost; None of a mark that a trial is owed anew.
         answer: With its outcome; None while it is on its way, or if its run was killed.
     """
 
@@ -46,7 +46,7 @@ def logged_calls(directory: Path | str) -> list[LoggedCall]:
     if not is_there(Path(directory) / STORE):
         return []
     with read(directory) as store:
-        return list(_logged(store))
+        return [*_logged(store)]
 
 
 def read_calls(directory: Path | str) -> list[Call]:
@@ -55,40 +55,15 @@ def read_calls(directory: Path | str) -> list[Call]:
 
 
 def _logged(store: Database) -> Iterator[LoggedCall]:
-    for row in store.rows("select id, key, asked, answer, crc from call order by id", nulls=True):
-        yield logged_call(store, *row)
-
-
-def logged_call(store: Database, number: int, key: str, asked: str | None, answer: str | None, crc: int) -> LoggedCall:
-    """A row of the calls as a call."""
-    check_row(store, f"call {number}, {key}", crc, key, asked, answer)
-    try:
-        sent, came = (
-            None if one is None else _adapter.validate_json(one, strict=True, extra="forbid") for one in (asked, answer)
-        )
-    except ValidationError as error:
-        raise Damaged(store.path, f"call {number}, {key}: {error.errors()[0]['msg']}") from None
-    if {one.key for one in (sent, came) if one is not None} != {key}:
-        raise Damaged(store.path, f"call {number} is not one of {key}")
-    return LoggedCall(number, sent, came)
-
-
-class KeptReplies:
-    """The replies to one trial that are kept, in the order in which they came. Each is given out once.
-
-    Two steps can have the same request, for example if an agent remembers nothing: then the first reply is that of the
-    first step.
-    """
-
-    def __init__(self, replies: Iterable[Call] = ()) -> None:
-        self.left = list(replies)
-
-    def take(self, step: int, turn: int, request: str) -> Call | None:
-        """The next reply to this request at this step and turn; None without one."""
-        for i, call in enumerate(self.left):
-            if (call.step, call.turn, call.request) == (step, turn, request):
-                return self.left.pop(i)
-        return None
+    for number, key, asked, answer, crc in store.rows("select * from call order by id", nulls=True):
+        check_row(store, f"call {number}, {key}", crc, key, asked, answer)
+        try:
+            sent, came = (one and _adapter.validate_json(one, strict=True, extra="forbid") for one in (asked, answer))
+        except ValidationError as error:
+            raise Damaged(store.path, f"call {number}, {key}: {error.errors()[0]['msg']}") from None
+        if {one.key for one in (sent, came) if one} != {key}:
+            raise Damaged(store.path, f"call {number} is not one of {key}")
+        yield LoggedCall(number, sent, came)
 
 
 def kept_replies(calls: Iterable[Call]) -> dict[str, list[Call]]:
@@ -102,8 +77,24 @@ def kept_replies(calls: Iterable[Call]) -> dict[str, list[Call]]:
     return kept
 
 
+def take(kept: list[Call], step: int, turn: int, request: str) -> Call | None:
+    """The first reply to this request at this step and turn, which is then no longer among those kept; None without.
+
+    Two steps can have the same request, for example if an agent remembers nothing: then the first reply is that of the
+    first step.
+    """
+    for i, call in enumerate(kept):
+        if (call.step, call.turn, call.request) == (step, turn, request):
+            return kept.pop(i)
+    return None
+
+
 class Calls:
-    """The open log of calls of a study. Calls that a kill left without an answer are settled as broken off."""
+    """The open log of calls of a study. Calls that a kill left without an answer are settled as broken off.
+
+    Attributes:
+        listener: Called with every call that is written.
+    """
 
     def __init__(self, store: Database) -> None:
         self._store = store
@@ -111,12 +102,14 @@ class Calls:
         self._budget: Budget | None = None
         self._claimed: Call | None = None
         self._news = asyncio.Event()
-        self._listeners: list[Callable[[Call], None]] = []
-        logged = list(_logged(store))
+        self.listener: Callable[[Call], None] = lambda call: None
+        logged = [*_logged(store)]
         for number, asked, answer in logged:
             if answer is None and asked is not None:
-                self._settle(number, replace(asked, error=BROKEN_OFF))
+                self._put(number, asked, replace(asked, error=BROKEN_OFF))
         self._kept = kept_replies(answer for _, _, answer in logged if answer is not None)
+        for (key,) in store.rows("select key from trial where current and not owed") if self._kept else ():
+            self.forget(key)
 
     def limit(self, budget: Budget) -> None:
         """Set the budget that no further call may exceed; calls of earlier runs count."""
@@ -125,10 +118,6 @@ class Calls:
                 budget.settle(answer)
         self._budget = budget
 
-    def listen(self, listener: Callable[[Call], None]) -> None:
-        """Register a listener for every call that is written from now on."""
-        self._listeners.append(listener)
-
     def has_replies(self, key: str) -> bool:
         """Whether a trial that is not finished has replies already, from which it goes on."""
         return bool(self._kept.get(key))
@@ -136,12 +125,16 @@ class Calls:
     def of(self, plan: Plan) -> TrialCalls:
         """The calls of one trial; a fork also finds those of its parent trial (:meth:`adopt`)."""
         keys = [plan.key, *([plan.fork.name.parent] if plan.fork else [])]
-        return TrialCalls(self, plan, [KeptReplies(self._kept.get(key, ())) for key in keys])
+        return TrialCalls(self, plan, [[*self._kept.get(key, ())] for key in keys])
 
     def adopt(self, calls: Iterable[Call]) -> None:
         """Also look up calls of another log, those of forked trials. They are not written and cost nothing."""
         for key, replies in kept_replies(calls).items():
             self._kept.setdefault(key, []).extend(replies)
+
+    def forget(self, key: str) -> None:
+        """Drop the calls of a finished trial from memory; they stay on disk."""
+        self._kept.pop(key, None)
 
     @property
     def on_their_way(self) -> int:
@@ -173,16 +166,17 @@ class Calls:
         while self._budget is not None and not self._budget.reserve(call):
             await self._news.wait()
         number, _, began = self._on_their_way.get(call.key, (None, call, time.monotonic()))
-        self._on_their_way[call.key] = self._put(call.key, number, _said(call), None), call, began
+        self._on_their_way[call.key] = self._put(number, call, None), call, began
 
     def write(self, call: Call) -> None:
         """Write a call to disk, with or without a reply. A call of unknown cost keeps its maximum cost."""
-        number, asked, _ = self._on_their_way.pop(call.key, (None, call, 0.0))
-        if call.broken_off:
-            call = replace(call, retries=asked.retries, unanswered=asked.unanswered, usage=asked.usage)
-        if call.unpriced:
-            call = replace(call, most=asked.most)
-        self._settle(number, call)
+        number, asked, _ = self._on_their_way.pop(call.key, (None, None, 0.0))
+        if asked is not None:
+            if call.broken_off:
+                call = replace(call, retries=asked.retries, unanswered=asked.unanswered, usage=asked.usage)
+            if call.unpriced:
+                call = replace(call, most=asked.most)
+        self._put(number, asked, call)
         if call.owed_anew:
             self.forget(call.key)
         elif call.reply is not None:
@@ -192,43 +186,31 @@ class Calls:
             self._budget.settle(call)
         self._news.set()  # whoever waits asks the budget again
         self._news = asyncio.Event()
-        for listener in self._listeners:
-            listener(call)
+        self.listener(call)
 
-    def _settle(self, number: int | None, call: Call) -> None:
-        """Write the outcome of a call; without its number it was made elsewhere."""
-        asked = None if number is None else self._store.one("select asked from call where id = ?", number)[0]
-        self._put(call.key, number, asked, _said(call))
-
-    def _put(self, key: str, number: int | None, asked: str | None, answer: str | None) -> int:
+    def _put(self, number: int | None, asked: Call | None, answer: Call | None) -> int:
         """Write a row, a new one without its number, and wait for the disk; return its number."""
-        row = key, asked, answer, checksum(key, asked, answer)
+        (key,) = {one.key for one in (asked, answer) if one}
+        said = [one and _adapter.dump_json(one, exclude_defaults=True).decode() for one in (asked, answer)]
+        crc = checksum(key, *said)
         with self._store.transaction(sync=True) as writing:
             if number is not None:
-                writing.execute("update call set asked = ?, answer = ?, crc = ? where id = ?", (*row[1:], number))
+                writing.execute("update call set asked = ?, answer = ?, crc = ? where id = ?", (*said, crc, number))
                 return number
-            number = writing.execute("insert into call (key, asked, answer, crc) values (?, ?, ?, ?)", row).lastrowid
-        assert number is not None
-        return number
-
-    def forget(self, key: str) -> None:
-        """Drop the calls of a finished trial from memory; they stay on disk."""
-        self._kept.pop(key, None)
-
-
-def _said(call: Call) -> str:
-    return _adapter.dump_json(call, exclude_defaults=True).decode()
+            new = writing.execute("insert into call (key, asked, answer, crc) values (?, ?, ?, ?)", (key, *said, crc))
+        assert new.lastrowid is not None
+        return new.lastrowid
 
 
 class TrialCalls:
     """The calls of one trial: those that it has, of itself and of its parent, and new ones."""
 
-    def __init__(self, calls: Calls, plan: Plan, kept: Sequence[KeptReplies]) -> None:
+    def __init__(self, calls: Calls, plan: Plan, kept: Sequence[list[Call]]) -> None:
         self._calls, self._plan, self._kept = calls, plan, kept
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
         """A reply to this request that is kept; None without one."""
-        return next((call for kept in self._kept if (call := kept.take(step, turn, request))), None)
+        return next((call for kept in self._kept if (call := take(kept, step, turn, request))), None)
 
     async def reserve(self, call: Call) -> None:
         """See :meth:`Calls.reserve`."""

@@ -10,10 +10,8 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import ceil
-from time import perf_counter
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -24,13 +22,13 @@ from lockprobe.agents.llm.settings import Model, tokens
 from lockprobe.agents.prompt import conversation, reply_schema
 from lockprobe.boxes.box import Lockbox, bits
 from lockprobe.boxes.solve import random_curve
-from lockprobe.foundation.errors import ChannelFault, PlantFault
+from lockprobe.foundation.errors import ChannelFault
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.spending import hosted
 from lockprobe.studies.decisions import at_most
 from lockprobe.studies.modality import interventions_for
-from lockprobe.studies.records.trial_rows import OnRecord
+from lockprobe.studies.records.store import OnRecord
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import play
 from lockprobe.trial.model_call import Usage
@@ -126,33 +124,6 @@ def estimates(study: Study, done: Mapping[str, OnRecord]) -> list[Estimate]:
             )
         )
     return found
-
-
-def simulated_seconds(study: Study, done: Mapping[str, OnRecord]) -> tuple[float, float] | None:
-    """What simulated boxes take of the owed trials, in one process and without the agents, from low to high.
-
-    One attempt at every joint is made and timed here. None where no box with a camera is simulated.
-    """
-    plans = (plan for agent in study.agents for plan in study.plans(agent))
-    owed = Counter((plan.plant, plan.condition) for plan in plans if plan.key not in done or done[plan.key].owed_again)
-    kinds = Counter[tuple[str, bool]]()
-    for (spec, condition), trials in owed.items():
-        if resolve_plant(spec).picture_size is not None:
-            kinds[spec, any(isinstance(one, CameraChannel) for one in interventions_for(condition))] += trials
-    steps = sum(1 - one for box in study.boxes for one in random_curve(box, study.max_steps)[:-1]) / len(study.boxes)
-    box, low, high = study.boxes[0], 0.0, 0.0
-    for (spec, looks), trials in kinds.items():
-        plant = resolve_plant(spec).make(box, box.names, np.random.default_rng(0))
-        began = perf_counter()
-        for joint in range(len(box.joints)):
-            with suppress(PlantFault):  # a joint may stay between its ends, which takes its time, too
-                seen = plant.attempt(joint)
-                if looks and seen.look is not None:
-                    seen.look()
-        a_step = (perf_counter() - began) / len(box.joints)
-        plant.close()
-        low, high = low + trials * steps * a_step, high + trials * study.max_steps * a_step
-    return (low, high) if kinds else None
 
 
 def _usage(sums: Array) -> Usage:

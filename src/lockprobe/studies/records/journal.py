@@ -4,12 +4,12 @@ A study directory holds ``study.json`` (the settings), ``study.db`` (the records
 pictures, the directory ``pictures``. With people, the directory ``people`` holds their texts and settings. A trial is
 on record whole or not at all, and only one process writes at a time.
 
-Records are only added, except that a participant's withdrawal deletes theirs (:meth:`Journal.delete_agent`).
+Records are only added, except that a participant's withdrawal deletes theirs (:meth:`Journal.delete_participant`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -18,15 +18,11 @@ from lockprobe.foundation.storage.database import Database, rescued_files
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.records.directory import claim, locked_store, read_study
 from lockprobe.studies.records.read_records import on_record
-from lockprobe.studies.records.store import SCHEMA, STORE
-from lockprobe.studies.records.trial_rows import INSERT, Timing, TrialRow, row_of, trial_in, trials_in
+from lockprobe.studies.records.store import INSERT, SCHEMA, STORE, OnRecord, row_of, trials_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
-from lockprobe.trial.trial_json import TrialReader
 
-_KINDS = """current and (alike is null or id in (
-  select min(id) from trial where current and alike is not null group by alike, identity
-))"""
+_KINDS = "id in (select max(id) from trial where current group by identity, agent, ending, boundary)"
 
 
 class Journal:
@@ -37,16 +33,13 @@ class Journal:
         store: The store in it.
         trials: Finished and broken trials by key.
         calls: The log of provider calls.
-        identities: Label of a condition -> the identity of its records (:meth:`Study.record_identity`).
     """
 
-    def __init__(self, directory: Path, study: Study, store: Database, calls: Calls) -> None:
+    def __init__(self, directory: Path, study: Study, store: Database) -> None:
+        self.directory, self.store = directory, store
         self.trials = on_record(store, read_study(directory))
-        self.directory, self.store, self.calls = directory, store, calls
-        for key in self.trials:
-            if not self.owes(key):
-                calls.forget(key)
-        self.identities = {one.label: study.record_identity(one) for one in study.conditions}
+        self.calls = Calls(store)
+        self._identities = {one.label: study.record_identity(one) for one in study.conditions}
 
     @classmethod
     @contextmanager
@@ -61,7 +54,7 @@ class Journal:
         directory = Path(directory)
         with locked_store(directory) as store:
             claim(directory, study)
-            journal = cls(directory, study, store, Calls(store))
+            journal = cls(directory, study, store)
             journal.erase()
             yield journal
 
@@ -70,45 +63,38 @@ class Journal:
         trial = self.trials.get(key)
         return trial is None or trial.owed_again
 
-    def append(self, trial: Trial, timing: Timing, row: TrialRow | None = None) -> None:
-        """Write a finished trial; see :meth:`append_all`."""
-        self.append_all([(trial, timing, row)])
-
-    def append_all(self, finished: Iterable[tuple[Trial, Timing, TrialRow | None]]) -> None:
-        """Write finished trials, all of them or none.
+    def append(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
+        """Write a finished trial; one that is played anew counts its replays.
 
         Args:
-            finished: Each trial, how long it took, and the same as it is stored, if another process has made that.
+            trial: The trial.
+            seconds: How long it took.
+            record: The same packed for the store, if another process has done that.
 
         Raises:
-            BadFile: If they cannot be written, or somebody else deleted or replaced the file; see :class:`Database`.
+            BadFile: If it cannot be written, or somebody else deleted or replaced the file; see :class:`Database`.
         """
-        kept = [self._kept(*one) for one in finished]
-        with self.store.transaction() as writing:
-            writing.executemany("update trial set current = 0 where current and key = ?", [(r.key,) for _, r in kept])
-            writing.executemany(INSERT, [row for _, row in kept])
-        for trial, row in kept:
-            self.trials[row.key] = row.known(trial.group)
-            if not row.owed:
-                self.calls.forget(row.key)
-
-    def _kept(self, trial: Trial, timing: Timing, row: TrialRow | None) -> tuple[Trial, TrialRow]:
-        """A finished trial and its row; one that is played anew counts its replays."""
         if (there := self.trials.get(trial.key)) is not None and there.ending == "error":
             before, _ = self.read(trial.key)
             again = before.error is not None and before.error.again
-            trial, row = replace(trial, replays=max(trial.replays, before.replays + again)), None
-        return trial, row or row_of(trial, timing, self.identities[trial.condition])
+            trial, record = replace(trial, replays=max(trial.replays, before.replays + again)), None
+        with self.store.transaction() as writing:
+            if there is not None:
+                writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
+            writing.execute(INSERT, row_of(trial, seconds, self._identities[trial.condition], record))
+        place = trial.condition, trial.repetition, trial.trial
+        ended = trial.ending, trial.owed_again, len(trial.steps)
+        self.trials[trial.key] = OnRecord(trial.key, trial.spec, trial.group, trial.player, *place, *ended)
+        if not trial.owed_again:
+            self.calls.forget(trial.key)
 
-    def read(self, key: str) -> tuple[Trial, Timing]:
+    def read(self, key: str) -> tuple[Trial, float]:
         """A trial on record, and how long it took."""
-        record, seconds, steps, cpu = self.store.one(
-            "select record, seconds, steps, cpu from trial where current and key = ?", key
-        )
-        return trial_in(self.store, TrialReader(), key, record), Timing(key=key, seconds=seconds, steps=steps, cpu=cpu)
+        (trial,) = trials_in(self.store, "current and key = ?", key)
+        return trial, self.store.one("select seconds from trial where current and key = ?", key)[0]
 
     def kinds(self) -> Iterator[Trial]:
-        """One trial of all that are alike but for their places and steps, and each of the others."""
+        """The last trial of every agent under every condition, and that of every kind of ending."""
         return (trial for trial in trials_in(self.store, _KINDS) if trial.key in self.trials)
 
     def delete_participant(self, player: str) -> None:

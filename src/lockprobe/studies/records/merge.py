@@ -2,63 +2,38 @@
 
 Only trials of the same study are merged: all settings except the agents must be equal. A finished trial of the
 directory stays; an owed or broken trial is replaced. For a trial that is finished nowhere the calls are merged, so that
-it resumes from paid replies.
+it resumes from paid replies. Of a damaged store what is sound can be saved into another one, which is then merged.
 """
 
 from __future__ import annotations
 
 import json
-from collections import Counter, deque
-from collections.abc import Callable, Collection, Mapping, Sequence
+import shutil
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from lockprobe.agents.outside import check_outside
-from lockprobe.foundation.errors import BadFile, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.database import Database
-from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.costs.call_log import logged_calls
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.known_facts import KnownFacts
-from lockprobe.studies.records.picture_store import ALBUM, Album
-from lockprobe.studies.records.read_records import on_record
-from lockprobe.studies.records.store import checksum, read
-from lockprobe.studies.records.trial_rows import COLUMNS, OnRecord, TrialRow, trial_in, trials_in
-from lockprobe.studies.study import WHO, Study
+from lockprobe.studies.records.picture_store import ALBUM, keep_picture
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.store import INSERT, checksum, read, row_of, trial_in, unpacked, written
+from lockprobe.studies.study import WHO
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.trial_json import TrialReader
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MergeSource:
-    """The directory of a study whose trials are merged; every record in it can be read.
-
-    Attributes:
-        directory: Its settings and its store.
-        album: The directory of its pictures.
-        study: The study.
-        finished: The trials that are not owed, by key.
-        owed: The keys of those that broke.
-        begun: Key of a planned trial that has calls and is not finished -> its agent.
-    """
-
-    directory: Path
-    album: Path
-    study: Study
-    finished: Mapping[str, OnRecord]
-    owed: Collection[str]
-    begun: Mapping[str, str]
-
-    @property
-    def agents(self) -> tuple[str, ...]:
-        """The agents with finished trials or calls, in the order of the study."""
-        playing = {one.spec for one in self.finished.values()} | {*self.begun.values()}
-        return tuple(agent for agent in self.study.agents if agent in playing)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -84,40 +59,17 @@ class Gathered:
     pictures_missing: int = 0
 
 
-def source_of_directory(directory: Path, album: Path | None = None) -> MergeSource:
-    """The directory of a study as a source; its pictures may lie elsewhere.
-
-    Raises:
-        BadFile: If it is not the directory of a study, or something in it is damaged.
-    """
-    study = read_study(directory)
-    with read(directory) as store:
-        deque(trials_in(store, "true"), maxlen=0)
-        trials = on_record(store, study)
-        AttemptLog(store)
-    finished = {key: one for key, one in trials.items() if not one.owed_again}
-    for key, one in finished.items():
-        try:
-            if one.player:
-                check_outside(one.player, PEOPLE)
-        except UserMistake as mistake:
-            raise BadFile(directory, f"{key}: {mistake}") from None
-    asked = {call.key for call in read_calls(directory)} - finished.keys()
-    plans = (plan for agent in study.agents for plan in study.plans(agent)) if asked else ()
-    return MergeSource(
-        directory=directory,
-        album=album or directory / ALBUM,
-        study=study,
-        finished=finished,
-        owed=trials.keys() - finished.keys(),
-        begun={plan.key: plan.agent for plan in plans if plan.key in asked},
-    )
+def check_source(directory: Path) -> None:
+    """Refuse a directory in which something is damaged, or which is not that of a study."""
+    load(directory)
+    logged_calls(directory)
+    AttemptLog.read(directory)
 
 
 def gather(
-    directory: Path, sources: Sequence[MergeSource], beside: Callable[[Journal], None] = lambda journal: None
+    directory: Path, sources: Sequence[Path], beside: Callable[[Journal], None] = lambda journal: None
 ) -> Gathered:
-    """Merge sources into a directory, which is created if missing: all of them or nothing. Idempotent.
+    """Merge other directories into one, which is created if missing: all of them or nothing. Idempotent.
 
     Args:
         directory: The directory of the study.
@@ -126,97 +78,152 @@ def gather(
 
     Raises:
         BadFile: If trials belong to another study, two agents have the same name, another agent or plant played one of
-            them, or there is neither a study nor a source to create it from.
+            them, or something in a source is damaged.
         DirectoryBusy: If another process is writing there.
     """
-    known = read_study(directory) if (directory / SETTINGS).exists() else None
-    studies = [*([known] if known else []), *(source.study for source in sources)]
+    known, theirs = read_study(directory) if (directory / SETTINGS).exists() else None, [*map(read_study, sources)]
+    studies = [known, *theirs] if known else theirs
     names = {spec: name for one in reversed(studies) for spec, name in one.names.items()}
-    here = known.agents if known else ()
-    agents = tuple(dict.fromkeys((*here, *(agent for source in sources for agent in source.agents))))
+    agents = tuple(dict.fromkeys(agent for one in studies for agent in one.agents))
     earlier = max((one.earlier for one in studies), key=len)  # of the study that was extended most often
-    joined = replace(studies[0], agents=agents or studies[0].agents, names=names, shard=None, earlier=earlier)
-    for source in sources:
-        for name, values in (joined.differences(source.study, but=WHO) | joined.renamed(source.study)).items():
+    joined = replace(studies[0], agents=agents, names=names, shard=None, earlier=earlier)
+    for source, study in zip(sources, theirs, strict=True):
+        for name, values in (joined.differences(study, but=WHO) | joined.renamed(study)).items():
             there, asked = (repr(one)[:200] for one in values)
             why = f"trials of another study than {directory} ({name} is {there}, not {asked})"
-            raise BadFile(source.directory, why)
-    if known is None and not any(source.finished or source.begun for source in sources):
-        raise BadFile(sources[0].directory, f"no trial in it is finished, so {directory} is not made")
-    found, pictures = Gathered(agents=joined.labels[len(here) :]), dict[str, Path]()
+            raise BadFile(source, why)
+    found = Gathered(agents=joined.labels[len(known.agents) if known else 0 :])
     with Journal.open(directory, joined) as journal, journal.store.transaction(sync=True):
         facts = KnownFacts(journal.kinds())
+        begun = set[str]()
         for source in sources:
-            pictures |= _take(journal, source, facts, found)
-        found.pictures_missing = _copy_pictures(pictures, directory / ALBUM)  # before what names them is committed
+            begun |= _take(journal, source, facts, found)
         for source in sources:
-            with read(source.directory) as store:
-                calls, own = _calls(store), _calls(journal.store)
-            for key in source.begun:
-                if journal.owes(key) and Counter(own.get(key, ())) <= Counter(calls[key]):  # else it began otherwise
-                    missing = _copy_calls(journal, key, calls[key], own.get(key, ()))
-                    found.replies += sum(json.loads(one).get("reply") is not None for one in missing)
-        found.unfinished = sum(map(journal.owes, {key for one in sources for key in (*one.begun, *one.owed)}))
+            calls, own = _calls_in(source), _calls(journal.store)
+            for key in filter(journal.owes, calls):
+                if Counter(own.get(key, ())) <= Counter(calls[key]):  # else it began otherwise
+                    missing = _copy_calls(journal, calls[key], own.get(key, ()))
+                    found.replies += sum(json.loads(answer).get("reply") is not None for _, _, answer, _ in missing)
+        found.unfinished = sum(map(journal.owes, begun))
         beside(journal)
     return found
 
 
-def _take(journal: Journal, source: MergeSource, facts: KnownFacts, found: Gathered) -> dict[str, Path]:
-    """Take the finished trials of a source, each with its calls and attempts; return pictures that they name.
+def _take(journal: Journal, source: Path, facts: KnownFacts, found: Gathered) -> set[str]:
+    """Take the finished trials of a source, each with its calls, attempts and pictures; the keys of what it began.
 
     Different models, prompts, runtimes or renderers under one name are refused, as by a resumed run.
     """
-    reader, pictures, own, log = TrialReader(), dict[str, Path](), _calls(journal.store), AttemptLog(journal.store)
-    with read(source.directory) as store:
+    reader, own, log = TrialReader(), _calls(journal.store), AttemptLog(journal.store)
+    with read(source) as store, journal.store.transaction() as writing:
         calls = _calls(store)
-        attempts = AttemptLog(store).entries
-        select = f"select {COLUMNS} from trial where current and not owed order by id"  # noqa: S608 - our own columns
-        for row in map(TrialRow._make, store.rows(select, nulls=True)):
-            trial = trial_in(store, reader, row.key, row.record)
+        attempts = grouped(store.rows("select * from attempt order by id", nulls=True), lambda row: row[1])
+        (*owed,) = (key for (key,) in store.rows("select key from trial where current and owed"))
+        select = "select key, seconds, record from trial where current and not owed order by id"
+        for key, seconds, record in store.rows(select):
+            trial = trial_in(store, reader, key, record)
+            if trial.player:
+                check_outside(trial.player, PEOPLE)
             for (who, name), (here, there) in facts.note(trial).items():
                 why = f"{who} is not the same there ({name} is {there!r}, {here!r} in {journal.directory})"
-                raise BadFile(source.directory, f"0 trials taken: {why}; import it into another directory")
-            if journal.owes(row.key):
-                _copy_calls(journal, row.key, calls.get(row.key, ()), own.get(row.key, ()))
-                log.replace(row.key, attempts.get(row.key, ()))
-                pictures.update(dict.fromkeys(trial.picture_names, source.album))
-                journal.append(trial, row.timing)
-                found.taken += 1
+                raise BadFile(source, f"0 trials taken: {why}; import it into another directory")
+            if not journal.owes(key):
+                found.there += 1  # how often it was replayed says only what its journal held before
+                found.different += replace(journal.read(key)[0], replays=0) != replace(trial, replays=0)
                 continue
-            found.there += 1
-            (record,) = journal.store.one("select record from trial where current and key = ?", row.key)
-            if record != row.record:  # how often it was replayed says only what its journal held before
-                found.different += replace(journal.read(row.key)[0], replays=0) != replace(trial, replays=0)
-    return pictures
+            _copy_calls(journal, calls.get(key, ()), own.get(key, ()))
+            if key in log.times_begun:
+                log.broke(key)
+            rows = ((None, *row[1:]) for row in attempts.get(key, ()))
+            writing.executemany("insert into attempt values (?, ?, ?, ?, ?, ?, ?, ?)", rows)
+            found.pictures_missing += sum(not _copied(name, source, journal.directory) for name in trial.picture_names)
+            journal.append(trial, seconds, record)
+            found.taken += 1
+    return {*owed, *calls}
 
 
-def _calls(store: Database) -> dict[str, list[str]]:
-    """The outcomes of the calls of each trial."""
-    rows = store.rows("select key, answer from call where answer is not null order by id")
-    return {key: [answer for _, answer in own] for key, own in grouped(rows, lambda row: row[0]).items()}
+_Calls = Mapping[str, Sequence[tuple[Any, ...]]]
 
 
-def _copy_calls(journal: Journal, key: str, calls: Sequence[str], own: Sequence[str]) -> list[str]:
+def _calls_in(directory: Path) -> _Calls:
+    with read(directory) as store:
+        return _calls(store)
+
+
+def _calls(store: Database) -> _Calls:
+    """The rows of the calls of each trial that have an outcome."""
+    rows = store.rows("select key, asked, answer, crc from call where answer is not null order by id", nulls=True)
+    return grouped(rows, lambda row: row[0])
+
+
+def _copy_calls(
+    journal: Journal, calls: Sequence[tuple[Any, ...]], own: Sequence[tuple[Any, ...]]
+) -> list[tuple[Any, ...]]:
     """Copy those calls of a trial that are missing here, and return them."""
-    left, missing = Counter(own), list[str]()
-    for call in calls:
-        if left[call]:
-            left[call] -= 1
-        else:
-            missing.append(call)
+    missing = [*(Counter(calls) - Counter(own)).elements()]
     with journal.store.transaction() as writing:
-        rows = [(key, call, checksum(key, None, call)) for call in missing]
-        writing.executemany("insert into call (key, answer, crc) values (?, ?, ?)", rows)
+        writing.executemany("insert into call (key, asked, answer, crc) values (?, ?, ?, ?)", missing)
     return missing
 
 
-def _copy_pictures(pictures: Mapping[str, Path], into: Path) -> int:
-    """Copy pictures from their albums, and count those that are missing or not what they are called."""
-    missing = 0
-    for name, album in sorted(pictures.items()):
-        picture = Picture(kind="rgb", png=read_input(album / name)) if (album / name).is_file() else None
-        if picture is not None and picture.name == name:
-            Album(into).keep(picture)
-        else:
-            missing += 1
-    return missing
+def _copied(name: str, source: Path, into: Path) -> bool:
+    """Copy a picture; whether it was there, and is what it is called."""
+    there = source / ALBUM / name
+    picture = Picture(kind="rgb", png=read_input(there)) if there.is_file() else None
+    if picture is None or picture.name != name:
+        return False
+    keep_picture(into / ALBUM, picture)
+    return True
+
+
+_LEAST = 16
+"""Bytes that a row takes at the least."""
+
+_DELETED = 1_000_000
+"""So many more rows may have been there before."""
+
+_LOGS = {
+    "call": "key, asked, answer, crc",
+    "attempt": "key, kind, joint, claimed, told, hypothesis, crc",
+    "act": "participant, number, entry, crc",
+}
+"""Tables whose rows have a checksum, with their columns."""
+
+
+def save_sound_rows(directory: Path, into: Path) -> int:
+    """Copy the settings and all that is sound into another directory, and return the number of trials there.
+
+    A row is sound that can be read by its number and has its checksum; a trial's is made anew from its record. Of a
+    trial that was owed again the last sound record counts. A diary is kept up to its first damaged entry.
+
+    Raises:
+        BadFile: If the store is missing, or cannot even be opened.
+    """
+    reader, diaries = TrialReader(), Counter[str]()
+    with read(directory) as damaged, written(into) as store, store.transaction() as writing:
+        for _, seconds, identity, record in _rows(damaged, "trial", "seconds, identity, record"):
+            if isinstance(seconds, float) and isinstance(identity, str):
+                with suppress(BadFile, BadValue):
+                    trial = reader.read(unpacked(damaged, "", record))
+                    writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
+                    writing.execute(INSERT, row_of(trial, seconds, identity))
+        for table, columns in _LOGS.items():
+            for number, *row, crc in _rows(damaged, table, columns):
+                if crc == checksum(*row) and (table != "act" or row[1] == diaries[row[0]] + 1):
+                    writing.execute(f"insert into {table} values (?, {'?, ' * len(row)} ?)", (number, *row, crc))  # noqa: S608
+                    diaries[row[0]] += 1
+        with suppress(BadFile):
+            writing.executemany("insert into note values (?, ?)", damaged.rows("select name, value from note"))
+        (saved,) = store.one("select count(*) from trial where current")
+    shutil.copyfile(directory / SETTINGS, into / SETTINGS)
+    return int(saved)
+
+
+def _rows(store: Database, table: str, columns: str) -> Iterator[tuple[Any, ...]]:
+    """The rows of a table that can be read, each with its number."""
+    last = store.path.stat().st_size // _LEAST
+    with suppress(BadFile):  # or else a bound of the number of the last row
+        last = min(store.one(f"select coalesce(max(id), 0) from {table}")[0], last + _DELETED)  # noqa: S608
+    for number in range(1, last + 1):
+        with suppress(BadFile):
+            yield from store.rows(f"select id, {columns} from {table} where id = ?", number, nulls=True)  # noqa: S608

@@ -1,19 +1,26 @@
-"""Reads the records of a study (``study.db``), all of which are of the study in ``study.json``."""
+"""Reads the records of a study (``study.db``), all of which are of the study in ``study.json``.
+
+The hash of what a study recorded covers every record and the settings, and no clock reading: the same records give the
+same hash, whenever and in which order they were played. Put it under a paper, and the hash of the settings
+(:attr:`lockprobe.studies.study.Study.settings_hash`) under a preregistration: ``lockprobe verify DIR --settings HASH
+--results HASH`` holds a directory against both.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import hashlib
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.store import read
-from lockprobe.studies.records.trial_rows import OnRecord, trial_in
+from lockprobe.studies.records.store import COLUMNS, OnRecord, read, row_of, trial_in, trials_in, unpacked
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial, TrialName
-from lockprobe.trial.trial_json import TrialReader
+from lockprobe.trial.trial_json import TrialReader, trial_to_json
 
 
 def load(directory: Path | str, study: Study | None = None) -> list[Trial]:
@@ -27,81 +34,116 @@ def load(directory: Path | str, study: Study | None = None) -> list[Trial]:
     """
     study = study or read_study(directory)
     with read(directory) as store:
-        own, reader, trials = Own(store, study), TrialReader(), list[Trial]()
-        for key, identity, record in store.rows("select key, identity, record from trial where current order by id"):
-            trial = trial_in(store, reader, key, record)
-            own.check(key, trial.spec, trial.condition, trial.repetition, trial.trial, identity)
-            trials.append(trial)
-    return trials
+        tally(store, study)
+        return [*trials_in(store, "current")]
+
+
+def replaced_records(directory: Path | str) -> list[Trial]:
+    """The records of trials that were owed again, in the order in which they were written."""
+    with read(directory) as store:
+        return [*trials_in(store, "not current")]
 
 
 def on_record(store: Database, study: Study) -> dict[str, OnRecord]:
     """The trials of :func:`load` by key, from their rows alone: whether a record is damaged, who reads it finds."""
-    own, same, found = Own(store, study), dict[str, str](), dict[str, OnRecord]()
-    columns = "key, agent, player, condition, repetition, trial, ending, owed, steps, identity"
-    for key, agent, player, condition, repetition, number, ending, owed, steps, identity in store.rows(
-        f"select {columns} from trial where current order by id"  # noqa: S608 - our own columns
-    ):
+    tally(store, study)
+    same, found = dict[str, str](), dict[str, OnRecord]()
+    columns = "key, agent, player, condition, repetition, trial, ending, owed, steps"
+    select = f"select {columns} from trial where current order by id"  # noqa: S608 - our own columns
+    for key, agent, player, condition, repetition, number, ending, owed, steps in store.rows(select):
         agent, condition, ending = (same.setdefault(one, one) for one in (agent, condition, ending))  # noqa: PLW2901
-        group = own.check(key, agent, condition, repetition, number, identity)
         place = condition, repetition, number
-        found[key] = OnRecord(key, agent, group, player, *place, ending, bool(owed), steps)
+        found[key] = OnRecord(key, agent, study.label_of(agent), player, *place, ending, bool(owed), steps)
     return found
 
 
-class Own:
-    """Refuses records that are not of a study: somebody has changed its settings by hand, or put another store there.
+class Tally(NamedTuple):
+    """Trials on record that were played by the same agent, or person, under one condition and ended alike.
 
-    Records of trials that were played under one name and one seed can differ in what acted in them, so that none of
-    them is left out or taken for another one.
+    Attributes:
+        first: The number of the row of the first of them.
+        boundary: That of their errors; empty without one.
+        seconds: How long all of them took.
     """
 
-    def __init__(self, store: Database, study: Study) -> None:
-        self._path, self._study = store.path, study
-        self._identities = {one.label: study.record_identity(one) for one in study.conditions}
-        self._most = {agent: study.trials_of(agent) for agent in study.agents}
+    first: int
+    agent: str
+    player: str
+    ending: str
+    boundary: str
+    owed_again: bool
+    number: int
+    steps: int
+    seconds: float
 
-    def check(self, key: str, agent: str, condition: str, repetition: int, trial: int, identity: str) -> str:
-        """Refuse what is known of a record, or return what the study calls its agent."""
-        study, group = self._study, self._study.label_of(agent)
-        name = str(TrialName(study.name, group, condition, repetition, trial))
+
+def tally(store: Database, study: Study) -> list[Tally]:
+    """The trials of a study that count, counted in the store.
+
+    Raises:
+        BadFile: If some are of another study: somebody has changed its settings by hand, or put another store there.
+            Records of one name and one seed can differ in what acted in them, so that none of them is left out or
+            taken for another one.
+    """
+    known, found = {one.label: study.record_identity(one) for one in study.conditions}, list[Tally]()
+    for first, identity, fewest, most, earliest, last, *counted in store.rows(
+        "select min(id), identity, min(trial), max(trial), min(repetition), max(repetition), agent, player, ending, "
+        "boundary, owed, count(*), sum(steps), sum(seconds) from trial where current "
+        "group by identity, agent, ending, boundary, owed, player order by min(id)"
+    ):
+        one = Tally(first, *counted)
+        select = "select key, condition, repetition, trial from trial where id = ?"
+        key, condition, repetition, trial = store.one(select, first)
+        name = str(TrialName(study.name, study.label_of(one.agent), condition, repetition, trial))
         if (
-            identity != self._identities.get(condition)
-            or not 1 <= trial <= self._most.get(agent, 0)
-            or not 1 <= repetition <= study.repetitions
+            identity != known.get(condition)
+            or one.agent not in study.agents
+            or not 1 <= fewest <= most <= study.trials_of(one.agent)
+            or not 1 <= earliest <= last <= study.repetitions
             or not (key == name or key.startswith(f"{name}/"))  # a fork has the name of its trial first
         ):
             why = f"holds {key}, which is no trial of the study in {SETTINGS}: put back the one that belongs to it"
-            raise BadFile(self._path, why)
-        return group
-
-
-@dataclass(frozen=True, slots=True)
-class Counted:
-    """Records that are alike but for their places: one of them, how many there are, and the steps of all of them."""
-
-    trial: Trial
-    number: int
-    steps: int
-
-
-def count_records(store: Database, study: Study) -> list[Counted]:
-    """The records of a study that count, of each trial the last one.
-
-    Those that are alike but for their places are counted together in the store, without their steps. Those with what
-    adds up over steps, as usage, are read whole.
-    """
-    own, reader, found = Own(store, study), TrialReader(), list[Counted]()
-    select = (
-        "select min(id), identity, count(*), sum(steps) from trial "
-        "where current and fork is null and alike is {} group by {}"
-    )
-    groups = [
-        *store.rows(select.format("not null", "alike, identity")),
-        *store.rows(select.format("null", "id")),
-    ]
-    for number, identity, many, steps in sorted(groups):
-        trial = trial_in(store, reader, *store.one("select key, record from trial where id = ?", number))
-        own.check(trial.key, trial.spec, trial.condition, trial.repetition, trial.trial, identity)
-        found.append(Counted(trial, many, steps))
+            raise BadFile(store.path, why)
+        found.append(one)
     return found
+
+
+def contradictions(store: Database) -> Iterator[str]:
+    """Where rows say something else than their records, or a finished trial has a second record."""
+    reader, last = TrialReader(), dict[str, tuple[bool, bool]]()
+    select = f"select current, {', '.join(COLUMNS)} from trial order by id"  # noqa: S608 - our own columns
+    for current, *columns in store.rows(select, nulls=True):
+        row = dict(zip(COLUMNS, columns, strict=True))
+        trial = trial_in(store, reader, key := row["key"], row["record"])
+        made = row_of(trial, row["seconds"], row["identity"], row["record"])
+        if different := [name for name, one in zip(COLUMNS, made, strict=True) if one != row[name]]:
+            yield f"{key}: its {', '.join(different)} are not those of its record"
+        over, _ = last.get(key, (False, False))
+        if over and not (trial.error is not None and trial.error.again):
+            yield f"{key}: a second record of a finished trial"
+        last[key] = not trial.owed_again, bool(current)
+    yield from (f"{key}: its last record does not count" for key, (_, current) in last.items() if not current)
+
+
+def stored_records(store: Database) -> Iterator[bytes]:
+    """The records of a store that count as JSON, in the order of their keys: what the hash covers."""
+    for key, record in store.rows("select key, record from trial where current and fork is null order by key"):
+        yield unpacked(store, key, record)
+
+
+def in_order(trials: Iterable[Trial]) -> Iterator[bytes]:
+    """The records of trials in the order of their keys, as :func:`stored_records` gives them."""
+    return map(trial_to_json, sorted(trials, key=lambda trial: trial.key))
+
+
+def results_hash(study: Study, records: Iterable[bytes]) -> str:
+    """Thirty-two hexadecimal digits that change with any setting and any record.
+
+    Args:
+        study: The study.
+        records: Its records in the order of their keys, a line each of ``export --table records``.
+    """
+    found = hashlib.sha256()
+    for record in records:
+        found.update(record + b"\n")
+    return hashlib.sha256(f"{study.settings_hash} {found.hexdigest()}".encode()).hexdigest()[:32]

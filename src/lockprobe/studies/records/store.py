@@ -12,10 +12,14 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from sqlite3 import Connection
+from typing import NamedTuple
 
-from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.inputs import check_regular, is_there
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.inputs import LARGEST_INPUT, check_regular, is_there
 from lockprobe.foundation.storage.database import Damaged, Database
+from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_json import trial_to_json
+from lockprobe.trial.trial_json import TrialReader
 
 STORE = "study.db"
 """The name of the file in the directory of a study."""
@@ -31,21 +35,30 @@ create table trial (
   trial int not null,
   fork text,
   ending text not null,
+  boundary text not null,
   owed int not null,
   steps int not null,
   seconds real not null,
-  cpu text not null,
   identity text not null,
-  alike blob,
   current int not null default 1,
   record blob not null
 ) strict;
 create unique index current_trial on trial (key) where current;
-create index counted on trial (alike, identity, agent, repetition, trial, steps, seconds) where current;
+create index counted on trial (identity, agent, ending, boundary, owed, player, repetition, trial, steps, seconds)
+  where current;
 create index replaced on trial (id) where not current;
 create table call (id integer primary key, key text not null, asked text, answer text, crc int not null) strict;
 create index open_call on call (id) where answer is null;
-create table attempt (id integer primary key, key text not null, entry text not null, crc int not null) strict;
+create table attempt (
+  id integer primary key,
+  key text not null,
+  kind text not null,
+  joint text not null,
+  claimed text,
+  told text not null,
+  hypothesis text not null,
+  crc int not null
+) strict;
 create table act (
   id integer primary key,
   participant text not null,
@@ -56,6 +69,46 @@ create table act (
 ) strict;
 create table note (name text primary key, value any not null) strict, without rowid;
 """
+
+COLUMNS = (
+    *("key", "agent", "player", "condition", "repetition", "trial", "fork", "ending", "boundary", "owed", "steps"),
+    *("seconds", "identity", "record"),
+)
+"""What a trial has in its row, in the order of :func:`row_of`."""
+
+INSERT = f"insert into trial ({', '.join(COLUMNS)}) values ({', '.join('?' * len(COLUMNS))})"  # noqa: S608 - our own
+
+_QUICKLY = 3
+"""The level of compression: a tenth larger than by default, in two thirds of the time."""
+
+
+class OnRecord(NamedTuple):
+    """What is known of a stored trial without reading its record; all but its length as a trial has it.
+
+    Attributes:
+        length: Steps played.
+    """
+
+    key: str
+    spec: str
+    group: str
+    player: str
+    condition: str
+    repetition: int
+    trial: int
+    ending: str
+    owed_again: bool
+    length: int
+
+    @property
+    def agent(self) -> str:
+        """The spec of who played it; of a person ``participant:ID``."""
+        return self.player or self.spec
+
+    @property
+    def solved(self) -> bool:
+        """Whether the target moved."""
+        return self.ending == "solved"
 
 
 @contextmanager
@@ -76,6 +129,61 @@ def read(directory: Path | str) -> Iterator[Database]:
         yield store
 
 
+def packed(trial: Trial) -> bytes:
+    """A trial as the record in its row."""
+    return zlib.compress(trial_to_json(trial), _QUICKLY)
+
+
+def row_of(trial: Trial, seconds: float, identity: str, record: bytes | None = None) -> tuple[object, ...]:
+    """A trial as a row.
+
+    Args:
+        trial: The trial.
+        seconds: How long it took, beside the record, because records are reproducible and times are not.
+        identity: What was played (:meth:`Study.record_identity`).
+        record: The same trial as :func:`packed` gives it, if that was made already.
+    """
+    return (
+        *(trial.key, trial.spec, trial.player, trial.condition, trial.repetition, trial.trial),
+        None if trial.fork is None else trial.fork.arm,
+        *(trial.ending, "" if trial.error is None else trial.error.boundary, trial.owed_again, len(trial.steps)),
+        *(round(seconds, 6), identity, packed(trial) if record is None else record),
+    )
+
+
+def unpacked(store: Database, key: str, record: object) -> bytes:
+    """A stored record as JSON."""
+    if not isinstance(record, bytes):  # of a file that somebody made
+        raise Damaged(store.path, f"{key}: its record is damaged (it is a text)")
+    opened, why = zlib.decompressobj(), "it does not end"
+    try:
+        found = opened.decompress(record, LARGEST_INPUT)
+    except zlib.error as error:
+        why = str(error)
+    if not opened.eof:
+        raise Damaged(store.path, f"{key}: its record is damaged ({why})")
+    return found
+
+
+def trial_in(store: Database, reader: TrialReader, key: str, record: object) -> Trial:
+    """The trial of a stored record."""
+    try:
+        trial = reader.read(unpacked(store, key, record))
+    except BadValue as error:
+        raise Damaged(store.path, f"{key}: its record is damaged ({error})") from error
+    if trial.key != key:
+        raise Damaged(store.path, f"{key}: its record is damaged (it is of {trial.key})")
+    return trial
+
+
+def trials_in(store: Database, where: str, *values: object) -> Iterator[Trial]:
+    """The trials of the rows for which a condition holds, in the order in which they were written."""
+    reader = TrialReader()
+    select = f"select key, record from trial where {where} order by id"  # noqa: S608 - our own conditions
+    for key, record in store.rows(select, *values):
+        yield trial_in(store, reader, key, record)
+
+
 def checksum(*columns: object) -> int:
     """The CRC-32 of a row of calls, attempts or acts, beside its columns; a record of a trial has its own inside."""
     return zlib.crc32("\n".join(map(str, columns)).encode())
@@ -93,6 +201,12 @@ def write_acts(writing: Connection, participant: str, first: int, entries: Itera
     writing.executemany("insert into act (participant, number, entry, crc) values (?, ?, ?, ?)", rows)
 
 
+def last_rows(store: Database) -> tuple[int, ...]:
+    """The numbers of the last trial, call, attempt and act; 0 without one."""
+    tables = ("trial", "call", "attempt", "act")
+    return tuple(int(store.one(f"select coalesce(max(id), 0) from {one}")[0]) for one in tables)  # noqa: S608 - ours
+
+
 def holds_records(directory: Path) -> bool:
     """Whether trials, paid calls or steps are stored in a directory, so that its settings are no longer free."""
     return any(_last_rows_in(directory)[:3])
@@ -108,19 +222,3 @@ def _last_rows_in(directory: Path) -> tuple[int, ...]:
         return ()
     with read(directory) as store:
         return last_rows(store)
-
-
-def last_rows(store: Database) -> tuple[int, ...]:
-    """The numbers of the last trial, call, attempt and act; 0 without one."""
-    tables = ("trial", "call", "attempt", "act")
-    return tuple(int(store.one(f"select coalesce(max(id), 0) from {one}")[0]) for one in tables)  # noqa: S608 - ours
-
-
-def played_in(store: Database) -> tuple[int, float]:
-    """The steps and seconds of all playing, that of trials that were played again too."""
-    parts = [store.one(f"select total(steps), total(seconds) from trial where {one}") for one in _PARTS]  # noqa: S608
-    return int(sum(steps for steps, _ in parts)), sum(seconds for _, seconds in parts)
-
-
-_PARTS = ("current and alike is null", "current and alike is not null", "not current")
-"""Each has an index that holds what is summed, so that no record is read."""

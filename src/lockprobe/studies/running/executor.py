@@ -2,7 +2,7 @@
 
 Only this process writes. Hosted models are asked from it, so that every call is in the study's log and budget; as many
 of their trials are open at once as there are connections. What needs a processor, a local model or a simulated plant,
-is played by workers, which return each trial as a row of the store, with its pictures; strategies begin here, and go on
+is played by workers, which return each trial packed for the store, with its pictures; strategies begin here, and go on
 there if it takes longer. What a person or another package wrote stays on this machine, since it may cost money or move
 a robot. If somebody attends the plant, one trial after the other is played here. If a worker dies, its trial ends as an
 ``error`` at the boundary ``model`` or ``plant``, whichever needs the processor.
@@ -13,25 +13,25 @@ from __future__ import annotations
 import asyncio
 import time
 import zlib
-from collections import Counter, deque
-from collections.abc import Awaitable, Callable, Iterable, Mapping
+from collections import deque
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing import parent_process
 
-from lockprobe.agents.catalogue import AgentSource, is_strategy, resolve
+from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import BudgetReached, ModelFault, PlantFault, SettingsChanged, UserMistake
 from lockprobe.foundation.plugins import allow, allowed, find_plugin
 from lockprobe.foundation.spec import Spec
-from lockprobe.foundation.workers import Cluster, Lost, Pool, Processes, lose, tell
+from lockprobe.foundation.workers import Cluster, Lost, Pool, Processes, lose
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.studies.decisions import GIVE_UP_AFTER
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.known_facts import KnownFacts
-from lockprobe.studies.records.picture_store import ALBUM, Album
-from lockprobe.studies.records.trial_rows import Timing, TrialRow, row_of
+from lockprobe.studies.records.picture_store import ALBUM, keep_picture
+from lockprobe.studies.records.store import packed
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import broken
@@ -47,11 +47,8 @@ _ALONE = 2.0
 """Seconds for which this process plays a strategy alone. Then others go on if as much is left; each takes a second to
 start."""
 
-_TOGETHER = 0.05
-"""Seconds for which a strategy's finished trials may wait for others to be written with; a kill leaves them owed."""
-
-_UNHEARD = 0.05
-"""Seconds after which a run of trials that wait for nothing hears Ctrl-C, when the next trial ends."""
+_AT_ONCE = 100
+"""Trials of strategies that a worker gets at once."""
 
 _SIMULATED = ("symbolic", "fast-twin", "twin")
 """Plants that are computed alone; others have a person or a device."""
@@ -69,8 +66,8 @@ class Observer:
     def step(self, key: str, step: Step) -> None:
         """Called after every step of every trial."""
 
-    def trial(self, trial: Trial, timing: Timing) -> None:
-        """Called when a trial is on disk."""
+    def trial(self, trial: Trial, seconds: float) -> None:
+        """Called when a trial is on disk, with how long it took."""
 
     def more(self, owed: int) -> None:
         """Called after trials of an agent, with those that follow, as those before the next look of a study."""
@@ -110,10 +107,10 @@ def play(
         SettingsChanged: If the agent or the plant is another one than ``known`` says.
         UserMistake: If the agent is not available, yields only errors, or its workers keep being lost.
     """
-    album, queue, began = Album(journal.directory / ALBUM), deque(plans), time.monotonic()
+    keep, queue, began = partial(keep_picture, journal.directory / ALBUM), deque(plans), time.monotonic()
     owed, hosted = len(queue), source.engine == "network" and not study.attended
     lanes = limits.access.connections if hosted else 1
-    finish = _TrialWriter(source, journal, observer, lanes, known)
+    finish = _Finish(source, journal, observer, lanes, known)
     quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
     pool = _pool(study, source, limits, quick=quick)
 
@@ -121,23 +118,20 @@ def play(
         took = time.monotonic() - began
         return pool is not None and took > _ALONE and took * len(queue) > _ALONE * (owed - len(queue)) > 0
 
-    try:
-        if pool is None or (quick and isinstance(pool, Processes)):
-            threaded = hosted and (study.simulated or study.has_pictures)
-            with own_thread() if threaded else nullcontext(in_this_thread) as place:
-                one = partial(play_timed, on_step=observer.step, keep=album.keep, calls=journal.calls, place=place)
-                asyncio.run(_play_here(source, queue, one, finish, lanes, takes_long))
-        if pool is not None and queue:
-            _play_elsewhere(source, queue, pool, observer, finish, album, live=not quick)
-    finally:
-        finish.write()
+    if pool is None or (quick and isinstance(pool, Processes)):
+        threaded = hosted and (study.simulated or study.has_pictures)
+        with own_thread() if threaded else nullcontext(in_this_thread) as place:
+            one = partial(play_timed, on_step=observer.step, keep=keep, calls=journal.calls, place=place)
+            asyncio.run(_play_here(source, queue, one, finish, lanes, takes_long))
+    if pool is not None and queue:
+        _play_elsewhere(source, queue, pool, observer, finish, keep, at_once=_AT_ONCE if quick else 1)
 
 
 async def _play_here(
     source: AgentSource,
     queue: deque[Plan],
-    play_one: Callable[..., Awaitable[tuple[Trial, Timing]]],
-    finish: _TrialWriter,
+    play_one: Callable[..., Awaitable[tuple[Trial, float]]],
+    finish: _Finish,
     lanes: int,
     leave: Callable[[], bool],
 ) -> None:
@@ -149,15 +143,12 @@ async def _play_here(
     agent, spent, opened = source.make(), list[BudgetReached](), list[asyncio.Task[None]]()
 
     async def lane() -> None:
-        heard = time.monotonic()
         while queue and not spent and not leave():
             try:
                 finish(*await play_one(queue.popleft(), agent))
             except BudgetReached as reached:
                 spent.append(reached)
-            if time.monotonic() - heard > _UNHEARD:
-                await asyncio.sleep(0)
-                heard = time.monotonic()
+            await asyncio.sleep(0)  # here Ctrl-C is heard where trials wait for nothing
 
     try:
         if source.engine == "network":
@@ -202,82 +193,57 @@ def _play_elsewhere(
     plans: Iterable[Plan],
     pool: Pool,
     observer: Observer,
-    finish: _TrialWriter,
-    album: Album,
+    finish: _Finish,
+    keep: Callable[[Picture], None],
     *,
-    live: bool,
+    at_once: int,
 ) -> None:
-    """Play plans by workers, in any order. ``live`` steps are heard as they are played, if the pool can hear them."""
+    """Play plans by workers, in any order."""
     fault = PlantFault if source.engine == "inline" else ModelFault
-    told, reader = Counter[str](), TrialReader()
-
-    def hear(said: tuple[str, Step]) -> None:
-        told[said[0]] += 1
-        observer.step(*said)
-
-    player = partial(_player, source.spec, finish.identities, allowed(), live)
-    for plan, played in pool.each(player, plans, hear, together=not live):
-        seen = told.pop(plan.key, 0)
+    reader = TrialReader()
+    for plan, played in pool.each(partial(_player, source.spec, allowed()), plans, at_once=at_once):
         if isinstance(played, Lost):
             error = ModelFault(played.why) if played.explained else fault(f"{plan.agent} lost its worker: {played.why}")
-            finish(broken(plan, error), Timing(key=plan.key, seconds=0.0, steps=0))
+            finish(broken(plan, error), 0.0)
             continue
-        row, pictures = played
+        record, seconds, pictures = played
         for picture in pictures:
-            album.keep(picture)
-        trial = reader.read(zlib.decompress(row.record))
-        for step in trial.steps[seen:]:
+            keep(picture)
+        trial = reader.read(zlib.decompress(record))
+        for step in trial.steps:
             observer.step(trial.key, step)
-        finish(trial, row.timing, row)
+        finish(trial, seconds, record)
 
 
-def _player(
-    spec: str, identities: Mapping[str, str], code: Iterable[str], live: bool
-) -> Callable[[Plan], tuple[TrialRow, tuple[Picture, ...]]]:
+def _player(spec: str, code: Iterable[str]) -> Callable[[Plan], tuple[bytes, float, Sequence[Picture]]]:
     """Build an agent in a worker, and return the function that plays plans with it."""
     allow(*code)
     if parent_process() is not None:  # a process of this machine; a node of a cluster says where it hangs itself
         PATIENCE.stuck = lose
     agent = resolve(spec).make()
 
-    def on_step(key: str, step: Step) -> None:
-        if live:
-            tell((key, step))
-
-    def play_one(plan: Plan) -> tuple[TrialRow, tuple[Picture, ...]]:
-        taken: dict[str, Picture] = {}
-
-        def keep(picture: Picture) -> None:
-            taken[picture.name] = picture
-
-        trial, timing = asyncio.run(play_timed(plan, agent, on_step, keep))
-        return row_of(trial, timing, identities[trial.condition]), tuple(taken.values())
+    def play_one(plan: Plan) -> tuple[bytes, float, Sequence[Picture]]:
+        taken = dict[str, Picture]()
+        trial, seconds = asyncio.run(play_timed(plan, agent, keep=lambda one: taken.update({one.name: one})))
+        return packed(trial), seconds, [*taken.values()]
 
     return play_one
 
 
-class _TrialWriter:
-    """Writes finished trials to the journal, and gives up an agent that yields only errors.
-
-    Strategies finish many trials in a moment, which are then written and told of together.
-    """
+class _Finish:
+    """Writes each trial that ends to the journal and tells of it, and gives up an agent that yields only errors."""
 
     def __init__(
         self, source: AgentSource, journal: Journal, observer: Observer, lanes: int, known: KnownFacts
     ) -> None:
-        self.identities = journal.identities
         self._source, self._journal, self._observer, self._known = source, journal, observer, known
-        self._free = is_strategy(source.spec)
         self._give_up_after = max(GIVE_UP_AFTER, lanes + 1)  # one outage breaks all that is on its way
         self._broken_in_a_row = 0
-        self._finished: list[tuple[Trial, Timing, TrialRow | None]] = []
-        self._written = time.monotonic()
 
-    def __call__(self, trial: Trial, timing: Timing, row: TrialRow | None = None) -> None:
+    def __call__(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
         self._refuse(self._known.note(trial))
-        self._finished.append((trial, timing, row))
-        if not self._free or time.monotonic() - self._written > _TOGETHER:
-            self.write()
+        self._journal.append(trial, seconds, record)
+        self._observer.trial(trial, seconds)
         program = self._source.engine == "inline"
         broken = trial.owed_again or (program and trial.error is not None)  # a model's final errors are findings
         self._broken_in_a_row = self._broken_in_a_row + 1 if broken else 0
@@ -285,15 +251,6 @@ class _TrialWriter:
             why = f"{trial.error.boundary}: {trial.error.message}"
             again = "" if trial.owed_again else f"; --again {trial.error.boundary} plays these anew"
             raise UserMistake(f"{trial.group} broke {self._broken_in_a_row} trials in a row ({why}){again}")
-
-    def write(self) -> None:
-        """Write what is finished, and then tell of it."""
-        finished, self._finished = self._finished, []
-        if finished:
-            self._journal.append_all(finished)
-            for trial, timing, _ in finished:
-                self._observer.trial(trial, timing)
-        self._written = time.monotonic()
 
     def expect(self, facts: Mapping[str, Fact]) -> None:
         """Refuse a changed agent (model, prompt, runtime) before it is called and paid."""

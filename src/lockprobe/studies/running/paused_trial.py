@@ -11,13 +11,13 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Iterable, Mapping
 from contextlib import AsyncExitStack, suppress
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from lockprobe.agents.outside import OutsideAgent
 from lockprobe.foundation.errors import BadValue
-from lockprobe.studies.records.picture_store import Album
-from lockprobe.studies.records.trial_rows import Timing
+from lockprobe.studies.records.picture_store import keep_picture
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.plan import Plan
@@ -46,17 +46,17 @@ class PausedTrial:
     Attributes:
         situation: The information that may be shown now; None once the trial is over.
         trial: The record once the trial is over, else None.
-        timing: The duration from :meth:`begin` once the trial is over, else None.
+        seconds: How long it took from :meth:`begin`, once the trial is over.
     """
 
     def __init__(self, plan: Plan, agent: OutsideAgent, pictures: Path | None, place: Executor) -> None:
         self.plan = plan
         self.situation: Situation | None = None
         self.trial: Trial | None = None
-        self.timing: Timing | None = None
+        self.seconds = 0.0
         self._told: list[str] = []
         self._agent = agent
-        keep = None if pictures is None else Album(pictures).keep
+        keep = None if pictures is None else partial(keep_picture, pictures)
         self._loop = asyncio.create_task(play_timed(plan, self._agent, self._note, keep, place=place))
 
     @classmethod
@@ -133,7 +133,7 @@ class PausedTrial:
         finally:
             asked.cancel()
         if self._loop.done():
-            self.trial, self.timing = self._loop.result()
+            self.trial, self.seconds = self._loop.result()
         else:
             self.situation = asked.result()
 

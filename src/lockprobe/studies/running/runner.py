@@ -196,7 +196,7 @@ def owe_anew(journal: Journal, boundary: str) -> int:
         raise BadValue("again", boundary, f"{' or '.join(FINAL)}; what broke elsewhere is owed without being asked for")
     asked, found = {call.key for call in read_calls(journal.directory)}, 0
     for key in [key for key, one in journal.trials.items() if one.ending == "error" and not one.owed_again]:
-        trial, timing = journal.read(key)
+        trial, seconds = journal.read(key)
         error = trial.error
         if error is None or error.boundary != boundary or trial.player:
             continue
@@ -204,6 +204,6 @@ def owe_anew(journal: Journal, boundary: str) -> int:
             mark = Call(key=key, step=0, turn=0, request="", reply=None, error=OWED_ANEW, agent=trial.agent)
             at = replace(mark, condition=trial.condition, repetition=trial.repetition, trial=trial.trial)
             journal.calls.write(at)
-        journal.append(replace(trial, error=replace(error, again=True)), timing)
+        journal.append(replace(trial, error=replace(error, again=True)), seconds)
         found += 1
     return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
@@ -15,10 +16,9 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import refuse_blind, taken_in
 from lockprobe.studies.options.studyfile import OF_A_TRIAL, trial_study
-from lockprobe.studies.records.picture_store import Album
+from lockprobe.studies.records.picture_store import keep_picture
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.condition import Condition
-from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, Closable, Intervention
 from lockprobe.trial.record import Ask, Trial
 
@@ -84,16 +84,15 @@ def run_trial(
     if isinstance(player, str) and not taken_in(player, (plan.modality,)):
         refuse_blind(player, plan.modality, "symbolic")
     resolve_plant(plan.plant).check(plan.box)
-    once = _alone(plan, player, None if pictures is None else Path(pictures))
+    keep = None if pictures is None else partial(keep_picture, Path(pictures))
+
+    async def once() -> Trial:
+        playing = resolve(player).make() if isinstance(player, str) else player
+        try:
+            return (await play_timed(plan, playing, keep=keep))[0]
+        finally:
+            if isinstance(player, str) and isinstance(playing, Closable):
+                await playing.aclose()
+
     with ThreadPoolExecutor(max_workers=1) as elsewhere:  # a notebook already runs a loop in this thread
-        return elsewhere.submit(asyncio.run, once).result()
-
-
-async def _alone(plan: Plan, agent: str | Agent, pictures: Path | None) -> Trial:
-    player: Agent = resolve(agent).make() if isinstance(agent, str) else agent
-    try:
-        keep = None if pictures is None else Album(pictures).keep
-        return (await play_timed(plan, player, keep=keep))[0]
-    finally:
-        if isinstance(agent, str) and isinstance(player, Closable):
-            await player.aclose()
+        return elsewhere.submit(lambda: asyncio.run(once())).result()
