@@ -14,7 +14,6 @@ from lockprobe_robot.fast_twin import FastTwin
 from lockprobe_robot.twin import Twin
 from lockprobe_robot.twin_settings import SceneSettings, TwinSettings
 from mjcf_models import EXAMPLES, written
-from typed import in_process
 
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
@@ -151,11 +150,6 @@ def test_every_option_of_looks_is_seen():
 
     plain = seen()
     assert [name for name, value in LOOKS.items() if (seen(**{name: value}) == plain).all()] == []
-
-
-def test_an_estimate_says_how_long_its_boxes_take():
-    done = in_process("run", "modalities", "--plant", "fast-twin?width=64&height=64", "--agent", "viewer", "--estimate")
-    assert "\nSimulated boxes: about " in done.stdout
 
 
 @pytest.mark.parametrize("tilt", [0, 75])

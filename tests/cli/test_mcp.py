@@ -111,7 +111,7 @@ def started(project):
 def entries(directory):
     """The kinds of the entries about attempts."""
     with read(directory) as store:
-        return [kind for (kind,) in store.rows("select entry ->> 'kind' from attempt order by id")]
+        return [kind for (kind,) in store.rows("select kind from attempt order by id")]
 
 
 REFUSED = {

@@ -203,7 +203,7 @@ def test_calls_at_once_are_one_call_and_refusals(tmp_path):
             refused = [one for one in got if isinstance(one, CallRefused)]
             assert len(refused) == len(got) - 1
             assert all("one call at a time" in str(one) for one in refused)
-            assert len(sql(tmp_path, "select entry from attempt where entry ->> 'kind' = 'attempt'")) == 1
+            assert len(sql(tmp_path, "select id from attempt where kind = 'attempt'")) == 1
 
     asyncio.run(play())
 
@@ -283,7 +283,7 @@ def test_a_report_that_differs_from_the_one_on_disk_is_never_told(tmp_path, monk
 
 
 def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
-    def refuse(key, entry):
+    def refuse(*row):
         raise BadFile("study.db", "cannot be written (No space left on device)")
 
     async def play():

@@ -415,7 +415,7 @@ def test_an_edit_is_found_though_columns_are_right(played, tmp_path, name):
 ROWS = {
     "key": "'small/random/truth/rep=1/trial=99'", "agent": "'random'", "player": "'participant:aaaa01'", "condition": "'truth'",
     "repetition": "2", "trial": "7 - trial", "fork": "'lie'", "ending": "'solved'", "owed": "1", "steps": "steps + 1",
-    "identity": "'0123456789ab'", "alike": "x'00'", "current": "0",
+    "identity": "'0123456789ab'", "current": "0",
     "record": "(select record from trial where ending = 'solved')",
 }  # fmt: skip
 """A column -> what somebody puts there in the row of a failure under flips."""

@@ -9,12 +9,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, TrialFault
-from lockprobe.foundation.storage.atomic_file import NewDirectory
+from lockprobe.foundation.storage.atomic_file import refuse_links, writing
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
@@ -52,24 +53,25 @@ def write_frames(directory: Path, out: Path, *, only: str, tell: Callable[[str],
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise BadFile(out, "is there and not an empty directory; choose another")
     study = read_study(directory)
-    written = NewDirectory(out)
-    count = 0
-    try:
+    refuse_links(out)
+    count, target = 0, out.resolve()
+    with writing(out):
+        target.parent.mkdir(parents=True, exist_ok=True)
+    with writing(out), TemporaryDirectory(prefix=".", suffix=".draft", dir=target.parent) as made:
+        draft = Path(made, "frames")
         for kind in ("rgb", "depth"):
-            (written.draft / kind).mkdir()
-        with (written.draft / "frames.jsonl").open("w", encoding="utf-8") as table:
+            (draft / kind).mkdir(parents=True)
+        with (draft / "frames.jsonl").open("w", encoding="utf-8") as table:
             for number, trial in enumerate(trials, start=1):
                 plan = plan_of(study, trial)
                 for frame, facts in _frames(trial, plan):
                     count += 1
                     files = {kind: f"{kind}/{count:06}.png" for kind in ("rgb", "depth")}
-                    (written.draft / files["rgb"]).write_bytes(to_png(frame.rgb))
-                    (written.draft / files["depth"]).write_bytes(to_png(to_millimetres(frame.depth)))
+                    (draft / files["rgb"]).write_bytes(to_png(frame.rgb))
+                    (draft / files["depth"]).write_bytes(to_png(to_millimetres(frame.depth)))
                     table.write(json.dumps({**files, **_camera(frame, trial), **facts}) + "\n")
                 tell(f"trial {number} of {len(trials)}, {count} frames")
-        written.commit()
-    finally:
-        written.drop()
+        draft.replace(target)
     return count
 
 

@@ -35,8 +35,7 @@ from lockprobe.foundation.formatting import count as counted
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.plugins import listed_plugins, robot_plugin
 from lockprobe.foundation.spec import Spec, arguments_from
-from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.foundation.storage.links import refuse_links
+from lockprobe.foundation.storage.atomic_file import refuse_links, write_file
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help=options.BOX)]

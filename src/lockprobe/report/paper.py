@@ -19,8 +19,7 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import count, listed, p_cell
 from lockprobe.foundation.left_out import section
 from lockprobe.foundation.spec import PEOPLE, Spec
-from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.foundation.storage.links import make_directory
+from lockprobe.foundation.storage.atomic_file import make_directory, write_file
 from lockprobe.report.format import tex_text
 from lockprobe.report.page import tables_of
 from lockprobe.report.prose import false_reports, interval_kind

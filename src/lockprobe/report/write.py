@@ -16,8 +16,7 @@ from typing import Literal
 
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
-from lockprobe.foundation.storage.atomic_file import remove_file, write_file
-from lockprobe.foundation.storage.links import make_directory
+from lockprobe.foundation.storage.atomic_file import make_directory, remove_file, write_file
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv
 from lockprobe.report.opened import OpenedStudy, open_study

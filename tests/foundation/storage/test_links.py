@@ -8,15 +8,13 @@ from pathlib import Path
 import pytest
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.storage.atomic_file import NewDirectory, remove_file, write_file, write_private
+from lockprobe.foundation.storage.atomic_file import make_directory, remove_file, write_file, write_private
 from lockprobe.foundation.storage.database import Database
-from lockprobe.foundation.storage.links import make_directory
 
 WRITERS = {
     "file": lambda path: write_file(path, "new"),
     "private": lambda path: write_private(path, "new"),
     "directory": make_directory,
-    "new directory": NewDirectory,
     "file in a directory": lambda path: write_file(path / "x", "new"),
     "deleted file in a directory": lambda path: remove_file(path / "there"),
 }

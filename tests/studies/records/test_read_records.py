@@ -154,5 +154,5 @@ def test_every_picture_is_kept_under_its_name(tmp_path):
 
 def test_an_album_that_cannot_be_written_is_said_in_one_line(tmp_path):
     (tmp_path / "pictures").write_text("in the way")
-    with pytest.raises(BadFile, match=r"pictures.*\.png: cannot be written"):
+    with pytest.raises(BadFile, match="pictures: cannot be written"):
         keep_picture(tmp_path / "pictures", Picture(kind="rgb", png=b"picture"))

@@ -22,8 +22,7 @@ from typing import Any
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import LARGEST_INPUT, check_regular
-from lockprobe.foundation.storage.atomic_file import write_file, writing
-from lockprobe.foundation.storage.links import refuse_links
+from lockprobe.foundation.storage.atomic_file import refuse_links, write_file, writing
 
 _BESIDE = ("-wal", "-shm", "-journal")
 """What SQLite adds to the name of a file for those that it keeps beside it."""
@@ -105,13 +104,9 @@ class Database:
 
     def one(self, sql: str, *values: object) -> tuple[Any, ...]:
         """The first row of a statement that always has one."""
-        if (row := self.first(sql, *values)) is None:
-            raise Damaged(self.path, "damaged (a row is missing)")
-        return row
-
-    def first(self, sql: str, *values: object) -> tuple[Any, ...] | None:
-        """The first row of a statement that may have none."""
-        return next(self.rows(sql, *values), None)
+        for row in self.rows(sql, *values):
+            return row
+        raise Damaged(self.path, "damaged (a row is missing)")
 
     @contextmanager
     def transaction(self, *, sync: bool = False) -> Iterator[sqlite3.Connection]:
@@ -209,38 +204,40 @@ def _place(path: Path) -> tuple[int, int] | None:
 
 
 def _opened(path: Path, ways: Sequence[str], schema: str, *, ahead: bool = False) -> sqlite3.Connection:
-    """A connection, by the first way that works on this file system.
+    """A connection to a file with the tables of a schema, by the first way that works on this file system.
 
-    ``ahead`` writes to a log beside the file where that works, so that readers and the writer do not wait.
+    A file with other tables is left as it is. ``ahead`` writes to a log beside the file where that works, so that
+    readers and the writer do not wait.
     """
-    with _said(path):
+    with _said(path), ExitStack() as failed:
         for way in ways:
+            failed.close()
             try:
-                return _connected(path, way, schema, ahead=ahead)
+                # one thread at a time writes, see Database.transaction
+                connection = sqlite3.connect(
+                    f"{path.absolute().as_uri()}?{way}",
+                    uri=True,
+                    isolation_level=None,
+                    timeout=_WAIT,
+                    check_same_thread=False,
+                )
+                failed.callback(connection.close)
+                connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_INPUT)
+                connection.execute("pragma trusted_schema=off")
+                connection.execute("pragma secure_delete=on")
+                if _tables(connection) != _tables(_new(schema)):
+                    raise BadFile(path, "its tables are not those of this release's studies")
+                if ahead:
+                    with suppress(sqlite3.OperationalError):  # somebody reads it now, or there is no shared memory
+                        connection.execute("pragma journal_mode=wal")
+                    _tables(connection)  # whether that works here
             except sqlite3.Error as error:
                 if way == ways[-1] or _code(error) not in _OTHER_WAY:
                     raise
+            else:
+                failed.pop_all()
+                return connection
     raise AssertionError("no way was given")
-
-
-def _connected(path: Path, way: str, schema: str, *, ahead: bool) -> sqlite3.Connection:
-    """A connection to a file with the tables of a schema; one with others is left as it is."""
-    uri = f"{path.absolute().as_uri()}?{way}"
-    with ExitStack() as failed:
-        # one thread at a time writes, see Database.transaction
-        connection = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=_WAIT, check_same_thread=False)
-        failed.callback(connection.close)
-        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_INPUT)
-        connection.execute("pragma trusted_schema=off")
-        connection.execute("pragma secure_delete=on")
-        if _tables(connection) != _tables(_new(schema)):
-            raise BadFile(path, "its tables are not those of this release's studies")
-        if ahead:
-            with suppress(sqlite3.OperationalError):  # somebody reads it now, or there is no shared memory
-                connection.execute("pragma journal_mode=wal")
-            _tables(connection)  # whether that works here
-        failed.pop_all()
-    return connection
 
 
 def _tables(connection: sqlite3.Connection) -> list[tuple[object, ...]]:

@@ -62,7 +62,7 @@ _COUNTED = 50
 """Requests that are counted. Of a longer trial they are spread evenly, and the others lie between them."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Estimate:
     """The estimated cost of the trials that one agent owes; of a study with ``until``, of those that it owes at most.
 
@@ -112,22 +112,16 @@ def estimates(study: Study, done: Mapping[str, OnRecord]) -> list[Estimate]:
             sizes = request_sizes(study.plan(agent, condition, 1, 1), model)
             low += trials * sizes @ (1 - solved[:-1])
             high += trials * sizes.sum(axis=1)
+        least, most = (
+            Usage(calls=calls, input_tokens=read, output_tokens=wrote)
+            for calls, read, wrote in np.round([low, high]).astype(int).tolist()
+        )
         found.append(
             Estimate(
-                agent=agent,
-                called=study.label_of(agent),
-                trials=len(plans),
-                low=_usage(low),
-                high=_usage(high),
-                price=price_of(model.name),
-                until=str(study.until or ""),
+                agent, study.label_of(agent), len(plans), least, most, price_of(model.name), str(study.until or "")
             )
         )
     return found
-
-
-def _usage(sums: Array) -> Usage:
-    return Usage(**dict(zip(("calls", "input_tokens", "output_tokens"), map(round, sums.tolist()), strict=True)))
 
 
 def request_sizes(plan: Plan, model: Model) -> Array:

@@ -81,8 +81,7 @@ class Spending:
 
 def total(parts: Iterable[Spending]) -> Spending:
     """The sum of all; nothing if there are none."""
-    found = list(parts)
-    return reduce(add, found) if found else Spending()
+    return reduce(add, found) if (found := list(parts)) else Spending()
 
 
 def hosted(study: Study) -> tuple[str, ...]:
@@ -103,11 +102,10 @@ def most_dollars(usage: Usage | None, price: Price) -> float:
 
 
 class Ledger:
-    """The ledger of a study: adds up the cost of its calls."""
+    """The cost of the calls of a study, added up by agent."""
 
     def __init__(self, study: Study, calls: Iterable[Call] = ()) -> None:
-        self._sums = dict[str, Spending]()
-        self._order = study.agents
+        self._sums: dict[str, Spending | None] = dict.fromkeys(study.agents)
         for call in calls:
             self.add(call)
 
@@ -121,12 +119,12 @@ class Ledger:
     @property
     def by_agent(self) -> dict[str, Spending]:
         """Spending by agent, in the order of the study; agents without calls are left out."""
-        return {agent: self._sums[agent] for agent in dict.fromkeys((*self._order, *self._sums)) if agent in self._sums}
+        return {agent: spent for agent, spent in self._sums.items() if spent is not None}
 
     @property
     def total(self) -> Spending:
         """Total spending; the cost is None if one agent's cost is not known."""
-        return total(self._sums.values())
+        return total(self.by_agent.values())
 
 
 class Budget:

@@ -17,17 +17,13 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.foundation.storage.atomic_file import refuse_links, write_file
 from lockprobe.foundation.storage.database import Database
-from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.records.store import STORE, has_joined, holds_records, last_rows, written
 from lockprobe.studies.study import SIZES, WHO, Study, settings_of, study_from
 from lockprobe.studies.until import EarlierSize
-
-_MADE = (SETTINGS, STORE)
-"""Files that a start creates."""
 
 _LOCK = ".lock"
 """The file that is locked where directories are not."""
@@ -45,11 +41,12 @@ def locked_store(path: Path) -> Iterator[Database]:
         DirectoryBusy: If another process writes there.
     """
     new = [one for one in (path, *path.parents) if not one.exists()]
+    settings, people = path / SETTINGS, path / PEOPLE_DIRECTORY
     refuse_links(path)
-    for name in (*_MADE, PEOPLE_DIRECTORY):  # it may have no settings yet by which it is known
-        refuse_links(path / name, within=path)
+    for one in (settings, path / STORE, people):  # it may have no settings yet by which it is known
+        refuse_links(one, within=path)
     with ExitStack() as held:
-        held.callback(_remove, new, ())  # where nothing is in them
+        held.callback(_remove_empty, new)
         try:
             path.mkdir(parents=True, exist_ok=True)
             _lock(path, os.O_RDONLY, held)
@@ -57,9 +54,9 @@ def locked_store(path: Path) -> Iterator[Database]:
             raise DirectoryBusy(path) from None
         except OSError as error:
             raise BadFile(path, f"cannot be written ({error.strerror})") from error
-        missing = [path / _LOCK, *(path / name for name in _MADE if not (path / name).exists())]
-        settings, invited = path / SETTINGS, (path / PEOPLE_DIRECTORY).exists()
-        before, kept = settings.read_bytes() if settings.is_file() else None, False
+        missing = [path / _LOCK, *(one for one in (settings, path / STORE) if not one.exists())]
+        before, invited = settings.read_bytes() if settings.is_file() else None, people.exists()
+        kept = False
         try:
             with written(path) as store:
                 rows = last_rows(store)
@@ -69,16 +66,15 @@ def locked_store(path: Path) -> Iterator[Database]:
                 finally:
                     kept = kept or last_rows(store) != rows
         finally:
-            if not kept and (invited or not (path / PEOPLE_DIRECTORY).exists()):
+            if not kept and invited == people.exists():
                 with suppress(OSError, BadFile):
-                    _remove((), missing)
+                    for one in missing:
+                        one.unlink(missing_ok=True)
                     if before is not None and settings.read_bytes() != before:
                         write_file(settings, before)
 
 
-def _remove(directories: Iterable[Path], files: Iterable[Path]) -> None:
-    for file in files:
-        file.unlink(missing_ok=True)
+def _remove_empty(directories: Iterable[Path]) -> None:
     for directory in directories:
         with suppress(OSError):
             directory.rmdir()
@@ -130,24 +126,26 @@ def claim(directory: Path, study: Study) -> None:
         SettingsChanged: If any other setting differs.
         BadFile: If there are records without settings, or settings that cannot be read or written.
     """
-    path, played = directory / SETTINGS, holds_records(directory)
-    if not path.exists() and played:
+    there, played = (directory / SETTINGS).exists(), holds_records(directory)
+    if played and not there:
         raise BadFile(directory, f"holds {STORE} but no {SETTINGS}: put it back, or give another --out")
-    somebody = path.exists() and has_joined(directory)  # who has joined plays this study
-    if not (played or somebody):
+    if not (played or (there and has_joined(directory))):  # who has joined plays this study
         write_settings(directory, study)
         return
-    there = read_study(directory)
-    extended = len(there.earlier) < len(study.earlier)
-    different = study.differences(there, but=(*WHO, *(SIZES if extended else ()))) | study.renamed(there)
-    if different:
+    known = read_study(directory)
+    grown = SIZES if len(known.earlier) < len(study.earlier) else ()
+    if different := study.differences(known, but=(*WHO, *grown)) | study.renamed(known):
         raise SettingsChanged(directory, different)
-    agents = joined_agents(there.agents, study.agents)
-    part = study.shard if study.shard == there.shard else None  # of several parts it holds the whole
-    asks = study.contrasts and study.contrasts != there.contrasts
-    if extended or asks or agents != there.agents or part != there.shard:
-        joined = replace(study, agents=agents, names={**there.names, **study.names}, shard=part)
-        write_settings(directory, joined.ordered_as(there))
+    joined = replace(
+        study,
+        agents=joined_agents(known.agents, study.agents),
+        names={**known.names, **study.names},
+        shard=study.shard if study.shard == known.shard else None,  # of several parts it holds the whole
+        contrasts=study.contrasts or known.contrasts,
+        earlier=max(known.earlier, study.earlier, key=len),
+    ).ordered_as(known)
+    if settings_of(joined) != settings_of(known):
+        write_settings(directory, joined)
 
 
 def extended(planned: Study, directory: Path) -> Study:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lockprobe.foundation.storage.atomic_file import Replacement, writing
-from lockprobe.foundation.storage.links import make_directory
+from lockprobe.foundation.storage.atomic_file import Replacement, make_directory, writing
 from lockprobe.trial.pictures.picture import Picture
 
 ALBUM = "pictures"
