@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env, data_equivalence
-from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
+from gymnasium.vector import SyncVectorEnv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from painted import painted_twins
@@ -52,8 +52,8 @@ class Never(OutcomeFlip):
 
 PLAIN = [
     {},
-    {"box": "chain-8", "condition": "flip?p=0.3&others=kept", "steps_left": True, "max_steps": 5, "info": "truth"},
-    {"condition": "flip?p=0.4&inverts=position&others=noisy", "shuffle": "trial", "box": FORK, "step_cost": 0.125},
+    {"box": "chain-8", "condition": "flip?p=0.3&others=kept", "max_steps": 5, "info": "truth"},
+    {"condition": "flip?p=0.4&inverts=position&others=noisy", "shuffle": "trial", "box": FORK},
     {"condition": "flip?p=0.3&keep=0.5 + flip?p=0.4&inverts=position", "layout": "shuffled", "info": "truth"},
     {"modality": "symbolic?tell=state", "p": 0.4, "shuffle": "study", "layout": "dealt"},
     {"modality": "symbolic?tell=outcome", "p": 0.4, "flip": "sticky", "shuffle": "trial"},
@@ -62,7 +62,7 @@ PLAIN = [
 OTHERS = [
     {"condition": "flip?p=0.4&only=moved"},
     {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + yoked?p=0.2", "info": "truth"},
-    {"condition": "drop?p=0.5 + tremble?p=0.2", "steps_left": True},
+    {"condition": "drop?p=0.5 + tremble?p=0.2"},
     {"condition": "force?at=2 + delay?lag=1", "p": 0.4, "max_steps": 9, "layout": "shuffled"},
     {"condition": [Never(p=0.4)]},
 ]
@@ -83,13 +83,13 @@ def test_gymnasium_finds_nothing_to_say_against_it(asked):
 @pytest.mark.parametrize("seed", [1, 2**62])
 def test_an_episode_is_the_trial_of_the_study(asked, seed):
     """What is told, the reward, the ends and the record, under every condition; and nothing else is told."""
-    study = {name: value for name, value in asked.items() if name not in ("steps_left", "step_cost", "info")}
+    study = {name: value for name, value in asked.items() if name != "info"}
     defaults = {"modality": "symbolic", "shuffle": "never"}
     there = run_trial(agent="random", seed=seed, repetition=2, trial=7, **(defaults | study))
     env = LockboxEnv(**asked)
     first, _ = env.reset(seed=seed, options={"repetition": 2, "trial": 7})
     assert first[:3].tolist() == [there.listing.index(there.labels[there.joints.index(there.target)]), 0, 0]
-    for number, step in enumerate(there.steps, 1):
+    for step in there.steps:
         action = there.listing.index(there.labels[there.joints.index(step.chosen or step.joint)])
         told, reward, terminated, truncated, info = env.step(action)
         outcome = 0 if step.told_moved is None or "tell=state" in str(asked) else 1 + step.told_moved
@@ -97,9 +97,7 @@ def test_an_episode_is_the_trial_of_the_study(asked, seed):
         if step.told_state is not None and len(told) > 4:
             at = dict(zip(there.listing, told[3:].tolist(), strict=False))
             assert "".join(str(at[label]) for label in there.labels) == step.told_state
-        if asked.get("steps_left"):
-            assert told[-1] == there.budget - number
-        assert reward == terminated - asked.get("step_cost", 0)
+        assert reward == terminated
         assert list(info) == ["truth"] * ("info" in asked)
         assert info.get("truth", {}).get("moved", step.moved) == step.moved
     assert (terminated, truncated) == (there.ending == "solved", there.ending == "budget")
@@ -195,19 +193,6 @@ def test_many_boxes_play_as_so_many_single_environments(asked, seed, seeds, shuf
     assert all((now == then).all() for now, then in kept)  # what was returned is not written to again
 
 
-def test_several_processes_play_the_same():
-    asked = {"condition": "flip?p=0.4", "shuffle": "trial", "max_steps": 3}
-    ours, apart = made(count=2, **asked), made("async", count=2, vector_kwargs={"context": "spawn"}, **asked)
-    try:
-        assert isinstance(apart.unwrapped, AsyncVectorEnv)
-        assert equal(ours.reset(seed=2), apart.reset(seed=2))
-        for joint in range(6):
-            joints = np.array([joint % 4, 3 - joint % 4])
-            assert equal(ours.step(joints), apart.step(joints))
-    finally:
-        apart.close()
-
-
 @dataclass(frozen=True)
 class Blindfold:
     after_words = always_tells = True
@@ -219,7 +204,6 @@ class Blindfold:
 
 
 VECTOR = 'vectorization_mode="sync" plays all else'
-SEEN = {"observation": "rgb", "plant": "fast-twin"}
 
 
 @pytest.mark.parametrize(
@@ -227,18 +211,12 @@ SEEN = {"observation": "rgb", "plant": "fast-twin"}
     [
         (LockboxEnv, {"max_step": 3}, "no setting of the environment is called 'max_step' (did you mean 'max_steps'?"),
         (LockboxEnv, {"seed": 3}, "no setting of the environment is called 'seed'"),
-        (LockboxEnv, {"observation": "depth"}, "observation: got 'depth', expected one of symbolic, rgb, rgbd"),
-        (LockboxEnv, {"observation": "rgb"}, "modality: got 'rgb', expected a plant with a camera, fast-twin or twin"),
-        (LockboxEnv, SEEN | {"modality": "rgb?blur=8"}, "observation= cannot be combined with modality="),
-        (LockboxEnv, SEEN | {"steps_left": True}, "steps_left=True cannot be combined with pictures"),
-        (LockboxEnv, SEEN | {"condition": "drop?p=0.3"}, "drop?p=0.3 + rgb cannot be combined with pictures"),
+        (LockboxEnv, {"modality": "rgb"}, "modality: got 'rgb', expected a plant with a camera, fast-twin or twin"),
         (LockboxEnv, {"condition": "nudge"}, "condition: got 'nudge', expected interventions on reports or actions"),
         (LockboxEnv, {"condition": "flip?p=0.2", "p": 0.2}, "p: got 0.2, expected 0 with a condition that flips"),
         (LockboxEnv, {"plant": "twins"}, "no plant is called 'twins' (did you mean 'twin'?)"),
         (LockboxEnv, {"box": "chain-99"}, "no box is called 'chain-99'"),
         (LockboxEnv, {"max_steps": 0}, "max_steps: got 0, expected a whole number from 1 to 10000"),
-        (LockboxEnv, {"step_cost": float("nan")}, "step_cost: got nan, expected a number of at least 0"),
-        (LockboxEnv, {"steps_left": 1}, "steps_left: got 1, expected True or False"),
         (LockboxEnv, {"info": "all"}, "info: got 'all', expected None or 'truth'"),
         (made, {"condition": [Never()]}, VECTOR),
         (made, {"condition": "flip?p=0.2&at=3"}, VECTOR),
@@ -274,7 +252,7 @@ def test_a_wrong_call_is_refused_in_one_line():
             many.step(actions)
     with pytest.raises(UserMistake, match="seed: got .*, expected a whole number, or 4 of them"):
         many.reset(seed=[1, 2])
-    with pytest.raises(UserMistake, match="^render_mode: got 'rgb_array', expected ansi; pictures need plant="):
+    with pytest.raises(UserMistake, match="^render_mode: got 'rgb_array', expected ansi; pictures need modality="):
         env.render()  # tools ask every environment for pictures, so only this call is refused
     for joint in (3, 2, 1, 0):
         env.step(joint)
@@ -298,7 +276,7 @@ def plants(monkeypatch):
 
 
 SHOWN = [
-    {"observation": "rgbd"},
+    {"modality": "rgbd"},
     {"modality": "rgb?p=0.4"},
     {"modality": "rgbd?depth=height", "p": 0.5, "flip": "sticky"},
     {"modality": "rgb?blur=2&noise=0.1&occlude=0.2&exposure=-1"},
@@ -309,7 +287,6 @@ SHOWN = [
 @pytest.mark.usefixtures("plants")
 @pytest.mark.parametrize("asked", SHOWN)
 def test_true_false_and_damaged_pictures_and_the_record_are_those_of_the_trial(asked, tmp_path):
-    words = {"modality" if name == "observation" else name: value for name, value in asked.items()}
     where = {"repetition": 2, "trial": 3}
     there = run_trial(
         agent=ScriptedAgent(joints=(1, 3, 0, 2, 1)),
@@ -318,7 +295,7 @@ def test_true_false_and_damaged_pictures_and_the_record_are_those_of_the_trial(a
         max_steps=8,
         pictures=tmp_path,
         **where,
-        **words,
+        **asked,
     )
     env = LockboxEnv(plant=SMALL, shuffle="trial", max_steps=8, **asked)
     check_env(env, skip_render_check=True)
@@ -334,7 +311,7 @@ def test_true_false_and_damaged_pictures_and_the_record_are_those_of_the_trial(a
 
 
 def test_what_is_seen_holds_no_truth_and_is_looked_at_once_a_step(plants):
-    env = LockboxEnv(observation="rgb", plant=SMALL, shuffle="trial", render_mode="rgb_array")
+    env = LockboxEnv(modality="rgb", plant=SMALL, shuffle="trial", render_mode="rgb_array")
     assert env.metadata["render_modes"] == ["ansi", "rgb_array"]
     for seed in (2, 3):
         picture, info = env.reset(seed=seed)
@@ -353,21 +330,21 @@ def test_what_is_seen_holds_no_truth_and_is_looked_at_once_a_step(plants):
 @pytest.mark.usefixtures("plants")
 def test_pictures_that_a_channel_takes_and_plants_that_break_are_faults(monkeypatch):
     with pytest.raises(ChannelFault, match="no picture of the kind rgb reached the agent"):
-        LockboxEnv(observation="rgb", plant=SMALL, condition=[Blindfold()]).reset(seed=1)
+        LockboxEnv(modality="rgb", plant=SMALL, condition=[Blindfold()]).reset(seed=1)
 
     def broken(*given):
         raise RuntimeError("no power")
 
     painted_twins(monkeypatch, broken)
     with pytest.raises(PlantFault, match="RuntimeError: no power"):
-        LockboxEnv(observation="rgb", plant=SMALL).reset(seed=1)
+        LockboxEnv(modality="rgb", plant=SMALL).reset(seed=1)
 
 
 def test_an_episode_with_the_physical_box_shows_the_pictures_of_the_study(tmp_path):
     twin = "fast-twin?width=64&height=64&looks=varied&depth_noise=0.001"
     agent, shown = ScriptedAgent(joints=(3, 2, 1, 0)), {"seed": 5, "trial": 3, "shuffle": "never"}
     trial = run_trial(agent=agent, plant=twin, modality="rgbd", pictures=tmp_path, **shown)
-    env = LockboxEnv(observation="rgbd", plant=twin)
+    env = LockboxEnv(modality="rgbd", plant=twin)
     here = [env.reset(seed=5, options={"trial": 3})[0], *(env.step(joint)[0] for joint in (3, 2, 1, 0))]
     for seen, names in zip(here, (trial.opening_pictures, *(step.pictures for step in trial.steps)), strict=True):
         assert (seen["rgb"] == from_png((tmp_path / names["rgb"]).read_bytes())).all()

@@ -1,8 +1,16 @@
-"""One lockbox as a Gymnasium environment."""
+"""One lockbox as a Gymnasium environment.
+
+Its episodes are the trial loop, held at each decision (:class:`HeldEpisode`). Where nothing but flips acts on the
+reports of a symbolic plant, a :class:`PlainEpisode` says the same a few times faster.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from types import coroutine
+from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
@@ -10,33 +18,232 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from lockprobe.foundation.errors import BadValue
-from lockprobe.interfaces.gymnasium.episode import HeldEpisode, Images, PlainEpisode
-from lockprobe.interfaces.gymnasium.settings import EnvironmentSettings, EpisodeKey, Vector, read_settings
-from lockprobe.trial.record import Trial
+from lockprobe.foundation.errors import BadValue, ChannelFault, PlantFault
+from lockprobe.interfaces.gymnasium.settings import BLOCKED, FARTHEST, EnvironmentSettings, EpisodeKey, Vector
+from lockprobe.interventions.flip import told_by
+from lockprobe.plants.catalogue import plant_of
+from lockprobe.trial.loop import PLANT, play
+from lockprobe.trial.pictures.picture import PictureKind
+from lockprobe.trial.pictures.png import from_png
+from lockprobe.trial.plan import Names
+from lockprobe.trial.record import Decision, Ending, Fact, Moment, Percept, Situation, Step, Task, Trial
+
+Images = NDArray[np.uint8] | dict[str, NDArray[np.uint8] | NDArray[np.float32]]
+"""Colours, shape (height, width, 3), or with metres of depth, shape (height, width, 1), 0 where there is no reading."""
+
+_UNTOLD = 2
+"""Position of a joint if a report is missing."""
+
+
+class PlainEpisode:
+    """One trial in which nothing but flips acts, by the rules and the law of false reports.
+
+    Attributes:
+        ending: How the trial ended; None before.
+        actions: The joints attempted so far, by their number in the listing.
+    """
+
+    def __init__(self, settings: EnvironmentSettings, key: EpisodeKey) -> None:
+        self.ending: Ending | None = None
+        self.actions: list[int] = []
+        self._settings, plan = settings, settings.plan(key)
+        self._flips = settings.flips or ()
+        self._luck = [plan.luck.stream(f"{flip.stream}-{place}") for place, flip in enumerate(self._flips)]
+        self._listing = settings.listing(plan)
+        self._target = self._listing.index(settings.box.target)
+        self._configuration = settings.box.start
+        self._positions = sum(
+            1 << place for place, joint in enumerate(self._listing) if settings.study.box.initial[joint]
+        )
+        self._told, self._moved, self._outcome = self._positions, False, 0
+
+    def attempt(self, action: int) -> None:
+        """Attempt the joint at this place of the listing."""
+        joint, bit = self._listing[action], 1 << action
+        self.actions.append(action)
+        taken = len(self.actions)
+        drawn = [
+            stream.at(taken).random(flip.numbers(len(self._listing))).tolist()
+            for stream, flip in zip(self._luck, self._flips, strict=True)
+        ]
+        self._moved = bool(self._settings.box.may_move[self._configuration, joint])
+        self._configuration ^= self._moved << joint
+        self._positions ^= self._moved * bit
+        outcome, self._told = told_by(self._flips, self._positions, self._told, bit, self._moved, drawn)
+        self._outcome = BLOCKED + outcome if self._settings.outcomes else 0
+        if self._moved and action == self._target:
+            self.ending = "solved"
+        elif taken == self._settings.study.max_steps:
+            self.ending = "budget"
+
+    def observation(self) -> Vector:
+        """The report as a vector."""
+        attempted = self.actions[-1] + 1 if self.actions else 0
+        told = self._bits(self._told) if self._settings.positions else ()
+        return np.array((self._target, attempted, self._outcome, *told), dtype=np.int64)
+
+    def info(self) -> dict[str, Any]:
+        """The truth if it was asked for."""
+        if not self._settings.truth:
+            return {}
+        return {"truth": {"positions": np.array(self._bits(self._positions), dtype=np.int8), "moved": self._moved}}
+
+    def close(self) -> None:
+        """Do nothing: it holds nothing open."""
+
+    def _bits(self, positions: int) -> list[int]:
+        return [positions >> place & 1 for place in range(len(self._listing))]
+
+
+class HeldEpisode:
+    """One trial of the loop, held at each decision, after the actions given.
+
+    It is the agent of the loop, whose decisions come from outside, and the last channel, which keeps every report and
+    passes it on: an agent is not asked again after the last one.
+
+    Attributes:
+        actions: The joints attempted so far, by their number in the listing.
+        finished: The record of the finished trial; None before.
+
+    Raises:
+        TrialFault: If the plant or a channel breaks.
+    """
+
+    facts: ClassVar[Mapping[str, Fact]] = {}
+    _task: Task
+    _percept: Percept
+
+    def __init__(self, settings: EnvironmentSettings, key: EpisodeKey, actions: Sequence[int] = ()) -> None:
+        self.actions: list[int] = []
+        self.finished: Trial | None = None
+        self._settings, self._key, self._plan, self._open = settings, key, settings.plan(key), ExitStack()
+        plan, self._names = self._plan, Names(self._plan)
+        self._positions, self._moved = list(plan.box.initial), False
+        with PLANT:
+            plant = plant_of(plan, self._names.labels)
+        self._open.callback(plant.close)
+        self._loop = play(
+            plan, plant=plant, interventions=(*settings.chain, self), agent=self, on_step=self._note, names=self._names
+        )
+        self._open.callback(self._loop.close)
+        self._send(None)
+        for action in actions:
+            self.attempt(action)
+
+    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
+        """Keep a report."""
+        self._task, self._percept = task, percept
+        return percept
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Wait for a decision from outside."""
+        return await _from_outside()
+
+    @property
+    def ending(self) -> Ending | None:
+        """How the trial ended; None before."""
+        return None if self.finished is None else self.finished.ending
+
+    def attempt(self, action: int) -> None:
+        """Run the loop to the next decision.
+
+        Raises:
+            TrialFault: If the plant or a channel breaks.
+        """
+        self.actions.append(action)
+        self._send(Decision(joint=self._task.joints[action]))
+
+    def observation(self) -> Vector | Images:
+        """The report as a vector, or the pictures."""
+        settings, task, percept = self._settings, self._task, self._percept
+        if settings.shown == "symbolic":
+            attempted = 0 if percept.joint is None else task.joints.index(percept.joint) + 1
+            told = settings.outcomes and percept.outcome is not None
+            outcome = BLOCKED + (percept.outcome == "moved") if told else 0
+            positions = (percept.positions or (_UNTOLD,) * len(task.joints)) if settings.positions else ()
+            return np.array((task.joints.index(task.target), attempted, outcome, *positions), dtype=np.int64)
+        rgb = self.picture("rgb").astype(np.uint8, copy=False)
+        if settings.shown == "rgb":
+            return rgb
+        metres = self.picture("depth16").astype(np.float32)[..., None] / np.float32(1000)
+        return {"rgb": rgb, "depth": np.where(metres <= FARTHEST, metres, np.float32(0))}
+
+    def picture(self, kind: PictureKind) -> NDArray[Any]:
+        """The picture of this kind that was shown last; ``ChannelFault`` without one."""
+        for picture in self._percept.pictures:
+            if picture.kind == kind:
+                return from_png(picture.png)
+        raise ChannelFault(f"no picture of the kind {kind} reached the agent: a channel removed it")
+
+    def info(self) -> dict[str, Any]:
+        """The truth if it was asked for; with pictures also the task, which they do not show."""
+        info: dict[str, Any] = {}
+        if self._settings.truth:
+            positions = np.array(self._positions, dtype=np.int8)[list(self._names.order)]
+            info["truth"] = {"positions": positions, "moved": self._moved}
+        if self._settings.shown != "symbolic":
+            task = self._task
+            info |= {"target": task.joints.index(task.target), "labels": "".join(task.joints)}
+        return info
+
+    def words(self) -> str:
+        """The task and the last report."""
+        task = self._task
+        joints = ", ".join(f"{i} {label}" for i, label in enumerate(task.joints))
+        left = task.budget - len(self.actions)
+        return f"Joints: {joints}. Target: {task.target}. Steps left: {left}.\n{self._percept.text}"
+
+    def close(self) -> None:
+        """End the loop and close the plant."""
+        self._open.close()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy is made of the actions: it plays them again."""
+        return HeldEpisode, (self._settings, self._key, tuple(self.actions))
+
+    def _note(self, step: Step) -> None:
+        self._moved = step.moved
+        self._positions = [bit == "1" for bit in step.state]
+        self._positions[self._plan.box.names.index(step.joint)] ^= step.moved
+
+    def _send(self, decision: Decision | None) -> None:
+        try:
+            self._loop.send(decision)
+        except StopIteration as end:
+            self.finished = replace(end.value, channels=end.value.channels[:-1])  # without this one
+            if (error := self.finished.error) is not None:
+                self.close()
+                fault = PlantFault if error.boundary == "plant" else ChannelFault
+                raise fault(error.message) from None
+
+
+@coroutine
+def _from_outside() -> Generator[None, Decision, Decision]:
+    """Hold the loop until a decision is sent."""
+    return (yield)
 
 
 class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
     """A box, one joint per step, until the target moves or the budget is spent.
 
     The observation holds the agent's reports or pictures (:mod:`lockprobe.interfaces.gymnasium.settings`). An action is
-    the index of a joint in the listing. The reward is 1 when the target really moves, less ``step_cost`` at every step.
-    ``terminated`` means that the target really moved, ``truncated`` that the budget was spent before. The k-th episode
-    after ``reset(seed=s)`` has the same luck as trial k of repetition 1 of a study with seed ``s``.
+    the index of a joint in the listing. The reward is 1 when the target really moves. ``terminated`` means that it
+    did, ``truncated`` that the budget was spent before. The k-th episode after ``reset(seed=s)`` has the same luck as
+    trial k of repetition 1 of a study with seed ``s``.
 
     Args:
-        render_mode: ``"ansi"`` or None; with a camera also ``"rgb_array"``, independent of the observation.
-        settings: As in :func:`lockprobe.interfaces.gymnasium.settings.read_settings`.
+        render_mode: ``"ansi"`` or None; where pictures are shown also ``"rgb_array"``.
+        settings: As in :class:`lockprobe.interfaces.gymnasium.settings.EnvironmentSettings`.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["ansi", "rgb_array"], "render_fps": 1}  # noqa: RUF012
 
     def __init__(self, *, render_mode: str | None = None, **settings: Any) -> None:
         self.render_mode = render_mode
-        self.settings: EnvironmentSettings = read_settings(settings)
-        self.action_space = spaces.Discrete(len(self.settings.study.box.joints))
+        self.settings = EnvironmentSettings(settings)
+        self.action_space = spaces.Discrete(self.settings.box.joints)
         self.observation_space = self.settings.space
-        if self.settings.picture_size is None:
+        if self.settings.shown == "symbolic":
             self.metadata = self.metadata | {"render_modes": ["ansi"]}
         self._key = self._next = EpisodeKey(seed=0)
         self._seeded = False
@@ -87,30 +294,29 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         if episode is None or episode.ending is not None:
             raise ResetNeeded("no trial is under way: call reset()")
         if not self.action_space.contains(action):
-            raise BadValue("action", action, f"a whole number from 0 to {len(self.settings.study.box.joints) - 1}")
+            raise BadValue("action", action, f"a whole number from 0 to {self.settings.box.joints - 1}")
         episode.attempt(int(action))
         ending = episode.ending
         if ending is not None:
             self._finished = self._key, episode
-        reward = float(ending == "solved") - self.settings.step_cost
-        return episode.observation(), reward, ending == "solved", ending == "budget", episode.info()
+        solved = ending == "solved"
+        return episode.observation(), float(solved), solved, ending == "budget", episode.info()
 
     def render(self) -> str | NDArray[np.uint8] | None:
-        """The box now: the task and the last report in words, or the camera's picture, shape (height, width, 3).
+        """What was shown last: the task and the report in words, or the picture, shape (height, width, 3).
 
         Raises:
-            BadValue: If there is no such mode, or it needs a camera and the plant has none. The constructor does not
-                check this, so tools can ask every environment for pictures and go on without.
+            BadValue: If there is no such mode, or it needs pictures and none are shown. The constructor does not check
+                this, so tools can ask every environment for pictures and go on without.
         """
-        mode, known = self.render_mode, self.metadata["render_modes"]
+        mode, known, episode = self.render_mode, self.metadata["render_modes"], self._episode
         if mode is not None and mode not in known:
-            raise BadValue("render_mode", mode, f"{' or '.join(known)}; pictures need plant='fast-twin' or 'twin'")
-        episode = self._episode
+            raise BadValue("render_mode", mode, f"{' or '.join(known)}; pictures need modality='rgb' or 'rgbd'")
         if mode is None or episode is None:
             return None
         if isinstance(episode, PlainEpisode):
             episode = HeldEpisode(self.settings, self._key, episode.actions)
-        return episode.words() if mode == "ansi" else episode.frame().rgb
+        return episode.words() if mode == "ansi" else episode.picture("rgb")
 
     def close(self) -> None:
         """Drop the unfinished trial and its plant."""

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
-from lockprobe.interfaces.gymnasium.episode import listing
-from lockprobe.interfaces.gymnasium.settings import BLOCKED, EnvironmentSettings, EpisodeKey, Vector, read_settings
+from lockprobe.interfaces.gymnasium.settings import BLOCKED, EnvironmentSettings, EpisodeKey, Vector
 from lockprobe.simulation.kernel import Boxes
 from lockprobe.trial.luck import numbers
 from lockprobe.trial.plan import drawn_orders
@@ -34,8 +33,8 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
     Args:
         num_envs: Number of environments.
         render_mode: None; many boxes have no picture.
-        settings: As in :func:`lockprobe.interfaces.gymnasium.settings.read_settings`. Only flips may act, on reports of
-            a symbolic plant; all else needs ``vectorization_mode="sync"``.
+        settings: As in :class:`lockprobe.interfaces.gymnasium.settings.EnvironmentSettings`. Only flips may act, on
+            reports of a symbolic plant; all else needs ``vectorization_mode="sync"``.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
@@ -43,21 +42,18 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
     def __init__(self, num_envs: int = 1, *, render_mode: str | None = None, **settings: Any) -> None:
         check_whole("num_envs", num_envs, 1)
         self.num_envs = num_envs
-        self.settings: EnvironmentSettings = read_settings(settings)
+        self.settings = EnvironmentSettings(settings)
         if self.settings.flips is None or render_mode is not None:
-            given = render_mode or f"{self.settings.study.conditions[0].label} on {self.settings.plant}"
+            given = render_mode or f"{self.settings.study.conditions[0].label} on {self.settings.study.plant}"
             expected = 'flips alone on a symbolic plant, without pictures; vectorization_mode="sync" plays all else'
             raise BadValue("make_vec", given, expected)
-        self._flips, box = self.settings.flips, self.settings.study.box
-        self._space, joints = self.settings.state_space, len(box.joints)
+        self._flips, box, joints = self.settings.flips, self.settings.box, self.settings.box.joints
         self.single_action_space, self.single_observation_space = spaces.Discrete(joints), self.settings.space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._next: list[EpisodeKey] = []
         self._rows, self._bits = np.arange(num_envs), np.arange(2**joints)[:, None] >> np.arange(joints) & 1
-        self._boxes = Boxes(
-            self._space.may_move, self._space.start, self._flips, np.tile(np.arange(joints), (num_envs, 1))
-        )
+        self._boxes = Boxes(box.may_move, box.start, self._flips, np.tile(np.arange(joints), (num_envs, 1)))
         budget = self.settings.study.max_steps
         self._luck = [np.zeros((num_envs, budget + 1, flip.numbers(joints))) for flip in self._flips]
         self._taken = np.zeros(num_envs, dtype=np.int64)
@@ -104,7 +100,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         """
         if not self._next:
             raise ResetNeeded("no trial is under way: call reset()")
-        places, last = np.asarray(actions), len(self.settings.study.box.joints) - 1
+        places, last = np.asarray(actions), self.settings.box.joints - 1
         integers = places.shape == (self.num_envs,) and np.issubdtype(places.dtype, np.integer)
         if not integers or places.min() < 0 or places.max() > last:
             raise BadValue("actions", actions, f"{self.num_envs} whole numbers from 0 to {last}")
@@ -113,16 +109,15 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         joints, self._moved, outcome = self._boxes.attempt(self._rows, places, drawn)
         self._taken += 1
         self._seen[:, 1] = places + 1
-        if not self.settings.first_look.states_only:
+        if self.settings.outcomes:
             self._seen[:, 2] = BLOCKED + outcome
-        solved = self._moved & (joints == self._space.target) & ~resting
+        solved = self._moved & (joints == self.settings.box.target) & ~resting
         truncated = (self._taken >= self.settings.study.max_steps) & ~solved & ~resting
-        rewards = np.where(resting, 0.0, solved - self.settings.step_cost)
         if resting.any():
             self._begin(np.flatnonzero(resting))
         self._over = solved | truncated
         seen, info = self._observed()
-        return seen, rewards, solved, truncated, info
+        return seen, solved.astype(np.float64), solved, truncated, info
 
     def _begin(self, rows: NDArray[np.int64]) -> None:
         """Begin the next trials in the given rows."""
@@ -130,14 +125,14 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         for row, key in zip(rows.tolist(), keys, strict=True):
             self._next[row] = key.next
         seed, repetition, trial = np.array(keys, object).reshape(-1, 3).T
-        study, joints = self.settings.study, len(self.settings.study.box.joints)
+        study, joints = self.settings.study, self.settings.box.joints
         luck_of = partial(numbers, study.box.name, seed=seed, repetition=repetition, trial=trial)
         if (study.shuffle, study.layout) == ("never", "fixed"):
             orders = np.tile(np.arange(joints), (len(rows), 1))
         elif (study.shuffle, study.layout) == ("trial", "fixed"):
             orders = drawn_orders(luck_of("labels", places=2 * joints))[1]
         else:
-            orders = np.array([listing(self.settings, self.settings.plan(key)) for key in keys])
+            orders = np.array([self.settings.listing(self.settings.plan(key)) for key in keys])
         steps = np.arange(1, study.max_steps + 1)
         luck_of = partial(numbers, study.box.name, seed=seed[:, None], repetition=repetition[:, None])
         for place, (luck, flip) in enumerate(zip(self._luck, self._flips, strict=True)):
@@ -146,19 +141,16 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         self._boxes.begin(rows, orders)
         self._moved[rows] = self._over[rows] = False
         self._taken[rows] = 0
-        self._seen[rows, 0] = np.argmax(orders == self._space.target, axis=1)
+        self._seen[rows, 0] = np.argmax(orders == self.settings.box.target, axis=1)
         self._seen[rows, 1:3] = 0
 
     def _observed(self) -> tuple[Vector, dict[str, Any]]:
         """The agents' observations, shape (num_envs, entries), and the truth if it was asked for."""
-        if self.settings.first_look.positions is not None:
-            self._seen[:, 3 : 3 + self._bits.shape[1]] = self._bits[self._boxes.told]
-        if self.settings.steps_left:
-            self._seen[:, -1] = self.settings.study.max_steps - self._taken
+        if self.settings.positions:
+            self._seen[:, 3:] = self._bits[self._boxes.told]
         if not self.settings.truth:
             return self._seen.copy(), {}
         positions = self._bits[self._boxes.positions].astype(np.int8)
         truth = {"positions": positions, "moved": self._moved.copy()}
         every = np.ones(self.num_envs, dtype=np.bool_)
-        marks = {f"_{name}": every.copy() for name in truth}
-        return self._seen.copy(), {"truth": truth | marks, "_truth": every}
+        return self._seen.copy(), {"truth": truth | {f"_{name}": every.copy() for name in truth}, "_truth": every}
