@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,16 +18,18 @@ from taking_part import START, take_part
 
 import lockprobe
 from lockprobe.foundation.errors import BadFile
+from lockprobe.interfaces import export
 from lockprobe.interfaces.export import tidy, trial_rows
-from lockprobe.interfaces.export.study_tables import TABLES, table_of
-from lockprobe.interfaces.export.table import Table, text
-from lockprobe.interfaces.export.trials import STEPS, TRIALS, steps_table, trials_table
+from lockprobe.interfaces.export.study_tables import TABLES, steps_table, table_of, trials_table
+from lockprobe.interfaces.export.table import Table
 from lockprobe.people.diary import Answers, Did, read_diaries, write_entry
 from lockprobe.studies.records.store import written as opened
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB, CEM = "aaaa01", "bbbb02", "cccc03"
 DOCS = Path(__file__).parents[2] / "docs"
+COLUMNS_FILE = Path(export.__file__).with_name("columns.toml")
+FEW = ("reply", "chosen", "verdict", "camera")
 COLUMNS = [
     "key",
     "agent",
@@ -131,7 +134,7 @@ def test_what_few_trials_have_comes_last_and_only_where_it_is():
 
 def test_every_kind_of_file_holds_the_same_beside_its_dictionary(tmp_path):
     trials = [*play_study(small_study(trials=1)), make_trial([], broken="model")]
-    for table, columns in ((steps_table(trials), STEPS), (trials_table(trials), TRIALS)):
+    for table in (steps_table(trials), trials_table(trials)):
         found = list(table.rows())
         as_text = [{name: str(cell) for name, cell in row.items()} for row in found]
         bits = {"state": lambda row: f"b{row['state']}"} if "state" in found[0] else {}
@@ -142,8 +145,8 @@ def test_every_kind_of_file_holds_the_same_beside_its_dictionary(tmp_path):
             described = {one["name"]: one for one in said["tableSchema"]["columns"]}
             assert (said["url"], [*described]) == (path.name, [*found[0]])
             assert described["p"]["datatype"] == {"base": "number", "minimum": 0, "maximum": 1}
-            meanings = {one.name: one.meaning for one in columns}
-            assert all(one["dc:description"] == meanings[name] for name, one in described.items())
+            meanings = {name: one["dc:description"] for name, one in described.items()}
+            assert all(meanings[name].endswith(one["meaning"]) for name, one in table.columns.items())
             if kind == "jsonl":
                 assert [json.loads(line) for line in path.read_text("utf-8").splitlines()] == found
             elif kind == "csv":
@@ -151,7 +154,7 @@ def test_every_kind_of_file_holds_the_same_beside_its_dictionary(tmp_path):
                 assert read == [row | {name: of(row) for name, of in bits.items()} for row in as_text]
             else:
                 parquet = pytest.importorskip("pyarrow.parquet").read_table(path)
-                numbers = {one.name for one in columns if one.kind in ("integer", "number")}
+                numbers = {name for name, one in described.items() if one["datatype"]["base"] != "string"}
                 missing = [{name: None if name in numbers and cell == "" else cell for name, cell in row.items()} for row in found]  # fmt: skip
                 assert parquet.to_pylist() == missing
                 assert all(one.metadata[b"description"].decode() == meanings[one.name] for one in parquet.schema)
@@ -166,9 +169,7 @@ def test_no_text_breaks_a_line_or_steers_a_terminal():
         assert "x?[2J?y" in found
     for end in "\u2028\u2029\x85":
         key = rf"ключ{end}\{end}\u2028"
-        (line,) = written(
-            Table("a row", [text("key", "Key.", lambda row: row)], lambda key=key: [key]), "jsonl"
-        ).splitlines()
+        (line,) = written(Table("calls", lambda key=key: [{"key": key}]), "jsonl").splitlines()
         assert json.loads(line)["key"] in (key, key.replace(end, "?"))
         assert "ключ" in line
 
@@ -183,12 +184,12 @@ def test_neither_is_written_where_one_cannot_be(tmp_path):
 def test_the_next_export_deletes_the_drafts_of_a_killed_one_and_leaves_those_of_one_that_goes_on(tmp_path):
     code = (
         "import sys; from pathlib import Path\n"
-        "from lockprobe.interfaces.export.table import Table, text\n"
+        "from lockprobe.interfaces.export.table import Table\n"
         "def rows():\n"
         "    print(flush=True)\n"
         "    sys.stdin.read()\n"
-        "    yield 'late'\n"
-        "Table('a row', [text('key', 'Key.', lambda row: row)], rows).write(Path(sys.argv[1]), 'csv')"
+        "    yield {'key': 'late'}\n"
+        "Table('calls', rows).write(Path(sys.argv[1]), 'csv')"
     )
     pipes, start = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}, [sys.executable, "-c", code]
     with (
@@ -205,18 +206,25 @@ def test_the_next_export_deletes_the_drafts_of_a_killed_one_and_leaves_those_of_
         left = len(list(tmp_path.glob(".*.draft*")))
         other.communicate()
         assert (left, other.returncode) == (3, 0)
-    assert (tmp_path / "y.csv").read_text() == "key\nlate\n"
+    assert (tmp_path / "y.csv").read_text().splitlines()[1] == "late,,,,,,"
     assert [path.name for path in tmp_path.glob(".*")] == [".mine.draft.csv"]
 
 
 def test_what_is_measured_has_a_unit_and_a_clock_and_the_docs_name_every_column_of_trials(directory):
     take_part(directory, STUDY, ANN, [(0.4, 1, 1)], check=True)
-    columns = [one for name in TABLES for one in table_of(directory, name).columns]
-    assert all(one.meaning.strip().endswith(".") for one in columns)
-    measured = [one for one in columns if one.name.endswith("_ms") or one.name in ("at", "seconds", "trial_seconds")]
-    assert all("clock" in one.meaning and one.unit in ("ms", "s") and one.least == 0 for one in measured)
+    tables = {name: table_of(directory, name) for name in TABLES}
+    described = {name for part in tomllib.loads(COLUMNS_FILE.read_text("utf-8")).values() for name in part}
+    for table in tables.values():
+        for name, one in table.columns.items():
+            assert one["meaning"].endswith(".")
+            measured = name.endswith("_ms") or name in ("at", "seconds", "trial_seconds")
+            assert not measured or (
+                "clock" in one["meaning"] and one["unit"] in ("ms", "s") and one["kind"] == "number"
+            )
+        assert {name for row in table._rows() for name in row} <= described  # else it would be in no file
     page = (DOCS / "data.md").read_text("utf-8")
-    named = {one.name for one in (*STEPS, *TRIALS)} - {"view", "report", "shown", "at", "rt_ms", "claimed_rt_ms", "trial_seconds"}  # fmt: skip
+    of_people = {"view", "report", "shown", "at", "rt_ms", "claimed_rt_ms", "trial_seconds"}
+    named = {*tables["steps"].columns, *tables["trials"].columns, *FEW} - of_people
     assert {name for name in named if f"`{name}`" not in page} == set()
 
 
@@ -343,7 +351,7 @@ def test_the_lines_for_r_name_columns_that_are_there_and_run_where_r_is(director
     for number in (1, 2):
         answers = {"age": "34", "why": 'two\nlines, "quoted", ü'}
         take_part(directory, STUDY, f"000{number}", [(0.0, 1, number), (0.4, 2, number)], answers=answers)
-    columns = {name: {one.name for one in table_of(directory, name).columns} for name in TABLES}
+    columns = {name: {*table_of(directory, name).columns} for name in TABLES}
     code = re.sub(r"#.*", "", snippets[0])
     uses = {
         "trials": r"aggregate\((\w+) ~ (\w+), (?:subset\()?people",

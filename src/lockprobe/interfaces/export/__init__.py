@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from lockprobe.interfaces.export.trials import tidy, trial_rows
+from lockprobe.interfaces.export.study_tables import tidy, trial_rows
 
 __all__ = ["tidy", "trial_rows"]

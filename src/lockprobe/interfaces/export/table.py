@@ -1,4 +1,4 @@
-"""Tables of columns, each of which says what stands in it and where a row has it, and the files that hold them.
+"""Tables whose columns ``columns.toml`` describes, and the files that hold them.
 
 A file is CSV, JSON lines or Parquet; beside it stands its data dictionary.
 """
@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import csv
 import json
+import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import IO, Any, Literal
@@ -17,107 +18,81 @@ from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.foundation.terminal_text import one_line, readable
 
-FileKind = Literal["csv", "jsonl", "parquet"]
-
 Cell = str | int | float
 """An empty text where a value is missing."""
 
-Kind = Literal["text", "integer", "number", "bits"]
-"""The type of a cell. ``bits`` have one character per joint, 0, 1 or ?: a text whose leading zeros count."""
-
-_DATATYPE: Mapping[Kind, str] = {"text": "string", "bits": "string", "integer": "integer", "number": "number"}
+_DATATYPES: Mapping[str, dict[str, Any]] = {
+    "text": {"base": "string"},
+    "bits": {"base": "string"},
+    "mark": {"base": "integer", "minimum": 0, "maximum": 1},
+    "count": {"base": "integer", "minimum": 1},
+    "number": {"base": "number", "minimum": 0},
+}
+"""Kind of a column -> the type of its cells (W3C, CSV on the Web), if it says nothing else."""
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\n")
 """Beginnings of cells that a spreadsheet reads as formulas."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
-    """One column.
-
-    Attributes:
-        name: Its name.
-        get: Its value in a row; None or an empty text if it is missing.
-        meaning: The meaning of its values.
-        kind: The type of its cells.
-        unit: Its unit; empty for names, texts and marks.
-        least: The smallest possible value; None if it holds no number.
-        most: The largest possible value; None if there is no bound.
-        optional: Whether it is left out where no row has a value.
-    """
-
-    name: str
-    get: Callable[[Any], Cell | None]
-    meaning: str
-    kind: Kind = "text"
-    unit: str = ""
-    least: float | None = None
-    most: float | None = None
-    optional: bool = False
-
-    def cell(self, row: object) -> Cell:
-        """Its cell in a row: a mark as 1 or 0, a text without what would steer a terminal."""
-        value = self.get(row)
-        if isinstance(value, str):
-            return readable(value)
-        return "" if value is None else int(value) if isinstance(value, bool) else value
-
-
-def text(name: str, meaning: str, get: Callable[[Any], Cell | None], **more: Any) -> Column:
-    """A column of texts."""
-    return Column(name=name, get=get, meaning=meaning, **more)
-
-
-def mark(name: str, meaning: str, get: Callable[[Any], Cell | None], **more: Any) -> Column:
-    """A column of ones and zeros."""
-    return Column(name=name, get=get, meaning=f"1 or 0: {meaning}", kind="integer", least=0, most=1, **more)
-
-
-def count(name: str, meaning: str, get: Callable[[Any], Cell | None], *, least: float = 1, **more: Any) -> Column:
-    """A column of whole numbers."""
-    return Column(name=name, get=get, meaning=meaning, kind="integer", least=least, **more)
-
-
-def number(name: str, meaning: str, get: Callable[[Any], Cell | None], unit: str = "", **more: Any) -> Column:
-    """A column of numbers from 0."""
-    return Column(name=name, get=get, meaning=meaning, kind="number", unit=unit, least=0, **more)
+@cache
+def _described() -> Mapping[str, Mapping[str, Any]]:
+    return tomllib.loads(Path(__file__).with_name("columns.toml").read_text("utf-8"))
 
 
 class Table:
     """A table: columns over rows.
 
     Args:
-        about: The description of a row.
-        columns: Its columns; optional ones without a value in any row are left out.
-        rows: Gives all rows, as often as it is called.
+        name: Its name in ``columns.toml``.
+        rows: Gives all rows, as often as it is called: the values by column, None where one is missing.
+        more: Further columns, described as there.
+
+    Attributes:
+        columns: Its columns, each with what describes it; optional ones without a value in any row are left out.
     """
 
-    def __init__(self, about: str, columns: Iterable[Column], rows: Callable[[], Iterable[object]]) -> None:
-        self.about, self._rows = f"A row is {about}.", rows
-        self.columns = tuple(
-            one for one in columns if not one.optional or any(one.cell(row) != "" for row in self._rows())
-        )
+    def __init__(
+        self,
+        name: str,
+        rows: Callable[[], Iterable[Mapping[str, object]]],
+        more: Mapping[str, Mapping[str, Any]] | None = None,
+    ) -> None:
+        described = _described()
+        self._about, self._rows = f"A row is {described['rows'][name]}.", rows
+        shared = ("trial", name, "person") if name in ("steps", "trials") else (name,)
+        columns = {column: facts for part in shared for column, facts in described[part].items()} | dict(more or {})
+        left = {column for column, facts in columns.items() if facts.get("optional")}
+        for row in rows() if left else ():
+            left -= {column for column in left if _cell(row.get(column)) != ""}
+        self.columns: Mapping[str, Mapping[str, Any]] = {
+            column: {"kind": "text", **facts} for column, facts in columns.items() if column not in left
+        }
 
     def rows(self) -> Iterator[dict[str, Cell]]:
-        """The cells of each row by column."""
-        return ({one.name: one.cell(row) for one in self.columns} for row in self._rows())
+        """The cells of each row by column: a mark as 1 or 0, a text without what would steer a terminal."""
+        return ({column: _cell(row.get(column)) for column in self.columns} for row in self._rows())
 
     def dictionary(self, file: str) -> dict[str, object]:
         """The data dictionary of the table in a file (W3C, CSV on the Web)."""
-        columns = []
-        for one in self.columns:
-            bounds = {"minimum": one.least, "maximum": one.most}
-            datatype = {"base": _DATATYPE[one.kind]} | {fact: end for fact, end in bounds.items() if end is not None}
-            about = {"name": one.name, "titles": one.name, "dc:description": one.meaning, "datatype": datatype}
-            columns.append(about | ({"schema:unitText": one.unit} if one.unit else {}))
+        described = [
+            {
+                "name": column,
+                "titles": column,
+                "dc:description": _meaning(facts),
+                "datatype": _DATATYPES[facts["kind"]]
+                | {bound: facts[bound] for bound in ("minimum", "maximum") if bound in facts},
+            }
+            | ({"schema:unitText": facts["unit"]} if "unit" in facts else {})
+            for column, facts in self.columns.items()
+        ]
         return {
             "@context": "http://www.w3.org/ns/csvw",
             "url": file,
-            "dc:description": self.about,
-            "tableSchema": {"columns": columns},
+            "dc:description": self._about,
+            "tableSchema": {"columns": described},
         }
 
-    def write(self, path: Path, kind: FileKind) -> list[Path]:
+    def write(self, path: Path, kind: Literal["csv", "jsonl", "parquet"]) -> list[Path]:
         """Write the table and its data dictionary (``NAME-metadata.json``), both or neither, and return both paths.
 
         Raises:
@@ -126,9 +101,8 @@ class Table:
         """
         beside = path.parent / f"{path.name}-metadata.json"
         with atomic_files(beside, path) as (beside_draft, draft):
-            beside_draft.write_text(
-                json.dumps(self.dictionary(path.name), indent=2, ensure_ascii=False) + "\n", "utf-8"
-            )
+            dictionary = json.dumps(self.dictionary(path.name), indent=2, ensure_ascii=False)
+            beside_draft.write_text(f"{dictionary}\n", "utf-8")
             if kind == "parquet":
                 self._write_parquet(draft)
             else:
@@ -147,28 +121,44 @@ class Table:
             file.writelines(one_line(line).decode() + "\n" for line in lines)
             return
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([one.name for one in self.columns])
-        writer.writerows([_for_csv(one, row[one.name]) for one in self.columns] for row in self.rows())
+        writer.writerow(self.columns)
+        kinds = [facts["kind"] for facts in self.columns.values()]
+        writer.writerows(map(_for_csv, kinds, row.values()) for row in self.rows())
 
     def _write_parquet(self, draft: Path) -> None:
         try:
             arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
         except ImportError:
             raise Missing("Parquet needs the package pyarrow", "pip install 'lockprobe[parquet]'") from None
-        kinds = {"integer": arrow.int64(), "number": arrow.float64(), "text": arrow.string(), "bits": arrow.string()}
+        kinds = {"integer": arrow.int64(), "number": arrow.float64(), "string": arrow.string()}
+        bases = {column: _DATATYPES[facts["kind"]]["base"] for column, facts in self.columns.items()}
         fields = [
-            arrow.field(one.name, kinds[one.kind], metadata={"description": one.meaning, "unit": one.unit})
-            for one in self.columns
+            arrow.field(
+                column, kinds[bases[column]], metadata={"description": _meaning(facts), "unit": facts.get("unit", "")}
+            )
+            for column, facts in self.columns.items()
         ]
-        numbers = [one.name for one in self.columns if one.kind in ("integer", "number")]
-        rows = [{**row, **{name: None for name in numbers if row[name] == ""}} for row in self.rows()]
+        rows = [
+            {column: None if cell == "" and bases[column] != "string" else cell for column, cell in row.items()}
+            for row in self.rows()
+        ]
         parquet.write_table(arrow.Table.from_pylist(rows, schema=arrow.schema(fields)), draft)
 
 
-def _for_csv(column: Column, cell: Cell) -> Cell:
-    if column.kind == "bits":
+def _cell(value: Any) -> Cell:
+    if isinstance(value, str):
+        return readable(value)
+    return "" if value is None else int(value) if isinstance(value, bool) else value
+
+
+def _meaning(facts: Mapping[str, Any]) -> str:
+    return f"1 or 0: {facts['meaning']}" if facts["kind"] == "mark" else str(facts["meaning"])
+
+
+def _for_csv(kind: str, cell: Cell) -> Cell:
+    if kind == "bits":
         return f"b{cell}" if cell else ""
-    if column.kind != "text" or not isinstance(cell, str):
+    if not isinstance(cell, str):
         return cell
     plain = cell.replace("\r\n", "\n").replace("\r", "\n")
     if not plain.startswith(_FORMULA):
