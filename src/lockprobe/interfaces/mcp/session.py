@@ -12,10 +12,9 @@ import asyncio
 import json
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, nullcontext
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from lockprobe.agents.outside import SAME_IN_ALL_TRIALS
 from lockprobe.agents.prompt import INSTRUCTIONS, fingerprint, instructions
@@ -45,10 +44,13 @@ TOGETHER = 0.01
 _LONGEST_FACT = 100
 """Characters of what a client says of itself."""
 
-_ASKED = "In every step call the tool attempt once. joint is the joint to attempt."
-_ASKED_CLAIM = 'last_action is what your last action did, "moved" or "did not move"; leave it out in the first step.'
-_ASKED_HYPOTHESIS = "hypothesis is a short sentence on how the box works, if you have one."
-_ASKED_PATIENCE = "Wait for the result before the next call."
+_ASKED: Mapping[str, str] = {
+    "joint": "In every step call the tool attempt once. joint is the joint to attempt.",
+    "last_action": 'last_action is what your last action did, "moved" or "did not move"; leave it out in the first '
+    "step.",
+    "hypothesis": "hypothesis is a short sentence on how the box works, if you have one.",
+}
+"""How to reply, argument by argument."""
 
 _SAID: Mapping[Outcome | None, str] = {
     "moved": "You said that your last action had moved its joint. ",
@@ -61,8 +63,7 @@ class CallRefused(LockprobeError):
     """A refused call, which changed nothing. The client reads the message."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reply:
+class Reply(NamedTuple):
     """The reply to a client: words, and pictures if the modality has them."""
 
     text: str
@@ -82,20 +83,17 @@ class ToolSession:
         self.study, self.agent = study, agent
         self._journal, self._log, self._place = journal, AttemptLog(journal.store), place
         self._most, self._together = trials_each, together
-        joint: dict[str, object] = {
-            "type": "string",
-            "enum": [*LABELS[: len(study.box.joints)]],
-            "description": "The joint to attempt.",
-        }
-        claim = {"type": "string", "enum": [*CLAIMS], "description": "What your last action did, from step 2 on."}
-        words = {"type": "string", "maxLength": LONGEST_HYPOTHESIS, "description": "How the box works, in a sentence."}
-        arguments: dict[str, object] = {"joint": joint}
-        arguments |= {"last_action": claim} if study.assessment else {}
-        arguments |= {"hypothesis": words} if study.hypothesis != "off" else {}
+        joints, words = [*LABELS[: len(study.box.joints)]], LONGEST_HYPOTHESIS
+        arguments: dict[str, object] = {"joint": _text("The joint to attempt.", enum=joints)}
+        if study.assessment:
+            arguments["last_action"] = _text("What your last action did, from step 2 on.", enum=[*CLAIMS])
+        if study.hypothesis != "off":
+            arguments["hypothesis"] = _text("How the box works, in a sentence.", maxLength=words)
         self.schemas: dict[str, dict[str, Any]] = {
             tool: {"type": "object", "properties": own, "required": [*own][:1], "additionalProperties": False}
             for tool, own in (("observe", {}), ("attempt", arguments))
         }
+        self._how = " ".join([*map(_ASKED.__getitem__, arguments), "Wait for the result before the next call."])
         self._trial: PausedTrial | None = None
         self._begun = 0
         self._owed = self._due()
@@ -184,16 +182,25 @@ class ToolSession:
         facts: dict[str, Fact] = {
             name: printable(without_secrets(text))[:_LONGEST_FACT].strip() for name, text in said.items()
         }
-        facts["wording"] = fingerprint(INSTRUCTIONS, self._how_to_reply(), json.dumps(self.schemas), OVER, NO_REPORT)
+        facts["wording"] = fingerprint(INSTRUCTIONS, self._how, json.dumps(self.schemas), OVER, NO_REPORT)
         for before in self._journal.kinds():
             for name in SAME_IN_ALL_TRIALS if before.agent == self.agent else ():
                 if before.facts.get(name) != facts[name]:
-                    played = (
-                        f"{self.agent} played with the {name} {before.facts.get(name)!r}, and this is {facts[name]!r}"
+                    raise CallRefused(
+                        f"{self.agent} played with the {name} {before.facts.get(name)!r}, and this is {facts[name]!r}. "
+                        "Whoever started the server gives this client another --agent-name."
                     )
-                    raise CallRefused(f"{played}. Whoever started the server gives this client another --agent-name.")
         while self._trial is None:
-            await self._open(self._next(), facts)
+            playable = [plan for key, plan in self._owed.items() if key not in self._broken]
+            if not playable:
+                left = f" ({self.owed} broke and are owed)" if self._owed else ""
+                raise CallRefused(f"No trial is left{left}. There is nothing more to do.")
+            # the one left unfinished by the last client or server, or the first
+            plan = next((plan for plan in playable if plan.key in self._log.times_begun), playable[0])
+            if self._most is not None and self._begun >= self._most and plan.key not in self._log.times_begun:
+                played = f"This session has played its trials ({self._most})"
+                raise CallRefused(f"{played}. Start the server anew for more.")
+            await self._open(plan, facts)
         assert self._trial.situation is not None
         return _reply(self._trial.situation, self._instruction(self._trial.situation))
 
@@ -201,17 +208,6 @@ class ToolSession:
         """The trials that are owed; of a study that stops when it is decided, those before the next look."""
         plans = next_plans(self.study, self._journal)(self.agent)
         return {plan.key: plan for plan in plans if self._journal.owes(plan.key)}
-
-    def _next(self) -> Plan:
-        """The trial left unfinished by the last client or server, or the first owed trial."""
-        playable = [plan for key, plan in self._owed.items() if key not in self._broken]
-        if not playable:
-            left = f" ({self.owed} broke and are owed)" if self._owed else ""
-            raise CallRefused(f"No trial is left{left}. There is nothing more to do.")
-        plan = next((plan for plan in playable if plan.key in self._log.times_begun), playable[0])
-        if self._most is not None and self._begun >= self._most and plan.key not in self._log.times_begun:
-            raise CallRefused(f"This session has played its trials ({self._most}). Start the server anew for more.")
-        return plan
 
     async def _open(self, plan: Plan, facts: Mapping[str, Fact]) -> None:
         """Open a trial, unless it is over: it had not been recorded, or its box broke."""
@@ -239,12 +235,17 @@ class ToolSession:
         trial = self._trial
         if trial is None or trial.situation is None:
             raise CallRefused("No trial is under way, so this call did nothing. Call observe first.")
-        joint, hypothesis = given.get("joint", ""), given.get("hypothesis", "")
-        if joint not in (known := trial.situation.task.joints):
-            raise CallRefused(f"joint: {joint[:40]!r} is none of {', '.join(known)}. This call did nothing.")
-        if len(hypothesis) > LONGEST_HYPOTHESIS:
-            raise CallRefused(f"hypothesis: at most {LONGEST_HYPOTHESIS} characters. This call did nothing.")
-        claimed = _claimed(given.get("last_action"), trial.situation)
+        joint, said, hypothesis = given.get("joint", ""), given.get("last_action"), given.get("hypothesis", "")
+        task, first, claimed = trial.situation.task, trial.situation.percept.joint is None, CLAIMS.get(said or "none")
+        for wrong, why in (
+            (joint not in task.joints, f"joint: {joint[:40]!r} is none of {', '.join(task.joints)}"),
+            (len(hypothesis) > LONGEST_HYPOTHESIS, f"hypothesis: at most {LONGEST_HYPOTHESIS} characters"),
+            (said and said not in CLAIMS, f"last_action: {(said or '')[:40]!r} is none of {', '.join(CLAIMS)}"),
+            (first and claimed, "last_action: there is no last action yet; leave it out"),
+            (task.assessment and not first and not claimed, 'last_action is missing: "moved" or "did not move"'),
+        ):
+            if wrong:
+                raise CallRefused(f"{why}. This call did nothing.")
         step = RecordedAttempt(joint, claimed, hypothesis=without_keys(hypothesis))
         told = await trial.attempt(step.joint, step.claimed, step.hypothesis)
         try:
@@ -255,7 +256,7 @@ class ToolSession:
             raise
         if trial.trial is None:
             assert trial.situation is not None
-            return _reply(trial.situation, _observation(trial.situation))
+            return _reply(trial.situation)
         self._trial = None
         self._record(trial)
         if not trial.sound:
@@ -279,14 +280,9 @@ class ToolSession:
         if trial is not None:
             await trial.close()
 
-    def _how_to_reply(self) -> str:
-        asked = self.schemas["attempt"]["properties"]
-        claim = [_ASKED_CLAIM] * ("last_action" in asked)
-        return " ".join((_ASKED, *claim, *[_ASKED_HYPOTHESIS] * ("hypothesis" in asked), _ASKED_PATIENCE))
-
     def _instruction(self, situation: Situation) -> str:
-        """The instruction of a trial, its steps so far if it goes on, and the current report."""
-        past, text = situation.past, instructions(situation, self._how_to_reply())
+        """The instruction of a trial, and its steps so far if it goes on."""
+        past, text = situation.past, instructions(situation, self._how)
         lines = ["The trial goes on. Your steps so far:", past[0].percept.text, past[0].remark] if past else []
         for number, turn in enumerate(past, 1):
             line = f"{number}. {_SAID[turn.decision.claimed]}You attempted {turn.decision.joint}."
@@ -294,25 +290,15 @@ class ToolSession:
                 gone = "(pictures no longer shown)" if past[number].percept.pictures else ""
                 line = " ".join(filter(None, (line, past[number].percept.text, gone, past[number].remark)))
             lines.append(line)
-        return "\n\n".join(filter(None, (text, "\n".join(filter(None, lines)), _observation(situation))))
+        return "\n\n".join(filter(None, (text, "\n".join(filter(None, lines)))))
 
 
-def _observation(situation: Situation) -> str:
-    """The current report in words. Pictures get a caption, because providers refuse results without words."""
-    return " ".join(filter(None, (situation.percept.text, situation.briefing.remark))) or NO_REPORT
+def _text(about: str, **limits: object) -> dict[str, object]:
+    return {"type": "string", **limits, "description": about}
 
 
-def _reply(situation: Situation, text: str) -> Reply:
-    return Reply(text=text, pictures=tuple(picture for picture in situation.percept.pictures if picture.shown))
-
-
-def _claimed(said: str | None, situation: Situation) -> Outcome | None:
-    """The client's claim about its last action, as in the chat protocol."""
-    if said is not None and said not in CLAIMS:
-        raise CallRefused(f"last_action: {said[:40]!r} is none of {', '.join(CLAIMS)}. This call did nothing.")
-    claimed, first = None if said is None else CLAIMS[said], situation.percept.joint is None
-    if first and claimed is not None:
-        raise CallRefused("last_action: there is no last action yet; leave it out. This call did nothing.")
-    if situation.task.assessment and not first and claimed is None:
-        raise CallRefused('last_action is missing: "moved" or "did not move". This call did nothing.')
-    return claimed
+def _reply(situation: Situation, before: str = "") -> Reply:
+    """The current report. Pictures get a caption, because providers refuse results without words."""
+    now = " ".join(filter(None, (situation.percept.text, situation.briefing.remark))) or NO_REPORT
+    pictures = tuple(picture for picture in situation.percept.pictures if picture.shown)
+    return Reply("\n\n".join(filter(None, (before, now))), pictures)
