@@ -7,9 +7,8 @@ Inspect AI imports this module whenever a model is opened, so what plays a study
 from __future__ import annotations
 
 import base64
-import inspect
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lockprobe.foundation.errors import FINAL, BadValue, needing
@@ -43,19 +42,7 @@ _RECORD = "trial"
 """The key of a trial's record in the store of its sample and in the metadata of its score."""
 
 
-def _with_options(make: Callable[..., Task]) -> Callable[..., Task]:
-    """Give a task the options of a study as parameters; what is none of them comes too, and is refused."""
-    from lockprobe.studies.options.study_options import StudyOptions
-
-    names = [name for name in StudyOptions.model_fields if name not in {"agent", "contrasts"}]
-    parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None) for name in names]
-    unknown = inspect.Parameter("unknown", inspect.Parameter.VAR_KEYWORD)
-    make.__signature__ = inspect.Signature([*parameters, unknown])  # type: ignore[attr-defined]
-    return make
-
-
 @task
-@_with_options
 def study(**options: Any) -> Task:
     """A study of an agent that solves a lockbox: flips, or that of ``-T study=NAME|FILE.toml``."""
     asked = {key: value for key, value in options.items() if value is not None}
