@@ -1,4 +1,4 @@
-"""Pictures of the twin in a folder, to rehearse ``lockprobe run --plant manual --camera FOLDER`` without a camera.
+"""Pictures of the twin in a folder, to rehearse ``lockprobe run --plant manual?camera=FOLDER`` without a camera.
 
     uv run python examples/twin_camera.py FOLDER [BOX]
 

@@ -54,7 +54,7 @@ def twin(spec: Spec) -> PlantSource:
     if settings.hand and not settings.hand_digest:
         from lockprobe_robot.user_model.mjcf_file import read_model
 
-        return twin(spec.appending("hand_digest", read_model(Path(settings.hand)).digest))
+        return twin(spec.adding({"hand_digest": read_model(Path(settings.hand)).digest}))
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
         from lockprobe_robot.twin import Twin
@@ -103,7 +103,7 @@ def _of_a_user(spec: Spec) -> PlantSource:
     if not settings.digest:
         from lockprobe_robot.user_model.mjcf_file import read_model
 
-        return _of_a_user(spec.appending("digest", read_model(Path(settings.model)).digest))
+        return _of_a_user(spec.adding({"digest": read_model(Path(settings.model)).digest}))
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         from lockprobe_robot.user_model.user_model import UserModel

@@ -1,4 +1,4 @@
-"""``lockprobe run --camera``: the camera of the plant ``manual``, as an option of the command line."""
+"""``lockprobe run --plant manual?camera=FOLDER``: pictures tell the truth."""
 
 import pytest
 from lockprobe_robot.hardware import sight
@@ -27,34 +27,23 @@ def folder(tmp_path, monkeypatch):
     return made
 
 
-def test_a_folder_is_played_and_the_study_is_that_of_the_spec(folder, tmp_path):
-    plant, out, spelled = "manual", tmp_path / "s", f"manual?camera={tmp_path}/A%26B 100%25%2B"
-    run("flips", plant=plant, camera=str(folder), out=out, report=False, **PLAYED)
+@pytest.mark.usefixtures("folder")
+def test_a_folder_is_played_and_the_study_is_that_of_the_spec(tmp_path):
+    out, spelled = tmp_path / "s", f"manual?camera={tmp_path}/A%26B 100%25%2B"
+    run("flips", plant=spelled, out=out, report=False, **PLAYED)
     (trial,) = load(out)
     assert (trial.ending, trial.plant["truth"], trial.plant["plant"]) == ("solved", "camera", spelled)
     assert read_study(out).identity == study("flips", **{**PLAYED, "p": [0.0]}, plant=spelled).identity
-    run("flips", plant=spelled, out=out, report=False, **PLAYED)  # the same command, spelled otherwise
-    run("flips", plant=spelled, camera=str(folder), out=out, report=False, **PLAYED)
+    run("flips", plant=spelled, out=out, report=False, **PLAYED)
     assert len(load(out)) == 1
     with pytest.raises(BadValue, match="^shuffle: got 'trial', expected never with pictures of a real box"):
         study("flips", **{**PLAYED, "p": [0.0], "shuffle": "trial"}, plant=spelled)
 
 
-@pytest.mark.parametrize(
-    ("plant", "folder", "line"),
-    [
-        ("twin?tilt=0", "shots", "camera: got 'shots', expected --plant manual with it; twin has no such option"),
-        ("manual", "", "camera: got '', expected a folder"),
-        (
-            "manual?camera=others",
-            "shots",
-            "camera: got 'shots', expected none with manual?camera=others, which has ano",
-        ),
-        ("manual", "shots", "shots/handles.toml: no such file; it says where pictures show the handles"),
-    ],
-)
-def test_what_no_camera_can_be_for_is_refused_in_one_line(tmp_path, plant, folder, line):
-    done = typed("run", "flips", "--agent", "random", "--plant", plant, "--camera", folder, cwd=tmp_path)
+def test_a_folder_without_places_of_handles_is_refused_in_one_line(tmp_path):
+    done = typed("run", "flips", "--agent", "random", "--plant", "manual?camera=shots", cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
-    assert done.stderr.startswith(f"lockprobe: {line}")
+    assert done.stderr.startswith(
+        "lockprobe: shots/handles.toml: no such file; it says where pictures show the handles"
+    )
     assert list(tmp_path.iterdir()) == []

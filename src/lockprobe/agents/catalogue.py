@@ -65,7 +65,7 @@ _FAMILIES = ("human-inspired", "cognitive", _OBSERVER)
 
 def _described(kind: type[Any]) -> str:
     """The first line of a class's docstring, and its fields as options."""
-    options = ", ".join(option.name for option in options_of(kind))
+    options = ", ".join(options_of(kind))
     return f"{first_line(kind)} Options: {options}." if options else first_line(kind)
 
 
@@ -82,7 +82,7 @@ KNOWN: Mapping[str, str] = {
     "llm:local": "SmolLM2-135M-Instruct, a very small language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that is served, hosted or on a machine of your own, such as llm:openai/gpt-4o. "
-    f"Options: {', '.join(option.name for option in options_of(ModelSettings))}.",
+    f"Options: {', '.join(options_of(ModelSettings))}.",
     "participant": "People, on the page of lockprobe serve.",
     "mcp:NAME": "An agent with tools, which connects to lockprobe mcp.",
     "python:module:Name": "Your own class with the Agent protocol.",
@@ -185,7 +185,7 @@ def _strategy(spec: Spec) -> Policy[Any]:
 def _viewer(spec: Spec) -> Viewer:
     """A viewer with its strategy; all options but those of its sight belong to the strategy."""
     strategy = Spec.parse(spec.name or _VIEWED)
-    known = [*SIGHT, *(option.name for option in options_of(type(_strategy(strategy))))]
+    known = [*SIGHT, *options_of(type(_strategy(strategy)))]
     for option in spec.options:
         if option not in known:
             raise UnknownName(f"option of {spec.full_name}", option, known)

@@ -52,7 +52,7 @@ def interventions(json: options.AsJson = False) -> None:
     for name, kind, package, what in found:
         doses = list(InterventionTraits.of(kind).doses)
         if kind:
-            taken = [one.name + " (dose)" * (one.field in doses) for one in options_of(kind)]
+            taken = [option + " (dose)" * (one.name in doses) for option, one in options_of(kind).items()]
             what = f"{first_line(kind).replace('``', '')} Options: {', '.join(taken) or 'none'}."  # noqa: PLW2901
         row = {"place": place_of(kind) if kind else None, "spec": name, "doses": doses, "what": what}
         rows.append(row | ({"package": package} if package else {}))

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from lockprobe.foundation.errors import BadValue
-from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
@@ -15,16 +13,12 @@ from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.study import SIZES, Study
 
 
-def planned_study(
-    name: str, asked: Mapping[str, object], out: Path | None, camera: str | None = None
-) -> tuple[Study, Path]:
+def planned_study(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
     """The study of a name or file with the options of the command line, and its directory.
 
     Without an agent, those of an existing study play; if nothing is said of its size, it stays as large as it is.
     """
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
-    if camera is not None:
-        asked = {**asked, "plant": _photographed(asked.get("plant", request.plant), camera)}
     planned, said = study(request, **asked), {*asked, *request.model_fields_set}
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     if not (directory / SETTINGS).exists():
@@ -35,10 +29,3 @@ def planned_study(
     if request.agent is None and "agent" not in asked and there.run_agents:
         planned = replace(planned, agents=there.run_agents, names=there.names)
     return extended(planned.ordered_as(there), directory), directory
-
-
-def _photographed(plant: object, camera: str) -> str:
-    """The spec of the plant that is asked for, with a camera."""
-    if plant is None:
-        raise BadValue("camera", camera, "--plant manual with it")
-    return str(with_camera(str(plant), camera))

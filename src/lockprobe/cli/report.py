@@ -115,7 +115,7 @@ def _write(directory: Path, *, paper: bool, json: bool) -> None:
     if json:
         facts = {"report": str(path)} | ({} if found is None else result_facts(found, directory))
         if left_out:
-            facts["left_out"] = [one.plain() for one in left_out]
+            facts["left_out"] = [one._asdict() for one in left_out]
         if for_paper:
             facts["paper"] = str(for_paper)
         print(json_.dumps(facts), flush=True)

@@ -24,18 +24,16 @@ from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.study_options import SHIPPED, STUDIES
 
 _AGAIN = "Replay trials that ended without a usable reply, or as a refusal; earlier records stay in the file (nothing)."
-_CAMERA = "For --plant manual: pictures tell the truth, in a folder in which you save them (a person tells it)."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 
-Camera = Annotated[str | None, typer.Option("--camera", metavar="FOLDER", help=_CAMERA)]
 ShardOf = Annotated[str | None, typer.Option("--shard", metavar="i/n", help=_SHARD)]
 WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)]
 Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)]
 
 HEADINGS = {
     "Options": "agent p trials until condition box full out estimate budget",
-    "The study": "boxes repetitions strategy_trials most seed max_steps plant camera layout shuffle as_paper",
+    "The study": "boxes repetitions strategy_trials most seed max_steps plant layout shuffle as_paper",
     "Reports and conditions": "sweep flip readings parts modality assessment hypothesis",
     "Running": "workers shard cluster again allow report json",
     "Hosted models": "connections timeout retries",
@@ -48,7 +46,6 @@ HEADINGS = {
 def run(
     what: Name,
     asked: Mapping[str, object],
-    camera: Camera = None,
     out: options.Out = None,
     workers: options.Workers = None,
     shard: ShardOf = None,
@@ -92,7 +89,7 @@ def run(
     with reached(None if estimate else cluster) as machines:
         limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access, cluster=machines)
         part = None if shard is None else Shard.parse(shard)
-        planned, directory = planned_study(what, asked, out, camera)
+        planned, directory = planned_study(what, asked, out)
         planned = replace(planned, shard=part)
         if estimate:
             from lockprobe.cli.format_cost import print_estimates

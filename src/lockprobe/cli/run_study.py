@@ -116,5 +116,5 @@ def _tell_results(journal: Journal, progress: Progress, *, report: bool, ended: 
         if (results := read_result(directory)) is not None:
             lines, facts = [*lines, *result_lines(results, directory)], result_facts(results, directory)
         if left_out:
-            facts["left_out"] = [one.plain() for one in left_out]
+            facts["left_out"] = [one._asdict() for one in left_out]
     progress.tell("report", *lines, path=page and str(page), **facts, **hashes, **progress.cost())

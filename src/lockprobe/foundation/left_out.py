@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import asdict, dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from lockprobe.foundation.errors import kind_and_words
+from lockprobe.foundation.formatting import first_three
 from lockprobe.foundation.terminal_text import printable
 
 _T = TypeVar("_T")
@@ -20,20 +20,12 @@ _T = TypeVar("_T")
 _LONGEST = 200
 """Characters of a reason."""
 
-_NAMED = 3
-"""Sections that the line on a report names; the others are counted."""
 
-
-@dataclass(frozen=True, slots=True)
-class LeftOutSection:
+class LeftOutSection(NamedTuple):
     """A part of a report that could not be made, and why in one line."""
 
     section: str
     reason: str
-
-    def plain(self) -> dict[str, str]:
-        """The same for JSON."""
-        return asdict(self)
 
 
 _failed: ContextVar[list[LeftOutSection] | None] = ContextVar("sections left out", default=None)
@@ -61,9 +53,7 @@ def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
     try:
         return make()
     except (Exception, SystemExit) as error:  # noqa: BLE001  whatever it is, the others do not depend on it
-        said = printable(" ".join(kind_and_words(error).split()))
-        cut = said if len(said) <= _LONGEST else f"{said[: _LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
-        left_out = LeftOutSection(name, cut)
+        left_out = LeftOutSection(name, printable(" ".join(kind_and_words(error).split()))[:_LONGEST])
         if left_out not in found:
             found.append(left_out)
         return instead()
@@ -75,8 +65,4 @@ def without(left_out: Sequence[LeftOutSection]) -> str:
     >>> without([LeftOutSection("Loops", "ValueError: no")])
     ', without Loops (ValueError: no)'
     """
-    if not left_out:
-        return ""
-    named = "; ".join(f"{one.section} ({one.reason})" for one in left_out[:_NAMED])
-    more = len(left_out) - _NAMED
-    return f", without {named}" + (f" and {more} more section{'s' * (more > 1)}, named on the page" if more > 0 else "")
+    return ", without " * bool(left_out) + first_three([f"{one.section} ({one.reason})" for one in left_out], "; ")

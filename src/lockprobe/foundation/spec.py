@@ -9,12 +9,12 @@ into the fields of a dataclass or the arguments of a function. The catalogue of 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
-from inspect import signature
+from inspect import Parameter, Signature, signature
 from types import NoneType, UnionType
-from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
-from urllib.parse import parse_qsl, quote, quote_plus
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from urllib.parse import parse_qsl, quote_plus
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 
@@ -25,9 +25,6 @@ PEOPLE = "participant"
 
 MCP = "mcp"
 """The kind of the specs of agents that connect to ``lockprobe mcp``: ``mcp:NAME``."""
-
-_ENCODED = str.maketrans({character: quote(character) for character in "%&+"})
-"""The characters that a value cannot hold as they are."""
 
 _PLAIN = ";/:=?"
 """What stands in the value of an option as it is, beside letters and digits; all else is percent-encoded."""
@@ -87,14 +84,6 @@ class Spec:
         """The spec with more options; a value given here replaces an existing one."""
         return replace(self, options={**self.options, **options})
 
-    def appending(self, option: str, value: str) -> Spec:
-        """The same spec with one option behind its text, whose value is any text: what would end it is encoded.
-
-        >>> str(Spec.parse("manual?device=1").appending("camera", "shots/A&B"))
-        'manual?device=1&camera=shots/A%26B'
-        """
-        return Spec.parse(f"{self}{'&' if self.options else '?'}{option}={value.translate(_ENCODED)}")
-
 
 def spec_name(text: str) -> str:
     """Kind and name of a spec. Its options are ignored and need not be well formed."""
@@ -133,28 +122,19 @@ def group_of(agent: str) -> str:
     return PEOPLE if agent.startswith(f"{PEOPLE}:") else agent
 
 
-class Option(NamedTuple):
-    """One option of a dataclass: a field, whose name has no underscore behind a Python keyword (``from_`` is ``from``).
+_signature: Callable[[Any], Signature] = cache(signature)
 
-    Without a default that is ``dataclasses.MISSING``.
+
+def options_of(make: Callable[..., object]) -> Mapping[str, Parameter]:
+    """The options of a class or function: the arguments that can be given by name, and the argument of each.
+
+    An option has no underscore behind a Python keyword (``from_`` is ``from``). Private arguments are none.
     """
-
-    name: str
-    field: str
-    default: object
-
-
-def options_of(kind: type[Any]) -> tuple[Option, ...]:
-    """The options of a dataclass: its fields, except private and computed ones. Other objects have none."""
-    return tuple(
-        Option(
-            part.name.rstrip("_"),
-            part.name,
-            part.default if part.default_factory is MISSING else part.default_factory(),
-        )
-        for part in (fields(kind) if is_dataclass(kind) else ())
-        if part.init and not part.name.startswith("_")
-    )
+    return {
+        argument.name.rstrip("_"): argument
+        for argument in _signature(make).parameters.values()
+        if argument.kind in (argument.KEYWORD_ONLY, argument.POSITIONAL_OR_KEYWORD) and argument.name[0] != "_"
+    }
 
 
 def settings_of(made: Any) -> dict[str, object]:
@@ -188,13 +168,13 @@ def arguments_from(
 ) -> dict[str, object]:
     """Arguments for a function or class from options as text, converted by annotation, else by default.
 
-    Its options are the arguments that can be given by name, without the underscore behind a Python keyword, but for
-    those that it gets from elsewhere (``taken``). Users know it by its ``name``.
+    Its options are those of :func:`options_of`, but for the arguments that it gets from elsewhere (``taken``). Users
+    know it by its ``name``.
     """
     if not options:
         return {}
-    known, hints = _arguments(make)
-    known = {option: argument for option, argument in known.items() if argument.name not in taken}
+    hints = _annotations(make)
+    known = {option: argument for option, argument in options_of(make).items() if argument.name not in taken}
     found: dict[str, object] = {}
     for option, text in options.items():
         if option not in known:
@@ -206,20 +186,15 @@ def arguments_from(
 
 
 @cache
-def _arguments(make: Callable[..., object]) -> tuple[dict[str, Any], Mapping[str, Any]]:
-    """The arguments that can be given by name, and the annotations; to read these takes longer than all else here."""
-    known = {
-        argument.name.rstrip("_"): argument
-        for argument in signature(make).parameters.values()
-        if argument.kind in (argument.KEYWORD_ONLY, argument.POSITIONAL_OR_KEYWORD) and argument.name[0] != "_"
-    }
+def _annotations(make: Callable[..., object]) -> Mapping[str, Any]:
+    """The annotations of arguments; to read these takes longer than all else here."""
     plain = isinstance(make, type) and not is_dataclass(make)
     try:
-        return known, get_type_hints(getattr(make, "__init__") if plain else make)  # noqa: B009
+        return get_type_hints(getattr(make, "__init__") if plain else make)  # noqa: B009
     except (AttributeError, NameError, TypeError):  # they name imports for type checkers only
         written = {kind.__name__: kind for kind in (bool, int, float, str)}
-        annotated = {argument.name: written.get(argument.annotation) for argument in known.values()}
-        return known, {argument: kind for argument, kind in annotated.items() if kind is not None}
+        annotated = {argument.name: written.get(argument.annotation) for argument in options_of(make).values()}
+        return {argument: kind for argument, kind in annotated.items() if kind is not None}
 
 
 def _value(name: str, text: str, kind: Any) -> object:

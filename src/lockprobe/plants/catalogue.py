@@ -160,21 +160,6 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     raise UnknownName("plant", spec.full_name, [*PLANTS, *plugin_names("plant"), *plugin_names("plant source")])
 
 
-def with_camera(plant: str, camera: str) -> Spec:
-    """The spec of a plant with its option ``camera``, as if it had been written there: ``manual?camera=pictures``.
-
-    A plant of another package says itself, when it is made, whether it has the option.
-    """
-    spec = Spec.parse(plant, "plant")
-    if not camera:
-        raise BadValue("camera", camera, "a folder")
-    if spec.full_name in PLANTS and spec.full_name != "manual":
-        raise BadValue("camera", camera, f"--plant manual with it; {spec.full_name} has no such option")
-    if spec.options.get("camera", camera) != camera:
-        raise BadValue("camera", camera, f"none with {plant}, which has another")
-    return spec if "camera" in spec.options else spec.appending("camera", camera)
-
-
 def _of_a_maker(spec: Spec, plugin: Plugin) -> PlantSource:
     """A plant of another package, which is imported when the plant is made or checked."""
     expected = "a class with `facts`, `observe()`, `attempt(joint)` and `close()`, or a function of box, labels and rng"

@@ -115,7 +115,7 @@ def _flip_axes(numbers: OpenedStudy) -> Iterator[DoseAxis]:
 
 def with_left_out(found: Results, left_out: Sequence[LeftOutSection]) -> Results:
     """The results with the sections that could not be made; no answer stands where its numbers are among them."""
-    rows = tuple(LeftOut(**one.plain()) for one in left_out)
+    rows = tuple(LeftOut(**one._asdict()) for one in left_out)
     found = found.changed(sections_left_out=rows)
     return found.changed(answer=answer_of(found)) if rows else found
 

@@ -242,9 +242,9 @@ def spec_of(intervention: Intervention | Recorded) -> str:
     kind, traits = type(intervention), InterventionTraits.of(intervention)
     own = traits.name if kind.__module__.startswith(_SHIPPED) else ""
     options = {
-        option.name: in_words(getattr(intervention, option.field))
-        for option in options_of(kind)
-        if option.field not in traits.implied
-        and (option.field in traits.doses or getattr(intervention, option.field) != option.default)
+        option: in_words(value)
+        for option, argument in options_of(kind).items()
+        if argument.name not in traits.implied
+        and ((value := getattr(intervention, argument.name)) != argument.default or argument.name in traits.doses)
     }
     return str(Spec.parse(own or plugin_name_of("intervention", kind), "intervention").adding(options))
