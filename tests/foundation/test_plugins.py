@@ -97,8 +97,6 @@ def test_the_same_stands_behind_python_without_an_entry_point_and_is_written_wit
         ("agent", "first?place=one", "place: got 'one', expected a whole number"),
         ("agent", "frist", "no agent is called 'frist' (did you mean 'first'?)"),
         ("agent", "python:strange:Quits", "agent 'python:strange:Quits' does not work (SystemExit: it quits)"),
-        ("agent", "python:os:system?command=false", "expected a module of your own: os is one of Python"),
-        ("agent", "python:strange:os.system?command=false", "expected a module of your own: posix is one of Python"),
         ("box", "python:strange:hasty", "box 'python:strange:hasty' does not work (TypeError: "),
         ("box", "python:strange:breaks", "box 'python:strange:breaks' does not work (ZeroDivisionError: by nothing)"),
         ("box", "python:strange:First", "expected a Lockbox, or a function that returns one"),
@@ -111,7 +109,6 @@ def test_the_same_stands_behind_python_without_an_entry_point_and_is_written_wit
         ("intervention", "hush?steps=few", "steps: got 'few', expected a whole number"),
         ("intervention", "python:strange:First", "expected a frozen dataclass"),
         ("measure", "untold?trial=1", "no option of untold is called 'trial'"),
-        ("measure", "python:strange:subprocess.Popen?args=false", "subprocess is one of Python"),
         ("measure", "solved?x=1", "expected solved without options"),
     ],
 )  # fmt: skip

@@ -1,25 +1,7 @@
 """Everything that Lockprobe raises on purpose. A class makes its message from facts: what was asked, came, and exists.
 
-::
-
-    LockprobeError
-    ├── UserMistake            printed as one line, exit status 2, no traceback
-    │   ├── UnknownName        a name that does not exist; lists what does
-    │   ├── BadValue           a value that is not allowed
-    │   │   └── Conflict       two options that cannot be combined
-    │   ├── BadFile            a file that cannot be used
-    │   ├── SettingsChanged    another study already lives in this directory
-    │   ├── DirectoryBusy      another process is writing to this directory
-    │   ├── BrokenPlugin       an addition of another package does not work
-    │   └── Missing            a key, package or model file that the user has to supply first
-    │       └── AgentsGivenUp  agents that could not go on; the others were played
-    ├── BudgetReached          the budget is spent; nothing is broken, and everything is on disk
-    └── TrialFault             ends a trial as ``error``, never as a failure to solve
-        ├── ModelFault         boundary ``model``: the provider or runtime broke; the trial is owed again
-        ├── ReplyFault         boundary ``reply``: the agent never gave a usable reply
-        ├── RefusalFault       boundary ``refusal``: the model or its provider refused to reply
-        ├── PlantFault         boundary ``plant``: the box or robot broke; the trial is owed again
-        └── ChannelFault       boundary ``channel``: a channel broke; the trial is owed again
+A ``UserMistake`` is printed as one line, with exit status 2 and no traceback. A ``TrialFault`` ends a trial as
+``error``, never as a failure to solve; what is outside of the agent (:data:`FINAL`) is owed again.
 """
 
 from __future__ import annotations

@@ -17,10 +17,11 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import lru_cache, reduce
+from functools import lru_cache
+from operator import attrgetter
 from pathlib import Path
-from types import BuiltinFunctionType, FunctionType
-from typing import TYPE_CHECKING, Any, Literal
+from types import BuiltinFunctionType
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import (
@@ -129,11 +130,10 @@ class Plugin:
                     "what a file or a directory names is data, and is not run"
                 )
                 raise BadValue(self.kind, self.spec or self.name, expected)
-            self._refuse_standard(module)
             if (here := str(Path.cwd())) not in sys.path:
                 sys.path.append(here)  # last: what lies beside the module hides nothing
         try:
-            found = reduce(getattr, path.split("."), importlib.import_module(module))
+            found = attrgetter(path)(importlib.import_module(module))
         except (KeyboardInterrupt, GeneratorExit):
             raise
         except BaseException as error:  # also the SystemExit of a module that is a program
@@ -142,14 +142,7 @@ class Plugin:
             said = str(error) if isinstance(error, ImportError | AttributeError) else kind_and_words(error)
             expected = f"python:module:Name of an importable class or function ({said})"
             raise BadValue(self.kind, self.name, expected) from error
-        if not self.package and isinstance(found, type | FunctionType | BuiltinFunctionType):
-            self._refuse_standard(str(found.__module__))
         return found
-
-    def _refuse_standard(self, module: str) -> None:
-        """Refuse modules of Python's own, some of which act when they are imported."""
-        if (module := module.partition(".")[0]) in sys.stdlib_module_names:
-            raise BadValue(self.kind, self.name, f"a module of your own: {module} is one of Python")
 
     def make(self, options: Mapping[str, str], *, is_one: Callable[[Any], bool], expected: str, **given: object) -> Any:
         """Call it with options as text, read by the annotation or the default of each argument, and with ``given``.
@@ -178,8 +171,7 @@ class Plugin:
             raise BrokenPlugin(self.kind, self.name, self.package, error) from error
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Listed:
+class Listed(NamedTuple):
     """A plug-in of an installed package in a list: what it says of itself; unused, without ``found``, why that is."""
 
     name: str
@@ -240,28 +232,23 @@ def listed_plugins(
     for name in plugin_names(kind):
         package = " and ".join(sorted({_package(point) for point in _points(kind) if point.name == name}))
         try:
-            if name in own:
+            if name in own or (plugin := find_plugin(kind, name)) is None:
                 raise BadValue(kind, name, "a different name: Lockprobe itself uses this one")
-            plugin = find_plugin(kind, name)
-            found = None if plugin is None else plugin.load()
-            check(name, found)
-            rows.append(Listed(name=name, package=package, what=first_line(found), found=found))
+            check(name, found := plugin.load())
+            rows.append(Listed(name, package, first_line(found), found))
         except UserMistake as mistake:
-            rows.append(Listed(name=name, package=package, what=f"Cannot be used. {mistake}"))
+            rows.append(Listed(name, package, f"Cannot be used. {mistake}"))
     return rows
 
 
 def plugin_name_of(kind: Kind, found: type[Any]) -> str:
     """The name under which an installed package has a class; ``python:module:Name`` if none has it."""
-    here = f"{found.__module__}:{found.__qualname__}"
     for point in _points(kind):
-        if point.value == here:
-            return str(point.name)
-        if point.value.partition(":")[0].partition(".")[0] == found.__module__.partition(".")[0]:
+        if point.value.partition(":")[0].partition(".")[0] == found.__module__.partition(".")[0]:  # it may re-export it
             with suppress(UserMistake):
                 if Plugin(kind=kind, name=point.name, value=point.value, package="?").load() is found:
                     return str(point.name)
-    return f"{_DIRECT}{here}"
+    return f"{_DIRECT}{found.__module__}:{found.__qualname__}"
 
 
 def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
