@@ -7,7 +7,6 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, replace
-from math import isinf
 from pathlib import Path
 from typing import Annotated
 
@@ -20,13 +19,9 @@ from lockprobe.boxes.generate import generate as make
 from lockprobe.boxes.layouts import LayoutName
 from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
 from lockprobe.boxes.solve import (
-    depths,
     difficulty,
     optimal_plans,
     optimum,
-    random_no_repeat_success,
-    random_success,
-    undone,
 )
 from lockprobe.boxes.state_space import space_of
 from lockprobe.cli import options
@@ -83,7 +78,7 @@ def check(
 def list_boxes(json: options.AsJson = False) -> None:
     """List the named boxes and their difficulty."""
     if not json:
-        print(f"{'name':16} joints  optimum  undone  random  no-repeat")
+        print(f"{'name':16} joints  optimum  random  no-repeat")
     for row in (*((name, "", box(name)) for name in named_boxes()), *_packaged()):
         name, package, found = row
         owner = {"package": package} if package else {}
@@ -93,9 +88,10 @@ def list_boxes(json: options.AsJson = False) -> None:
             print(json_.dumps(_facts(found) | {"name": name} | owner))
         else:
             says = f"  ({package})" if package else "  (default)" if name == DEFAULT_BOX else ""
+            facts = difficulty(found)
             print(
-                f"{name:16} {len(found.joints):6}  {optimum(found):7}  {undone(space_of(found)):6}"
-                f"  {random_success(found):6.3f}  {random_no_repeat_success(found):9.3f}{says}"
+                f"{name:16} {len(found.joints):6}  {facts.optimum:7}"
+                f"  {facts.random_success:6.3f}  {facts.random_no_repeat_success:9.3f}{says}"
             )
     if not json:
         print("Also: random-N-SEED, an interlock of N joints drawn from the seed, as random-5-17; and TOML files.")
@@ -152,8 +148,7 @@ def solve(
 ) -> None:
     """List all optimal plans of a box."""
     box = find_box(name)
-    plans = optimal_plans(box, _PLANS)
-    steps = difficulty(box).optimum
+    plans, steps = optimal_plans(box, _PLANS), optimum(box)
     if json:
         print(json_.dumps({"name": box.name, "optimum": steps, "optimal_plans": plans.count, "plans": plans.listed}))
         return
@@ -191,10 +186,10 @@ def generate(
             kind = found.partition(":")[0]
             refused[kind] += 1
             continue
-        file, facts = _write(found, out) if out else None, _facts(found)
+        file, facts = _write(found, out) if out else None, difficulty(found)
         print(
-            f"{file or found.name}  optimum {facts['optimum']}, random {facts['random_success']:.3f}, "
-            f"no-repeat {facts['random_no_repeat_success']:.3f}"
+            f"{file or found.name}  optimum {facts.optimum}, random {facts.random_success:.3f}, "
+            f"no-repeat {facts.random_no_repeat_success:.3f}"
         )
         made += 1
         if made == count:
@@ -242,32 +237,22 @@ def _print(lines: Iterable[str]) -> None:
 
 def _in_words(box: Lockbox) -> Iterator[str]:
     """The panel with the legend of its numbers, the interlock, and the difficulty."""
-    found, layers, wide = difficulty(box), depths(box), max(map(len, box.names))
+    found, wide = difficulty(box), max(map(len, box.names))
     plans = f"{found.optimal_plans} optimal plan{'s' * (found.optimal_plans != 1)}"
     yield f"{box.name}: {len(box.joints)} joints, target {box.target}, optimum {found.optimum} steps, {plans}"
     yield from panel_lines(box)
     for i, (joint, position) in enumerate(zip(box.joints, box.initial, strict=True), 1):
         target, start = "*" if joint.name == box.target else " ", "open" if position else "closed"
-        layer = layers[joint.name] or "none"
-        yield f" {i}{target} {joint.name:{wide}}  {joint.kind:9}  {start} at the start, layer {layer}"
+        yield f" {i}{target} {joint.name:{wide}}  {joint.kind:9}  {start} at the start"
     yield from ("", *interlock_lines(box), "")
-    blocked = "" if found.random_blocked is None else f", {found.random_blocked:.0%} of its attempts blocked"
-    random, no_repeat = random_success(box), random_no_repeat_success(box)
-    yield f"depth {found.depth}; moves to undo: {found.undone}; free at the start: {found.free}"
-    yield f"reachable configurations: {found.reachable}; distractors: {', '.join(found.distractors) or 'none'}"
-    yield f"solved in 20 steps: random {random:.4f}, random without repeats {no_repeat:.4f}"
+    yield f"joints that no optimal plan moves: {', '.join(found.distractors) or 'none'}"
+    yield (
+        f"solved in 20 steps: random {found.random_success:.4f}, "
+        f"random without repeats {found.random_no_repeat_success:.4f}"
+    )
     yield f"solved in 20 steps by a fixed order of all joints, repeated: {found.cycle_success:.4f} of all orders"
-    yield f"random without a budget: {found.random_steps:.1f} steps expected{blocked}"
 
 
 def _facts(box: Lockbox) -> dict[str, object]:
-    """The facts of a box for JSON; infinite numbers become null."""
-    return {
-        **box.as_data(),
-        "random_success": random_success(box),
-        "random_no_repeat_success": random_no_repeat_success(box),
-        **{
-            name: None if isinstance(value, float) and isinf(value) else value
-            for name, value in asdict(difficulty(box)).items()
-        },
-    }
+    """The facts of a box for JSON."""
+    return {**box.as_data(), **asdict(difficulty(box))}
