@@ -177,7 +177,6 @@ def test_once_free_a_loop_breaker_has_forgotten_and_draws_a_new_cycle():
     [
         ("prior=chains&noise=naive", 5.5, 6, 7),
         ("prior=single-parent&noise=naive", 8.5, 9, 10),
-        ("prior=single-parent&noise=naive&plan=information", 95 / 12, 8, 10),
         ("noise=aware", 25 / 3, 9, 10),
     ],
 )
@@ -210,7 +209,7 @@ def test_the_ideal_observer_says_what_it_thinks_its_action_did(options, attempt,
 @pytest.mark.parametrize(
     ("spec", "facts"),
     [
-        ("ideal-observer?prior=chains&plan=information", {"prior": "chains", "noise": "aware", "plan": "information", "reading": "outcomes"}),
+        ("ideal-observer?prior=chains", {"prior": "chains", "noise": "aware", "reading": "outcomes"}),
         ("cognitive:softmax-memory?failure=2&target=1", {"failure": 2, "target": 1, "decay": 1}),
         ("cognitive:random-map?window=2", {"window": 2, "avoid": "none", "lapse": 0}),
     ],
@@ -222,9 +221,9 @@ def test_what_it_is_and_the_probabilities_that_were_drawn_from_stand_in_the_reco
 
 
 def test_a_box_too_large_for_its_plan_is_refused_at_the_first_step():
-    with pytest.raises(BadValue, match="720 interlocks of prior chains over 7 joints.*plan=information"):
+    with pytest.raises(BadValue, match="720 interlocks of prior chains over 7 joints"):
         run_trial(agent="ideal-observer?prior=chains&noise=naive", box="chain-7")
     with pytest.raises(BadValue, match="prior single-parent over 6 joints: got '46656 interlocks'"):
         run_trial(agent="ideal-observer", box="chain-6")
-    assert run_trial(agent="ideal-observer?prior=chains&noise=naive&plan=information", box="chain-7").solved
+    assert run_trial(agent="ideal-observer?prior=chains", box="chain-7").solved
     assert run_trial(agent="ideal-observer?prior=chains", box=box("chain-6")).solved

@@ -78,7 +78,7 @@ def test_every_fact_parses_back_and_no_other(percept, form, tell):
 
 SCRIPTED = [
     "random", "random-no-repeat", "round-robin", "ideal-observer", "ideal-observer?noise=naive",
-    "ideal-observer?plan=information", "viewer", "cognitive:softmax-memory?failure=4&stay=1",
+    "viewer", "cognitive:softmax-memory?failure=4&stay=1",
     "cognitive:random-map?window=2&avoid=failed", *(f"human-inspired:{preset}" for preset in PRESETS),
     *(f"cognitive:{character}" for character in CHARACTERS),
 ]  # fmt: skip

@@ -44,7 +44,6 @@ def test_what_other_trials_left_behind_changes_nothing(monkeypatch):
     module._known.clear()
     fresh = [counts([trial]) for trial in trials]
     monkeypatch.setattr(module, "_MANY", 1)
-    monkeypatch.setattr(module, "_TOGETHER", 3)
     assert [counts([trial]) for trial in trials[::-1]] == fresh[::-1]
     assert counts(trials) == tuple(map(sum, zip(*fresh, strict=True)))
 

@@ -73,7 +73,7 @@ KNOWN: Mapping[str, str] = {
     **{name: _described(kind) for name, (kind, _) in _STRATEGIES.items() if spec_kind(name) not in _FAMILIES},
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
     _OBSERVER: "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
-    "Options: prior, noise, plan, reading.",
+    "Options: prior, noise, reading.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "viewer[:STRATEGY]": "Reads pictures and plays any strategy with its readings. "

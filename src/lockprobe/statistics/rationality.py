@@ -12,12 +12,12 @@ agent is told of it misleads every observer. So of each trial the actions before
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Sequence
+from functools import cached_property
 
-from lockprobe.boxes.beliefs.planning import all_expected_steps, least
+from lockprobe.boxes.beliefs.planning import best_joints
 from lockprobe.boxes.beliefs.posterior import Belief, ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
-from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion
@@ -30,9 +30,6 @@ further trial is judged."""
 
 _MANY = 1 << 14
 """Moments that are cached; each takes a few kilobytes."""
-
-_TOGETHER = 64
-"""Moments at which attempts are weighed at once."""
 
 _Report = tuple[int, bool, int | None, bool]
 """The fields of a :class:`ReportedAttempt`."""
@@ -61,23 +58,23 @@ def optimal_actions(
         if actions < ACTIONS:
             weighed.append(_choices(trial, prior, unbroken(trial, judged(trial) if judged else ())))
             actions += len(trial.steps)
-    _weigh(now for choices, _ in weighed for now, _ in choices)
     counts = [sum(now.optimal[joint] for now, joint in choices) for choices, _ in weighed]
     share = clustered_proportion(counts, [len(choices) for choices, _ in weighed])
     return (share, any(contradicted for _, contradicted in weighed)) if share.n else None
 
 
 class _Moment:
-    """A belief of the observer and those that follow it, each computed once: many trials pass through equal beliefs.
-
-    Attributes:
-        optimal: Whether no other attempt costs fewer expected steps than that at each joint; empty until it is weighed.
-    """
+    """A belief of the observer and those that follow it, each computed once: many trials pass through equal beliefs."""
 
     def __init__(self, belief: Belief) -> None:
         self.belief = belief
-        self.optimal: list[bool] = []
         self._after: dict[_Report, tuple[_Moment, bool]] = {}
+
+    @cached_property
+    def optimal(self) -> list[bool]:
+        """Whether no other attempt costs fewer expected steps than that at each joint."""
+        found: list[bool] = best_joints(self.belief).tolist()
+        return found
 
     def after(self, report: _Report) -> tuple[_Moment, bool]:
         """The moment after a report, and whether the report was impossible."""
@@ -97,17 +94,6 @@ def _moment(belief: Belief) -> _Moment:
     if len(_known) >= _MANY:
         _known.clear()
     return _known.setdefault(belief.key, _Moment(belief))
-
-
-def _weigh(moments: Iterable[_Moment]) -> None:
-    """Find the optimal attempts at all these moments, where they are not known: together it takes less time."""
-    new = [one for one in dict.fromkeys(moments) if not one.optimal]
-    for alike in grouped(new, lambda one: (one.belief.interlocks, one.belief.noise)).values():
-        for i in range(0, len(alike), _TOGETHER):
-            some = alike[i : i + _TOGETHER]
-            found = least(all_expected_steps([one.belief for one in some])).tolist()
-            for one, optimal in zip(some, found, strict=True):
-                one.optimal = optimal
 
 
 def _choices(trial: Trial, prior: str, first: int) -> tuple[list[tuple[_Moment, int]], bool]:

@@ -50,10 +50,10 @@ _KINDS: Mapping[KnownReading, tuple[KnownReading, ...]] = {
     "positions": ("memoryless", "latched"),
 }
 
-OF_OUTCOMES = ("re-observed", "integrated")
+_OF_OUTCOMES = ("re-observed", "integrated")
 """The readings that invert outcomes, against what was told before."""
 
-TRUE_ELSEWHERE = ("memoryless", "re-observed")
+_TRUE_ELSEWHERE = ("memoryless", "re-observed")
 """The readings under which the positions of all joints but the attempted one are told truly."""
 
 Floats = NDArray[np.float64]
@@ -117,7 +117,6 @@ class Belief:
         false, weights: The number of false reports under each, and its posterior probability, of the same shape.
         told: Reports since the beginning or the last restart.
         positions: The configuration as told last; None where positions are not told.
-        states_only: Whether the last report told positions and no outcome; False before the first.
         moved: Probability that the last attempt moved its joint, [0, 1]; None before the first.
         restarts: Number of impossible reports.
     """
@@ -130,7 +129,6 @@ class Belief:
     weights: Floats
     told: int = 0
     positions: int | None = 0
-    states_only: bool = False
     moved: float | None = None
     restarts: int = 0
 
@@ -151,7 +149,7 @@ class Belief:
         arrays = (self.possible, self.configuration * held, self.false * held)
         told = self.told if self.noise.p is None else 0  # with a known p only differences of counts matter
         positions = None if self.positions is None else 0 if self.noise.kinds == ("memoryless",) else self.positions
-        plain = (self.interlocks.prior, self.interlocks.joints, self.noise, told, positions, self.states_only)
+        plain = (self.interlocks.prior, self.interlocks.joints, self.noise, told, positions)
         return (*plain, *(array.tobytes() for array in arrays))
 
     def __eq__(self, other: object) -> bool:
@@ -197,13 +195,6 @@ def update(belief: Belief, report: ReportedAttempt) -> Belief:
     return replace(fresh, possible=fresh.possible & blocked, weights=weights / total)
 
 
-def compared(belief: Belief) -> NDArray[np.int64]:
-    """The configuration from which the next report says the attempted joint moved or not, shape (interlocks,)."""
-    if belief.noise.kinds[0] in OF_OUTCOMES and belief.positions is not None:
-        return np.full_like(belief.configuration, belief.positions)
-    return belief.configuration
-
-
 def _conditioned(belief: Belief, report: ReportedAttempt) -> Belief | None:
     """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
     noise, told, bit = belief.noise, belief.told + 1, 1 << report.joint
@@ -211,14 +202,17 @@ def _conditioned(belief: Belief, report: ReportedAttempt) -> Belief | None:
     said: NDArray[np.bool_] | bool = report.moved  # under each interlock if only positions are told
     possible = belief.possible
     if report.positions is not None:
+        compared = belief.configuration  # with which the report says that the attempted joint moved or not
+        if noise.kinds[0] in _OF_OUTCOMES and belief.positions is not None:
+            compared = np.full_like(compared, belief.positions)
         if report.states_only:
-            said = (compared(belief) ^ report.positions) & bit != 0
+            said = (compared ^ report.positions) & bit != 0
         seen = ~1 if noise.naive else ~0  # a naive one takes the target to be at rest, whatever is told of it
         before = report.positions ^ (said * bit)
-        attempted = (compared(belief) ^ before) & (bit & seen)
+        attempted = (compared ^ before) & (bit & seen)
         true = (belief.configuration ^ before) & (~bit & seen)
         repeated = 0 if belief.positions is None else (report.positions ^ belief.positions) & ~bit
-        wrong = [attempted | (true if kind in TRUE_ELSEWHERE else repeated) for kind in noise.kinds]
+        wrong = [attempted | (true if kind in _TRUE_ELSEWHERE else repeated) for kind in noise.kinds]
         possible = possible & (np.array(wrong) == 0)
     if report.joint == 0:
         possible = possible & ~moves
@@ -236,7 +230,6 @@ def _conditioned(belief: Belief, report: ReportedAttempt) -> Belief | None:
         weights=weights,
         told=told,
         positions=report.positions,
-        states_only=report.states_only and report.positions is not None,
         moved=float(weights @ moves),
     )
 
@@ -249,9 +242,3 @@ def _log_likelihood(p: float | None, told: int) -> Floats:
         return np.array([lgamma(k + 1) + lgamma(told - k + 1) - lgamma(told + 2) for k in counts])
     odds = (log(p) if p > 0 else -inf, log(1 - p) if p < 1 else -inf)
     return np.array([sum(n * odd for n, odd in zip((k, told - k), odds, strict=True) if n) for k in counts])
-
-
-def entropy(belief: Belief) -> float:
-    """Entropy over interlocks, in bits, >= 0."""
-    sure = belief.weights[belief.weights > 0.0]
-    return float(-(sure * np.log2(sure)).sum()) + 0.0
