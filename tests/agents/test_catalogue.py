@@ -40,7 +40,7 @@ def test_a_spec_says_where_its_time_goes_and_what_it_can_take_in(spec, engine, s
         ("cognitive:slow", "no strategy is called 'cognitive:slow' (did you mean 'cognitive:careful'?); there are: "),
         ("ideal-observer:x", "no strategy is called 'ideal-observer:x'"),
         ("llm:gpt", "no language model is called 'llm:gpt'; there are: llm:local, llm:gguf:PATH, llm:PROVIDER/MODEL"),
-        ("random:x", "no agent is called 'random:x'"),
+        ("random:x", "no strategy is called 'random:x'"),
         ("viewers", "no agent is called 'viewers'"),
         ("viewer:llm:local", "no strategy is called 'llm:local'; there are: random, random-no-repeat"),
         ("viewer:viewer", "no strategy is called 'viewer'; there are: random"),

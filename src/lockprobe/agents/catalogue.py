@@ -13,10 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from inspect import iscoroutinefunction, isfunction
+from inspect import iscoroutinefunction
 from typing import Any, Literal
 
 from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
+from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.outside import OutsideAgent, check_outside
 from lockprobe.agents.policy import Policy
@@ -32,7 +33,7 @@ from lockprobe.agents.viewer import SIGHT, Viewer
 from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import Plugin, find_plugin, has_methods, plugin_names
-from lockprobe.foundation.spec import MCP, PEOPLE, Spec, arguments_from, options_of, spec_kind, with_options
+from lockprobe.foundation.spec import MCP, PEOPLE, Spec, arguments_from, options_of, spec_kind, spec_name, with_options
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.protocols import Agent
 
@@ -45,7 +46,6 @@ Senses = Literal["reports", "pictures"]
 
 _ACCESS = Access()
 _VIEWED = "human-inspired:target-first"
-_OBSERVER = "ideal-observer"
 
 _STRATEGIES: Mapping[str, tuple[type[Policy[Any]], Mapping[str, object]]] = {
     "random": (RandomAgent, {}),
@@ -54,27 +54,24 @@ _STRATEGIES: Mapping[str, tuple[type[Policy[Any]], Mapping[str, object]]] = {
     "right-to-left": (RightToLeft, {}),
     "human-inspired": (HumanInspired, {}),
     **{f"human-inspired:{name}": (HumanInspired, settings) for name, settings in PRESETS.items()},
+    "ideal-observer": (IdealObserver, {}),
     **{f"cognitive:{name}": (kind, {}) for name, kind in MODELS.items()},
     **{f"cognitive:{name}": (SoftmaxMemory, settings) for name, (_, settings) in CHARACTERS.items()},
 }
-"""Name -> class and settings; the ideal observer is not among them, as importing it takes long."""
+"""Name -> class and settings."""
 
-_FAMILIES = ("human-inspired", "cognitive", _OBSERVER)
-"""The kinds of strategies that have names or options of their own."""
+_KINDS = {spec_kind(name) for name in _STRATEGIES} | {"viewer"}
 
 
 def _described(kind: type[Any]) -> str:
-    """The first line of a class's docstring, and its fields as options."""
     options = ", ".join(options_of(kind))
     return f"{first_line(kind)} Options: {options}." if options else first_line(kind)
 
 
 KNOWN: Mapping[str, str] = {
-    **{name: _described(kind) for name, (kind, _) in _STRATEGIES.items() if spec_kind(name) not in _FAMILIES},
+    **{name: _described(kind) for name, (kind, _) in _STRATEGIES.items() if kind not in (HumanInspired, SoftmaxMemory)},
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
-    _OBSERVER: "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
-    "Options: prior, noise, reading.",
-    **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
+    "cognitive:softmax-memory": _described(SoftmaxMemory),
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "viewer[:STRATEGY]": "Reads pictures and plays any strategy with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
@@ -116,14 +113,13 @@ def description(spec: str) -> str:
     >>> description("llm:local")
     'SmolLM2-135M-Instruct, a very small language model.'
     """
-    form = Spec.parse(spec)
-    if form.kind == "cognitive" and form.name in CHARACTERS and not form.options:
-        return CHARACTERS[form.name][0]
-    if form.kind in (PEOPLE, "python"):
-        return ""
-    families = {name.partition("[")[0]: what for name, what in KNOWN.items()} | {MCP: KNOWN["mcp:NAME"]}
-    found = families.get(form.full_name) or families.get(form.kind, "")
-    return f"{found.partition('. ')[0].removesuffix('.')}." if found else ""
+    asked, name = Spec.parse(spec), spec_name(spec)
+    if asked.kind == "cognitive" and asked.name in CHARACTERS and not asked.options:
+        return CHARACTERS[asked.name][0]
+    if name in _STRATEGIES:
+        return f"{first_line(_STRATEGIES[name][0]).partition('. ')[0].removesuffix('.')}."
+    form = {"viewer": "viewer[:STRATEGY]", MCP: "mcp:NAME"}.get(asked.kind, "llm:local" if name == "llm:local" else "")
+    return f"{KNOWN[form].partition('. ')[0].removesuffix('.')}." if form else ""
 
 
 def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
@@ -141,10 +137,12 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
     if not text.isprintable():
         raise BadValue("agent", printable(text), "a name without control characters")
     spec = spec if isinstance(spec, Spec) else Spec.parse(spec)
+    if spec.kind == "viewer":
+        viewer = _viewer(spec)
+        return AgentSource(spec=text, engine="inline", senses="pictures", make=lambda: viewer)
     if is_strategy(text):
-        agent = _viewer(spec) if spec.kind == "viewer" else _strategy(spec)
-        senses: Senses = "pictures" if spec.kind == "viewer" else "reports"
-        return AgentSource(spec=text, engine="inline", senses=senses, make=lambda: agent)
+        agent = _strategy(spec)
+        return AgentSource(spec=text, engine="inline", make=lambda: agent)
     if spec.kind in (PEOPLE, MCP):
         check_outside(text)
         engine: Engine = "person" if spec.kind == PEOPLE else "client"
@@ -163,7 +161,7 @@ def is_strategy(spec: str) -> bool:
     >>> is_strategy("human-inspired"), is_strategy("llm:local")
     (True, False)
     """
-    return spec in _STRATEGIES or Spec.parse(spec).kind in (*_FAMILIES, "viewer")
+    return spec_kind(spec) in _KINDS
 
 
 def _strategy(spec: Spec) -> Policy[Any]:
@@ -172,12 +170,8 @@ def _strategy(spec: Spec) -> Policy[Any]:
     Raises:
         UnknownName: If there is none.
     """
-    if spec.full_name == _OBSERVER:
-        from lockprobe.agents.ideal_observer import IdealObserver
-
-        return with_options(IdealObserver, spec.kind, spec.options)
     if (found := _STRATEGIES.get(spec.full_name)) is None:
-        raise UnknownName("strategy", spec.full_name, [*_STRATEGIES, _OBSERVER])
+        raise UnknownName("strategy", spec.full_name, _STRATEGIES)
     kind, settings = found
     return with_options(kind, spec.full_name, spec.options, settings)
 
@@ -215,8 +209,7 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
 
         return HostedModel(text, access)
 
-    senses: Senses = "reports" if blind else "pictures"
-    return AgentSource(spec=text, engine="network", senses=senses, make=make, check=make)
+    return AgentSource(spec=text, engine="network", senses="reports" if blind else "pictures", make=make, check=make)
 
 
 def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
@@ -229,14 +222,12 @@ def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
     def make() -> Agent:
         found = plugin.make(spec.options, is_one=is_agent, expected=expected)
         with plugin.guarded():
-            is_one = isinstance(found, Agent)
-            plain = is_one and isfunction(getattr(found.decide, "__func__", found.decide))
-            waits = not plain or iscoroutinefunction(found.decide)
-        if not is_one:
+            agent: Agent | None = found if isinstance(found, Agent) else None
+            waits = agent is not None and iscoroutinefunction(agent.decide)
+        if agent is None:
             raise BadValue("agent", str(spec), expected)
         if not waits:
             raise UserMistake(f"agent {str(spec)!r}: decide must be `async def`")
-        agent: Agent = found
         return agent
 
     return AgentSource(spec=str(spec), engine="inline", senses="pictures", make=make, check=make)

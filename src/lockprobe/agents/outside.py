@@ -22,38 +22,29 @@ SAME_IN_ALL_TRIALS = ("client", "wording")
 """Facts of a client that may not change under its name: records that differ in them are different conditions."""
 
 _FORMS = {
-    PEOPLE: (
-        rf"{PEOPLE}(?::[a-z0-9]{{4,32}})?",
-        "participant, or participant:ID with 4 to 32 lower-case letters and digits",
-    ),
+    PEOPLE: (r"(:[a-z0-9]{4,32})?", "participant, or participant:ID with 4 to 32 lower-case letters and digits"),
     MCP: (
-        rf"{MCP}:[A-Za-z0-9][A-Za-z0-9._-]{{0,63}}",
-        f"{MCP}:NAME with at most 64 letters, digits, dots, hyphens and underscores",
+        r":[A-Za-z0-9][A-Za-z0-9._-]{0,63}",
+        "mcp:NAME with at most 64 letters, digits, dots, hyphens and underscores",
     ),
 }
-"""How the specs of people and of clients are written."""
+"""How the specs of people and of clients go on after their kind, and the same in words."""
 
 
 def participant_spec(identity: str) -> str:
-    """The agent spec of one person.
-
-    >>> participant_spec("3f9a01bc")
-    'participant:3f9a01bc'
-    """
+    """The agent spec of one person."""
     return f"{PEOPLE}:{identity}"
 
 
 def check_outside(spec: str, kind: str = "") -> str:
     """A spec that names a person or a client; ``kind`` is that of its own unless it is given.
 
-    >>> check_outside("mcp:claude-code")
-    'mcp:claude-code'
-
     Raises:
         BadValue: If it names none.
     """
-    form, expected = _FORMS[kind or spec_kind(spec)]
-    if not re.fullmatch(form, spec):
+    kind = kind or spec_kind(spec)
+    form, expected = _FORMS[kind]
+    if not re.fullmatch(f"{kind}{form}", spec):
         raise BadValue("agent", spec, expected)
     return spec
 
@@ -90,11 +81,5 @@ class OutsideAgent:
         return await self._asked.get()
 
     def say(self, joint: str, claimed: Outcome | None = None, hypothesis: str = "") -> None:
-        """Decide.
-
-        Args:
-            joint: Label of the joint to attempt.
-            claimed: What the previous action did; None if nobody asked.
-            hypothesis: How the box works, in words.
-        """
+        """Decide: the label of a joint, what the last action did (None if nobody asked), and how the box works."""
         self._said.put_nowait(Decision(joint=joint, claimed=claimed, hypothesis=hypothesis))

@@ -29,11 +29,8 @@ LONGEST_HYPOTHESIS = 4000
 """Characters."""
 
 TIDIED: Mapping[str, str] = {
-    "reasoning": "reasoning in the text",
-    "template": "tokens of the server's template",
-    "fence": "a code fence",
-    "prose": "text around the object",
-    "repeated": "the same object twice",
+    "marks": "reasoning or marks of the server's template",
+    "text": "more than the object",
     "syntax": "bent JSON",
     "spelling": "another spelling of a value",
 }
@@ -62,16 +59,12 @@ _TOKEN = re.compile(
 )
 """Any token of a template."""
 
-MARK = re.compile(f"{_TAG.pattern}|{_TOKEN.pattern}", re.IGNORECASE)
-"""What a server should have removed from a reply."""
-
 _GROUP = re.compile(r"""\{(?:[^{}"'\\]++|"(?:\\.|[^"\\])*+"|'(?:\\.|[^'\\])*+')*+\}""", re.DOTALL)
 """A group in braces with no other inside."""
 
 _ALTERNATIVE = re.compile(r"\bor\s*\0|\0\s*(?:or|alternatively)\b", re.IGNORECASE)
 """Words beside an object, which stands as a zero here, that say that it is one of two answers."""
 
-_FENCE = re.compile(r"(?:`{3,}|~{3,})[ \t]*[\w+-]*")
 _NO_WIDTH = re.compile("[\ufeff\u200b\u200c\u200d\u2060]")
 _KEY = re.compile(r"""[{,]\s*["'\u201c\u2018]?([\w -]{1,40}?)["'\u201d\u2019]?\s*[:"'\u201c]""")
 """The name of a field."""
@@ -190,10 +183,33 @@ def object_in(text: str, names: Sequence[str]) -> Found:
     if isinstance(whole, str) and whole.strip():
         fields, tidied = object_in(whole, names)
         return fields, tidied | {"syntax"}
-    said, marks = without_marks(text)
+    said, found, left, end = without_marks(text), list[Found](), "", 0
     if not said.strip():
         raise ReplyFault("reasoning without a reply after it" if text.strip() else "an empty reply")
-    found, left, broken = _objects(said, names)
+    for group in _GROUP.finditer(said):
+        pairs, bent = _read(group[0])
+        fields, tidied = _fields_of(pairs, names)
+        if fields:
+            found.append((fields, tidied | {"syntax"} if bent else tidied))
+            left, end = f"{left}{said[end : group.start()]}\0", group.end()
+    left += said[end:]
+    _check_alone(left, found, names)
+    fields, tidied = found[0]
+    return fields, tidied.union(
+        ["marks"] if said != text else (), ["text"] if left.replace("\0", "").strip() or len(found) > 1 else ()
+    )
+
+
+def _check_alone(left: str, found: Sequence[Found], names: Sequence[str]) -> None:
+    """Refuse a text that has not one reading; ``left`` is what stands around the objects, with zeros in their places.
+
+    Raises:
+        ReplyFault: If it has none, or several.
+    """
+    if left.count("{") > left.count("}"):
+        raise ReplyFault("a JSON object that does not end")
+    plain = {plain_form(name) for name in names}
+    broken = any(plain_form(key) in plain for key in _KEY.findall(left))
     if not found or (broken and len(found) == 1):
         raise ReplyFault("not one JSON object")
     readings = {json.dumps({name: plain_form(str(of)) for name, of in sorted(one.items())}) for one, _ in found}
@@ -201,59 +217,25 @@ def object_in(text: str, names: Sequence[str]) -> Found:
         raise ReplyFault("JSON objects that differ")
     if _ALTERNATIVE.search(left):
         raise ReplyFault("a JSON object and an alternative")
-    fields, tidied = found[0]
-    tidied = tidied.union(marks, ["repeated"] if len(found) > 1 else ())
-    around = _NO_WIDTH.sub("", left.replace("\0", ""))
-    if _FENCE.search(around):
-        tidied.add("fence")
-    if _FENCE.sub("", around).strip() or not tidied:
-        tidied.add("prose")
-    return fields, tidied
-
-
-def _objects(text: str, names: Sequence[str]) -> tuple[list[Found], str, bool]:
-    """The objects that have one of the names, the text with zeros in their places, and whether such a one is broken.
-
-    Raises:
-        ReplyFault: If an object does not end.
-    """
-    found, left, end = list[Found](), "", 0
-    for group in _GROUP.finditer(text):
-        pairs, bent = _read(group[0])
-        fields, tidied = _fields_of(pairs, names)
-        if fields:
-            found.append((fields, tidied | {"syntax"} if bent else tidied))
-            left, end = f"{left}{text[end : group.start()]}\0", group.end()
-    left += text[end:]
-    if left.count("{") > left.count("}"):
-        raise ReplyFault("a JSON object that does not end")
-    plain = {plain_form(name) for name in names}
-    broken = any(plain_form(key) in plain for key in _KEY.findall(left))
-    return found, left, broken
 
 
 def spoken(text: str) -> str:
     """A raw reply as it stands in the conversation: without reasoning and marks of a template."""
-    return without_marks(text)[0] or "(empty)"
+    return without_marks(text) or "(empty)"
 
 
-def without_marks(text: str) -> tuple[str, tuple[str, ...]]:
-    """The reply without reasoning and without tokens of a template, and which of the two were removed.
+def without_marks(text: str) -> str:
+    """The reply without reasoning and without tokens of a template.
 
     A whole JSON object is left as it is. Of reasoning that ends nowhere, or after which nothing comes, nothing is left,
     unless one object is all that there is besides the tags.
     """
     if not any(sign in text for sign in "<[◁") or isinstance(_loaded(text), tuple):
-        return text, ()
-    bare = _TAG.sub("", text)
-    said = _after_reasoning(text)
-    if not said.strip() and isinstance(_loaded(alone := _without_tokens(bare)), tuple):
-        return alone.strip(), ("reasoning",)
-    spoken = _without_tokens(said)
-    if spoken == text:
-        return text, ()
-    reasoning = ("reasoning",) if said not in (text, bare) else ()
-    return spoken.strip(), (*reasoning, "template") if spoken != said or not reasoning else reasoning
+        return text
+    said = _without_tokens(_after_reasoning(text))
+    if not said.strip() and isinstance(_loaded(alone := _without_tokens(_TAG.sub("", text))), tuple):
+        return alone.strip()
+    return text if said == text else said.strip()
 
 
 def _after_reasoning(text: str) -> str:
@@ -336,7 +318,7 @@ def _fields_of(pairs: _Pairs, names: Sequence[str]) -> Found:
         if name in fields and fields[name] != value:
             raise ReplyFault(f"{name}: two values")
         if name in fields:
-            tidied.add("repeated")
+            tidied.add("syntax")
         if name != key:
             tidied.add("spelling")
         fields[name] = value

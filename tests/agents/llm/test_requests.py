@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from lockprobe.agents import weights
+from lockprobe.agents import local
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.servers import PROVIDERS, Server, request_body
@@ -117,10 +117,7 @@ LEFT = dict.fromkeys(("temperature", "top_p", "effort", "max_tokens"), "provider
         ({}, "", LEFT | {"schema": "strict", "repairs": 4}),
         ({}, "temperature=0&top_p=0.5&effort=low&max_tokens=77", {"temperature": 0.0, "top_p": 0.5, "effort": "low", "max_tokens": 77}),
         ({}, "images=2&detail=low", {"images": 2, "detail": "low"}),
-        ({"fixed": True}, "", {"temperature": "fixed by the model", "top_p": "fixed by the model"}),
-        ({"effort": False}, "", {"effort": "not taken"}),
         ({"schema": "loose"}, "", {"schema": "loose"}),
-        ({"largest_image": 768}, "", {"largest_image": 768}),
         ({"reasons": False, "most_output": 16_384}, "", {"max_tokens": 1000}),
         ({"reasons": False, "most_output": 16_384}, "effort=high", {"max_tokens": 16_384}),
         ({"reasons": True, "most_output": 100_000}, "", {"max_tokens": 25_000}),
@@ -146,16 +143,15 @@ def test_the_record_says_what_was_sent_what_is_fixed_and_what_the_provider_decid
         ("a/b?temperature=warm", "temperature: got 'warm', expected a number"),
         ("a/b?temperature=nan", "temperature: got nan, expected a number from 0 to 2"),
         ("a/b?temperature=2.1", "temperature: got 2.1, expected a number from 0 to 2"),
-        ("a/b?top_p=0", "top_p: got 0.0, expected a number above 0, at most 1"),
-        ("a/b?max_tokens=0", "max_tokens: got 0, expected a whole number from 1 to 10000000"),
+        ("a/b?top_p=0", "top_p: got 0.0, expected a number from 0.001 to 1"),
+        ("a/b?max_tokens=0", "max_tokens: got 0, expected a number from 1 to 10000000"),
         ("a/b?max_tokens=1.5", "max_tokens: got '1.5', expected a whole number"),
         ("a/b?effort=huge", "effort: got 'huge', expected one of none, minimal, low, medium, high, xhigh, max"),
         ("a/b?schema=hard", "schema: got 'hard', expected one of strict, loose, none"),
-        ("a/b?repairs=21", "repairs: got 21, expected a whole number from 0 to 20"),
-        ("a/b?images=-1", "images: got -1, expected the number of observations that keep their pictures, 0 for all"),
+        ("a/b?repairs=21", "repairs: got 21, expected a number from 0 to 20"),
+        ("a/b?images=-1", "images: got -1, expected a number from 0 to 1000000"),
         ("a/b?detail=fine", "detail: got 'fine', expected one of auto, low, high"),
         ("a//b", "language model: got 'a//b', expected PROVIDER/MODEL, for example openai/gpt-4o"),
-        ("openai/o3-mini?images=4", "images or detail cannot be combined with llm:openai/o3-mini"),
         ("openai/gpt-4o?upstream=x", "upstream cannot be combined with llm:openai/gpt-4o"),
     ],
 )  # fmt: skip
@@ -218,11 +214,11 @@ def test_a_server_on_http_needs_no_key_and_the_record_says_where_a_model_was_ask
             ("fake/m", {"FAKE_BASE_URL": url}, BadValue, f"FAKE_BASE_URL: got {url!r}, expected a URL such as http://localhost:8080/v1")
             for url in ("http://localhost:80a0/v1", "http://x:99999/v1", "http://x:0/v1", "localhost:8080/v1", "http://[::1/v1", "http://", "http://a b/v1", "ftp://x/v1", "http://x\x01y/v1")
         ),
-        ("fake/m", {"HTTPS_PROXY": "http://me:hidden@x:y"}, BadValue, "HTTPS_PROXY=http://[secret]@x:y', expected proxies and certificates that can be used (Invalid port: 'y')"),
-        ("fake/m", {"https_proxy": "localhost:31z8"}, BadValue, "https_proxy=localhost:31z8', expected proxies and certificates that can be used"),
-        ("fake/m", {"ALL_PROXY": "ftp://x:1"}, BadValue, "ALL_PROXY=ftp://x:1', expected proxies and certificates"),
-        ("openai/gpt-4o", {"SSL_CERT_FILE": "/nowhere.pem"}, BadValue, "network: got 'SSL_CERT_FILE=/nowhere.pem'"),
-        ("openai/gpt-4o", {"SSL_CERT_FILE": "/tmp"}, BadValue, "network: got 'SSL_CERT_FILE=/tmp'"),
+        ("fake/m", {"HTTPS_PROXY": "http://me:hidden@x:y"}, BadValue, "[secret]@x:y"),
+        ("fake/m", {"https_proxy": "localhost:31z8"}, BadValue, "localhost:31z8"),
+        ("fake/m", {"ALL_PROXY": "ftp://x:1"}, BadValue, "ftp://x:1"),
+        ("openai/gpt-4o", {"SSL_CERT_FILE": "/nowhere.pem"}, BadValue, "expected proxies and certificates in the environment that can be used"),
+        ("openai/gpt-4o", {"SSL_CERT_FILE": "/tmp"}, BadValue, "expected proxies and certificates in the environment that can be used"),
     ],
 )  # fmt: skip
 def test_an_environment_that_cannot_be_used_is_one_line_without_keys(monkeypatch, name, variables, kind, message):
@@ -258,9 +254,9 @@ def most(text="What now?", sizes=(), max_tokens=None, **facts):
 def test_no_call_takes_more_than_was_said():
     """Tokens of a byte-level tokenizer are at most the bytes; the local model's own count stands beside it."""
     engine = pytest.importorskip("lockprobe.agents.engine")
-    if weights.embedded() is None:
+    if local.embedded() is None:
         pytest.skip("the embedded model is not installed")
-    counts = engine.Engine(weights.locate("llm:local"), context=256)
+    counts = engine.Engine(local.locate("llm:local"), context=256)
     texts = [*(message.text for message in conversation(example())), "}{][,,;;" * 20, "Verklemmt 🔒 锁住了 " * 20]
     for text in texts:
         assert len(counts.tokens(text)) + len(counts.tokens(str(reply_schema(example())))) <= most(text).input_tokens

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from lockprobe.agents import weights
+from lockprobe.agents import local
 from lockprobe.agents.llm.settings import Access
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
@@ -15,7 +15,7 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import Limits, run_study
 
 pytest.importorskip("xllamacpp")
-pytestmark = pytest.mark.skipif(weights.embedded() is None, reason="the embedded model is not installed")
+pytestmark = pytest.mark.skipif(local.embedded() is None, reason="the embedded model is not installed")
 
 SERVE = """
 import sys, xllamacpp
@@ -35,7 +35,7 @@ SPEC = "llm:openai-api/served/smollm2?temperature=0&max_tokens=120"
 @pytest.fixture(scope="module")
 def played(tmp_path_factory):
     """One short trial, and what was called for it. The server ends with its standard input."""
-    command = [sys.executable, "-c", SERVE, str(weights.locate("llm:local"))]
+    command = [sys.executable, "-c", SERVE, str(local.locate("llm:local"))]
     environment, directory = os.environ | {"OMP_WAIT_POLICY": "passive"}, tmp_path_factory.mktemp("served")
     with (
         subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment) as server,

@@ -8,7 +8,6 @@ charge for attempts to which no reply came, so they are announced before the nex
 from __future__ import annotations
 
 import asyncio
-import os
 import random
 import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
@@ -34,14 +33,8 @@ LONGEST_PAUSE = 60.0
 LONGEST_OBEYED = 600.0
 """The longest wait in seconds at a server's request; a run does not wait for hours."""
 
-_NOT_SENT = (httpx.ConnectError, httpx.ConnectTimeout, httpx.PoolTimeout)
-
 _PACKED = ("identity", "gzip", "deflate")
 """The allowed compressions of an answer. Others decompress so much at once that no limit would help."""
-
-_NETWORK = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY", "SSL_CERT_FILE", "SSL_CERT_DIR")
-"""The variables that the HTTP library reads."""
-
 
 Again = Callable[[Call], Awaitable[None]]
 """Called before a request is made again, with the account so far, if more of its attempts may have been charged for."""
@@ -64,22 +57,18 @@ class ModelClient:
         self._idle: list[httpx.AsyncClient] = []
         self._made: list[httpx.AsyncClient] = []
         self.slots = asyncio.Semaphore(access.connections)
+        proxies = getproxies()
         try:
-            secure = any(url.startswith("https:") for url in (self.server.url, *getproxies().values()))
+            secure = any(url.startswith("https:") for url in (self.server.url, *proxies.values()))
             self._trust = httpx.create_ssl_context() if secure else False  # which takes a tenth of a second
             self._open()
         except (ImportError, OSError, ValueError, httpx.InvalidURL) as error:
-            named = [f"{name}={value}" for name, value in os.environ.items() if name.upper() in _NETWORK and value]
-            said = without_secrets(" ".join(named))
-            raise BadValue("network", said, f"proxies and certificates that can be used ({error})") from None
+            given = without_secrets(f"proxies {proxies}: {error}")
+            raise BadValue("network", given, "proxies and certificates in the environment that can be used") from None
 
     def _open(self) -> None:
-        self._idle.append(
-            httpx.AsyncClient(
-                verify=self._trust,
-                timeout=httpx.Timeout(None, connect=self._access.connect),
-            )
-        )
+        timeout = httpx.Timeout(None, connect=self._access.connect)
+        self._idle.append(httpx.AsyncClient(verify=self._trust, timeout=timeout))
         self._made += self._idle
 
     async def ask(
@@ -104,11 +93,10 @@ class ModelClient:
                 reply = read_answer(asked, *await self._once(content), names if isinstance(names, list) else ())
                 break
             except NoReply as error:
-                uncounted = error.usage == Usage()
                 failed = replace(
                     failed,
                     retries=failed.retries + 1,
-                    unanswered=failed.unanswered + (error.charged and uncounted),
+                    unanswered=failed.unanswered + (error.charged and error.usage == Usage()),
                     usage=failed.usage + error.usage,
                 )
                 await asyncio.sleep(self._pause(error, failed))
@@ -136,16 +124,14 @@ class ModelClient:
         Raises:
             ModelFault: If there is none.
         """
-        asked, tried = error.wait or 0.0, f" (tried {failed.retries} times)" if failed.retries > 1 else ""
-        if asked > LONGEST_OBEYED:
-            tried = f"; it asks to be left alone for {asked:.0f} s"
-        if asked > LONGEST_OBEYED or not error.again or failed.retries > self._access.retries:
+        wait, tried = error.wait or 0.0, f" (tried {failed.retries} times)" if failed.retries > 1 else ""
+        if wait > LONGEST_OBEYED or not error.again or failed.retries > self._access.retries:
+            tried = f"; it asks to be left alone for {wait:.0f} s" if wait > LONGEST_OBEYED else tried
             spent = {} if failed.usage == Usage() else asdict(failed.usage)
-            raise ModelFault(
-                f"{error}{tried}", retries=failed.retries - 1, unanswered=failed.unanswered, usage=spent
-            ) from error
+            account = {"retries": failed.retries - 1, "unanswered": failed.unanswered}
+            raise ModelFault(f"{error}{tried}", usage=spent, **account) from error
         if error.wait is not None:
-            return error.wait * random.uniform(1, 1.25)  # noqa: S311 - no secret
+            return wait * random.uniform(1, 1.25)  # noqa: S311 - no secret
         return self._back_off(failed.retries, 2 if error.limited else 1)
 
     async def _once(self, content: bytes) -> tuple[int, Mapping[str, str], bytes]:
@@ -170,8 +156,8 @@ class ModelClient:
                 async for part in answer.aiter_bytes():
                     parts.append(part)
                     if (size := size + len(part)) > LARGEST_ANSWER:
-                        what = f"the provider answered with an answer of more than {LARGEST_ANSWER} bytes"
-                        raise NoReply(what, again=False, charged=True)
+                        said = f"an answer of more than {LARGEST_ANSWER} bytes"
+                        raise NoReply(f"the provider answered with {said}", again=False, charged=True)
                 return answer.status_code, answer.headers, b"".join(parts)
         except TimeoutError:
             raise NoReply(f"no reply within {self._access.timeout:g} s", charged=True) from None
@@ -180,8 +166,8 @@ class ModelClient:
             while (behind := cause.__cause__ or cause.__context__) is not None:
                 cause = behind
             said = " ".join(without_secrets(str(cause) or type(error).__name__).split())
-            charged = not isinstance(error, (*_NOT_SENT, OverflowError))
-            raise NoReply(f"no connection to the provider: {said}", charged=charged) from error
+            unsent = isinstance(error, httpx.ConnectError | httpx.ConnectTimeout | httpx.PoolTimeout | OverflowError)
+            raise NoReply(f"no connection to the provider: {said}", charged=not unsent) from error
         finally:
             self._idle.append(http)
 

@@ -16,7 +16,7 @@ import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from lockprobe.agents.llm.answer import IN_REASONING, MENDING
 from lockprobe.agents.llm.client import ModelClient
@@ -67,8 +67,9 @@ class HostedModel:
     def __init__(self, spec: str, access: Access | None = None) -> None:
         model = Model.parse(spec)
         self.line, self._alike = ModelClient(model, access or Access()), _Alike()
-        self._key, self._before = "", _Read()
-        self._book: CallBook = _NoBook()
+        self._key = ""
+        self._book: CallBook | None = None
+        self._read: tuple[Sequence[Message], int] = (), 0  # the conversation of the step before, and its tokens
         host = self.line.server.host
         self.facts: Mapping[str, Fact] = {
             "model": model.name,
@@ -81,7 +82,7 @@ class HostedModel:
     def with_calls(self, key: str, book: CallBook) -> HostedModel:
         """The model for one trial: no call is made twice, and every call is recorded."""
         one = copy(self)
-        one._key, one._book, one._before = key, book, _Read()  # noqa: SLF001 - its own
+        one._key, one._book, one._read = key, book, ((), 0)  # noqa: SLF001 - its own
         return one
 
     async def aclose(self) -> None:
@@ -90,21 +91,23 @@ class HostedModel:
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
-        step, model = len(situation.past) + 1, self.line.model
+        step, model, book = len(situation.past) + 1, self.line.model, self._book
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
             request = fingerprint(model, messages, schema)
-            if (known := self._book.recall(step, turn, request)) and known.reply is not None:
-                self._note(_Read.of(messages, known), turn)
+            if book is not None and (known := book.recall(step, turn, request)) and known.reply is not None:
+                self._note(known, messages)
                 return known, verdict_on(known, situation)
             await self.line.pause(turn - 1)
             worst = model.at_most(messages)
             asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
             async with self.line.slots:
-                await self._book.reserve(asked)
+                if book is not None:
+                    await book.reserve(asked)
                 done, began = replace(asked, error=BROKEN_OFF), time.perf_counter()
                 try:
-                    done = _credible(await self.line.ask(asked, messages, schema, self._book.reserve), worst)
+                    again = None if book is None else book.reserve
+                    done = _credible(await self.line.ask(asked, messages, schema, again), worst)
                     verdict = verdict_on(done, situation)
                     self._check(done, verdict, messages)
                 except ModelFault as fault:
@@ -113,7 +116,8 @@ class HostedModel:
                     done = _credible(spent, worst)
                     raise
                 finally:
-                    self._book.write(replace(done, most=None))
+                    if book is not None:
+                        book.write(replace(done, most=None))
             return done, verdict
 
         return await decided(situation, model, ask)
@@ -121,44 +125,47 @@ class HostedModel:
     def _check(self, answer: Call, verdict: Verdict, messages: Sequence[Message]) -> None:
         """Refuse a reply to half of a conversation, and words that all trials get now that had replies before.
 
+        Counts that never were of the text are no evidence of a cut, nor is the count of what was added alone, which is
+        what some servers count that had the rest in a cache.
+
         Raises:
             ModelFault: If it is one; it keeps the account of the call.
         """
-        read, why, text = _Read.of(messages, answer), "", answer.reply or ""
+        why, text = "", answer.reply or ""
         if isinstance(verdict, Decision):
             self._alike.usable()
         elif not isinstance(verdict, RefusalFault):
             alike = self._alike.unusable(self._key, text)
             if alike and answer.turn > self.line.model.settings.repairs:
                 why = f"all trials get the same words in the place of replies: {text[:200]!r}"
-        if read.cuts(self._before):
+        (before, read), tokens = self._read, _counted(answer)
+        old, new = (sum(len(one.text.encode(errors="surrogatepass")) for one in talk) for talk in (before, messages))
+        same = all(one.text == other.text for one, other in zip(before, messages, strict=False))
+        shown = len(messages) >= len(before) and _pictures(messages) >= _pictures(before)
+        if same and shown and read * 8 >= old and PER_MESSAGE < new - old + PER_MESSAGE < tokens <= read:
             why = (
-                f"the server read {read.tokens} tokens of a conversation of which it had read {self._before.tokens} "
-                f"before, so it leaves out what does not fit{MENDING}give it a larger context (Ollama: "
-                "OLLAMA_CONTEXT_LENGTH=16384; llama.cpp: -c 16384; vLLM: --max-model-len 16384)"
+                f"the server read {tokens} tokens of a conversation of which it had read {read} before, so it leaves "
+                f"out what does not fit{MENDING}give it a larger context (Ollama: OLLAMA_CONTEXT_LENGTH=16384; "
+                "llama.cpp: -c 16384; vLLM: --max-model-len 16384)"
             )
         if why:
             spent = asdict(replace(answer.usage, calls=0))
             raise ModelFault(why, retries=answer.retries, unanswered=answer.unanswered, usage=spent)
-        self._note(read, answer.turn)
+        self._note(answer, messages)
 
-    def _note(self, read: _Read, turn: int) -> None:
+    def _note(self, answer: Call, messages: Sequence[Message]) -> None:
         """Keep what was read, if that was counted; what was asked for again does not stay in the conversation."""
-        if read.tokens and turn == 1:
-            self._before = read
+        if (tokens := _counted(answer)) and answer.turn == 1:
+            self._read = messages, tokens
 
 
-class _NoBook:
-    """Of a trial of which no call is kept."""
+def _counted(answer: Call) -> int:
+    """The tokens read; 0 where failed attempts may be counted too, or what is kept is the largest possible count."""
+    return 0 if answer.retries or answer.claimed else answer.usage.input_tokens
 
-    def recall(self, step: int, turn: int, request: str) -> Call | None:
-        return None
 
-    async def reserve(self, asked: Call) -> None:
-        pass
-
-    def write(self, call: Call) -> None:
-        pass
+def _pictures(messages: Sequence[Message]) -> int:
+    return sum(len(one.pictures) for one in messages)
 
 
 class _Alike:
@@ -168,7 +175,6 @@ class _Alike:
         self._played, self._words, self._trials = False, "", list[str]()
 
     def usable(self) -> None:
-        """Note that a trial got a usable reply."""
         self._played, self._trials = True, []
 
     def unusable(self, trial: str, words: str) -> bool:
@@ -176,33 +182,6 @@ class _Alike:
         self._trials = [*self._trials, trial] if words == self._words else [trial]
         self._words = words
         return self._played and len(self._trials) >= _ALIKE and len(set(self._trials)) >= _ALIKE_TRIALS
-
-
-class _Read(NamedTuple):
-    """What a server read: the texts of a conversation, how many pictures, and the tokens that it counted for them.
-
-    Tokens are 0 where failed attempts may be counted too, or what is kept is the largest possible count.
-    """
-
-    texts: tuple[str, ...] = ()
-    pictures: int = 0
-    tokens: int = 0
-
-    @classmethod
-    def of(cls, messages: Sequence[Message], answer: Call) -> _Read:
-        tokens = 0 if answer.retries or answer.claimed else answer.usage.input_tokens
-        return cls(tuple(one.text for one in messages), sum(len(one.pictures) for one in messages), tokens)
-
-    def cuts(self, before: _Read) -> bool:
-        """Whether no more was read than of the conversation that this one goes on with.
-
-        Counts that never were of the text are no evidence, nor is the count of what was added alone, which is what some
-        servers count that had the rest in a cache.
-        """
-        goes_on = self.texts[: len(before.texts)] == before.texts and self.pictures >= before.pictures
-        old, new = (sum(len(text.encode(errors="surrogatepass")) for text in one.texts) for one in (before, self))
-        counted = before.tokens * 8 >= old
-        return goes_on and counted and PER_MESSAGE < new - old + PER_MESSAGE < self.tokens <= before.tokens
 
 
 def _credible(call: Call, worst: Usage) -> Call:
@@ -283,12 +262,10 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
             return replace(verdict, replies=tuple(replies), usage=usage, served=answer.served)
         if isinstance(verdict, RefusalFault):
             raise RefusalFault(str(verdict), tuple(replies), asdict(usage))
-        said = without_marks(text)[0].strip()
-        by_form = "" if model.form == "none" else _by_form(text, answer.stop)
-        if answer.stop == _CUT_OFF:
-            cut_off += 1 if said else _MOST_CUT_OFF
-        if by_form or len(replies) > model.settings.repairs or cut_off >= _MOST_CUT_OFF:
-            cause = by_form or _cause(answer, model.most_tokens, empty=not said)
+        empty = not without_marks(text).strip()
+        cause, final = _cause(answer, model, empty=empty)
+        cut_off += answer.stop == _CUT_OFF
+        if final or len(replies) > model.settings.repairs or cut_off >= _MOST_CUT_OFF:
             why = f"no usable reply in {count(len(replies), 'turn')}: {verdict}{cause}"
             raise ReplyFault(why, tuple(replies), asdict(usage))
         messages = [
@@ -298,24 +275,20 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
         ]
 
 
-def _by_form(text: str, stop: str) -> str:
-    """How the schema that is enforced on a reply keeps it from coming; empty if it does not."""
-    if stop == IN_REASONING:
-        return " (the object stands in the reasoning and not in the reply: schema=none asks for it in words)"
-    blanks = len(text) - len(text.rstrip())
-    if stop == _CUT_OFF and (blanks >= _WHITE_SPACE or 0 < blanks == len(text)):
-        return " (white space up to the limit, which the schema allows: schema=none asks for the form in words)"
-    return ""
-
-
-def _cause(answer: Call, most: int | None, *, empty: bool) -> str:
-    """The cause of an unusable reply, if it is empty or cut off: tokens, those of reasoning among them, the limit."""
-    written, reasoned = answer.usage.output_tokens, answer.usage.reasoning_tokens
+def _cause(answer: Call, model: Model, *, empty: bool) -> tuple[str, bool]:
+    """The cause of an unusable reply: the form, tokens with those of reasoning, the limit; and whether it stays."""
+    text, written, reasoned = answer.reply or "", answer.usage.output_tokens, answer.usage.reasoning_tokens
+    if answer.stop == IN_REASONING:
+        return " (the object stands in the reasoning and not in the reply: schema=none asks for it in words)", True
     hidden = f", {reasoned or 'some'} of them of reasoning" if reasoned or answer.reasoned else ""
     after = f" after {written} tokens{hidden}" if written else " after reasoning" if answer.reasoned else ""
     if answer.stop == _CUT_OFF:
-        limit = "" if most is None else f" than {most}"
-        return f" (the reply was cut off{after}: a larger max_tokens{limit} leaves it more room)"
+        blanks = len(text) - len(text.rstrip())
+        if model.form != "none" and (blanks >= _WHITE_SPACE or 0 < blanks == len(text)):
+            allowed = "white space up to the limit, which the schema allows"
+            return f" ({allowed}: schema=none asks for the form in words)", True
+        limit = "" if model.most_tokens is None else f" than {model.most_tokens}"
+        return f" (the reply was cut off{after}: a larger max_tokens{limit} leaves it more room)", empty
     if answer.stop == "tool_calls":
-        return " (it called a tool, and there is none)"
-    return f" ({after.strip()})" if empty and after else ""
+        return " (it called a tool, and there is none)", False
+    return f" ({after.strip()})" if empty and after else "", False

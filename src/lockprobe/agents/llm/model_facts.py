@@ -36,6 +36,7 @@ Effort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
 
 _Dollars = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False, strict=True)]
 _Count = Annotated[int, Field(ge=1, le=10**9, strict=True)]
+_Whether = Annotated[bool, Field(strict=True)]
 
 
 def _a_day(given: object) -> str:
@@ -76,31 +77,20 @@ class ModelFacts:
     """The known facts about a model; None where a fact is not known.
 
     Attributes:
-        fixed: Whether it fixes temperature and top-p itself.
-        effort: Whether it takes a reasoning effort.
         reasons: Whether it writes hidden reasoning tokens by default before it replies.
         schema: How strictly it can be made to follow the form of a reply.
         most_output: Tokens that a reply may have.
         images: Whether it can see; where not known, its provider has to say so.
-        largest_image: Longest side in pixels of a picture that its provider does not scale down.
         picture_tokens: Tokens that a picture of up to 1024 by 1024 pixels takes at most.
         price: What it costs.
     """
 
-    fixed: Annotated[bool, Field(strict=True)] | None = None
-    effort: Annotated[bool, Field(strict=True)] | None = None
-    reasons: Annotated[bool, Field(strict=True)] | None = None
+    reasons: _Whether | None = None
     schema: Schema | None = None
     most_output: _Count | None = None
-    images: Annotated[bool, Field(strict=True)] | None = None
-    largest_image: _Count | None = None
+    images: _Whether | None = None
     picture_tokens: _Count | None = None
     price: Price | None = None
-
-    @property
-    def known(self) -> bool:
-        """Whether more is known than what changes no request."""
-        return not self.said.keys() <= {"price", "picture_tokens"}
 
     @property
     def said(self) -> dict[str, Any]:
@@ -119,10 +109,6 @@ class Entry(ModelFacts):
     match: Annotated[tuple[_Pattern, ...], Field(min_length=1)]
 
 
-_LEFT_OUT: dict[str, Any] = {"fixed": False, "effort": False, "reasons": False, "schema": "strict"}
-"""What an entry of the shipped file says by leaving it out; of one's own file it says nothing."""
-
-
 def facts_of(name: str) -> ModelFacts:
     """The known facts about a model, named without options: ``openai/gpt-4o``.
 
@@ -135,7 +121,7 @@ def facts_of(name: str) -> ModelFacts:
     for path in files:
         for entry in read_facts(path):
             if any(fnmatchcase(name, pattern) for pattern in entry.match):
-                said |= entry.said if path != SHIPPED else _LEFT_OUT | entry.said
+                said |= entry.said
                 break
     return ModelFacts(**said)
 

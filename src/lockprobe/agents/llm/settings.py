@@ -14,7 +14,6 @@ from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_o
 from lockprobe.agents.prompt import Message
 from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.spec import Spec, with_options
-from lockprobe.foundation.validation import check_whole
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Fact
 
@@ -28,12 +27,24 @@ UNBOUNDED = 32_000
 """The limit where a provider needs one and nothing is known of the model's."""
 
 
-_LEFT, _FIXED, _REFUSED = "provider default", "fixed by the model", "not taken"
+_LEFT = "provider default"
 """What the record says of a parameter that is not sent."""
 
 _ON_RECORD = ("temperature", "top_p", "effort", "max_tokens", "schema", "repairs")
 """The options of which the record says what was sent."""
 
+_RANGES = {
+    "temperature": (0, 2),
+    "top_p": (0.001, 1),
+    "max_tokens": (1, 10**7),
+    "images": (0, 10**6),
+    "repairs": (0, 20),
+    "connections": (1, 10_000),
+    "timeout": (0.01, 86_400),
+    "retries": (0, 100),
+    "pause": (0, 60),
+}
+"""The least and the most that an option may be."""
 
 CHARACTERS = 3.1
 """Characters per token of our conversations: 9833 in 3179 tokens of SmolLM2-135M's tokenizer (instruction, schema, and
@@ -54,13 +65,20 @@ MOST_OUTPUT = 32_768
 """The assumed limit of a reply in tokens where no limit is known or sent."""
 
 
+def _check_ranges(made: ModelSettings | Access) -> None:
+    for option in fields(made):
+        value, (least, most) = getattr(made, option.name), _RANGES.get(option.name, (0, 0))
+        if most and value is not None and not least <= value <= most:
+            raise BadValue(option.name, value, f"a number from {least} to {most}")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelSettings:
     """The options of a model. Options that are None are not sent, so that the provider decides.
 
     Attributes:
         temperature: From 0 to 2.
-        top_p: Above 0, at most 1.
+        top_p: From 0.001 to 1.
         effort: The reasoning effort.
         max_tokens: The most tokens of a reply, including reasoning. None for that of :attr:`Model.most_tokens`.
         schema: How the form of the reply is requested: as a schema that the provider enforces (``strict``), as one that
@@ -85,15 +103,7 @@ class ModelSettings:
     repairs: int = 4
 
     def __post_init__(self) -> None:
-        if self.temperature is not None and not 0 <= self.temperature <= 2:
-            raise BadValue("temperature", self.temperature, "a number from 0 to 2")
-        if self.top_p is not None and not 0 < self.top_p <= 1:
-            raise BadValue("top_p", self.top_p, "a number above 0, at most 1")
-        if self.max_tokens is not None:
-            check_whole("max_tokens", self.max_tokens, 1, 10**7)
-        if self.images < 0:
-            raise BadValue("images", self.images, "the number of observations that keep their pictures, 0 for all")
-        check_whole("repairs", self.repairs, 0, 20)
+        _check_ranges(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,17 +141,13 @@ class Model:
         Raises:
             UserMistake: If there is none.
         """
-        name, said = cls.parse(spec).name, {one: facts.get(one) for one in _ON_RECORD}
-        options = dict(Spec.parse(spec).without(_ON_RECORD).options)
-        options |= {one: str(value) for one, value in said.items() if value not in (None, _LEFT, _FIXED, _REFUSED)}
+        name, options = cls.parse(spec).name, dict(Spec.parse(spec).without(_ON_RECORD).options)
+        options |= {one: str(facts[one]) for one in _ON_RECORD if facts.get(one) not in (None, _LEFT)}
         return cls(name=name, settings=with_options(ModelSettings, f"llm:{name}", options))
 
     def __post_init__(self) -> None:
-        asked, name = self.settings, f"llm:{self.name}"
-        if asked.upstream is not None and not self.name.startswith("openrouter/"):
-            raise Conflict("upstream", name, "only OpenRouter chooses between providers")
-        if self.facts.images is False and (asked.images, asked.detail) != (0, "high"):
-            raise Conflict("images or detail", name, "this model cannot read pictures")
+        if self.settings.upstream is not None and not self.name.startswith("openrouter/"):
+            raise Conflict("upstream", f"llm:{self.name}", "only OpenRouter chooses between providers")
 
     @property
     def most_tokens(self) -> int | None:
@@ -178,21 +184,10 @@ class Model:
 
     def sent(self) -> dict[str, Fact]:
         """The parameters of every request, and those left to the provider, for the record."""
-        asked, known = self.settings, self.facts
-        sampling = _FIXED if known.fixed else _LEFT
-        found: dict[str, Fact] = {
-            "temperature": sampling if asked.temperature is None else asked.temperature,
-            "top_p": sampling if asked.top_p is None else asked.top_p,
-            "effort": asked.effort or (_REFUSED if known.effort is False else _LEFT),
-            "max_tokens": self.most_tokens or _LEFT,
-            "schema": self.form,
-            "repairs": asked.repairs,
-        }
-        for option in fields(asked):
-            value = getattr(asked, option.name)
-            if option.name in ("upstream", "images", "detail") and value != option.default:
-                found[option.name] = value
-        return found if known.largest_image is None else found | {"largest_image": known.largest_image}
+        asked = {option.name: (getattr(self.settings, option.name), option.default) for option in fields(self.settings)}
+        found: dict[str, Fact] = {name: _LEFT if asked[name][0] is None else asked[name][0] for name in _ON_RECORD}
+        found |= {"max_tokens": self.most_tokens or _LEFT, "schema": self.form}
+        return found | {name: value for name, (value, usual) in asked.items() if name not in found and value != usual}
 
     def at_most(self, messages: Sequence[Message]) -> Usage:
         """The maximum tokens of one call, whatever the model replies.
@@ -240,9 +235,4 @@ class Access:
     connect: float = 10.0
 
     def __post_init__(self) -> None:
-        check_whole("connections", self.connections, 1, 10_000)
-        if not 0.01 <= self.timeout <= 86_400:
-            raise BadValue("timeout", self.timeout, "seconds from 0.01 to a day")
-        check_whole("retries", self.retries, 0, 100)
-        if not 0 <= self.pause <= 60:
-            raise BadValue("pause", self.pause, "seconds from 0 to 60")
+        _check_ranges(self)

@@ -36,7 +36,7 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.trial.condition import Condition, place_of, spec_of
-from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Channel, InterventionTraits
 
 Vector = NDArray[np.int64]
@@ -141,4 +141,4 @@ class EnvironmentSettings:
 
     def listing(self, plan: Plan) -> list[int]:
         """The joints of the study's box, by index, as a trial lists them."""
-        return [self.study.box.names.index(plan.box.names[at]) for at in Names(plan).order]
+        return [self.study.box.names.index(plan.box.names[at]) for at in plan.names.order]

@@ -6,6 +6,7 @@ reports of a symbolic plant, a :class:`PlainEpisode` says the same a few times f
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -23,9 +24,8 @@ from lockprobe.interfaces.gymnasium.settings import BLOCKED, FARTHEST, Environme
 from lockprobe.interventions.flip import told_by
 from lockprobe.plants.catalogue import plant_of
 from lockprobe.trial.loop import PLANT, play
+from lockprobe.trial.pictures.frame import from_png
 from lockprobe.trial.pictures.picture import PictureKind
-from lockprobe.trial.pictures.png import from_png
-from lockprobe.trial.plan import Names
 from lockprobe.trial.record import Decision, Ending, Fact, Moment, Percept, Situation, Step, Task, Trial
 
 Images = NDArray[np.uint8] | dict[str, NDArray[np.uint8] | NDArray[np.float32]]
@@ -48,7 +48,9 @@ class PlainEpisode:
         self.actions: list[int] = []
         self._settings, plan = settings, settings.plan(key)
         self._flips = settings.flips or ()
-        self._luck = [plan.luck.stream(f"{flip.stream}-{place}") for place, flip in enumerate(self._flips)]
+        self._luck = [
+            functools.partial(plan.luck.at, f"{flip.stream}-{place}") for place, flip in enumerate(self._flips)
+        ]
         self._listing = settings.listing(plan)
         self._target = self._listing.index(settings.box.target)
         self._configuration = settings.box.start
@@ -63,7 +65,7 @@ class PlainEpisode:
         self.actions.append(action)
         taken = len(self.actions)
         drawn = [
-            stream.at(taken).random(flip.numbers(len(self._listing))).tolist()
+            stream(taken).random(flip.numbers(len(self._listing))).tolist()
             for stream, flip in zip(self._luck, self._flips, strict=True)
         ]
         self._moved = bool(self._settings.box.may_move[self._configuration, joint])
@@ -117,7 +119,7 @@ class HeldEpisode:
         self.actions: list[int] = []
         self.finished: Trial | None = None
         self._settings, self._key, self._plan, self._open = settings, key, settings.plan(key), ExitStack()
-        plan, self._names = self._plan, Names(self._plan)
+        plan, self._names = self._plan, self._plan.names
         self._positions, self._moved = list(plan.box.initial), False
         with PLANT:
             plant = plant_of(plan, self._names.labels)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.weights import portable
+from lockprobe.agents.local import portable
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.foundation.spec import PEOPLE, named_spec
 from lockprobe.foundation.terminal_text import printable
@@ -19,7 +19,7 @@ _SHOWN = 40
 def named_agents(written: Iterable[str]) -> tuple[list[str], dict[str, str]]:
     """The specs of agents that are written as ``SPEC`` or ``NAME=SPEC``, and spec -> name of those with a name.
 
-    Specs are those of records, without paths of this machine (:func:`lockprobe.agents.weights.portable`).
+    Specs are those of records, without paths of this machine (:func:`lockprobe.agents.local.portable`).
 
     >>> named_agents(["careful=human-inspired?lapse=0.1", "random"])
     (['human-inspired?lapse=0.1', 'random'], {'human-inspired?lapse=0.1': 'careful'})
