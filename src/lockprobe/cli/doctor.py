@@ -72,8 +72,8 @@ def _asked(model: str) -> Iterator[Finding]:
         raise BadValue("model", model, "a model that is served, such as llm:openai/gpt-4o or llm:ollama/llama3.2")
     from lockprobe.agents.llm.probe import probe
 
-    for shown in asyncio.run(probe(model)):
-        yield Finding(shown.what, ok=shown.ok, detail=shown.detail)
+    for what, ok, detail in asyncio.run(probe(model)):
+        yield Finding(what, ok=ok, detail=detail)
 
 
 def doctor(

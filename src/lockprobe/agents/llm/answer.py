@@ -15,7 +15,7 @@ from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from email.utils import mktime_tz, parsedate_tz
-from typing import Any, NamedTuple
+from typing import Any
 
 from lockprobe.agents.reply import REFUSED
 from lockprobe.foundation.redaction import without_keys, without_secrets
@@ -49,7 +49,7 @@ _FAULT = re.compile(
 
 _NO_REASON = ("", "other", "unknown", "unspecified", "finish_reason_unspecified", "none", "null")
 
-_REFUSING = (400, 403, 422, 451)
+_REFUSING = (200, 400, 403, 422, 451)
 """The statuses of a refusal."""
 
 _REFUSED_FOR = re.compile(
@@ -154,25 +154,29 @@ def read_answer(
     Raises:
         NoReply: If it holds none.
     """
-    try:
-        came, unread = json.loads(content), ""
-    except (ValueError, RecursionError) as error:
-        came, unread = None, str(error)
     if 300 <= status < 400:
         there = f"it sends the conversation to {_line(headers.get('location', 'elsewhere'))}"
         raise NoReply(f"{there}{MENDING}name that server", status=status)
+    try:
+        came, unread = json.loads(content), ""
+    except (ValueError, RecursionError) as error:
+        came, unread = content.decode("utf-8", "replace"), str(error)
     if not isinstance(came, dict):
         if status < 400:
             raise NoReply(f"a reply that cannot be read ({_line(unread or str(came))})", charged=True)
-        came = {"error": content.decode("utf-8", "replace") if unread else str(came)}
+        came = {"error": str(came)}
     if "stop_reason" in came:
         came = _of_messages(came)
     usage = None if status >= 400 else _usage(came)
     try:
-        text, stop, thoughts = _read(came, status, _wait(headers.get("retry-after", "")), usage or Usage())
+        text, stop, thoughts = _read(came, status, headers.get("retry-after", ""), usage or Usage())
     except NoReply as none:
         none.usage = replace(usage or Usage(), calls=0)
         raise
+    if names and not text.strip():
+        with suppress(ValueError):
+            last = json.loads(thoughts[thoughts.rfind("{") :])
+            stop = IN_REASONING if isinstance(last, dict) and last.keys() >= set(names) else stop
     model, provider, version = (
         said if isinstance(said := came.get(name), str) else "" for name in ("model", "provider", "system_fingerprint")
     )
@@ -180,47 +184,37 @@ def read_answer(
     return replace(
         asked,
         reply=without_keys(text)[:LONGEST_REPLY],
-        stop=IN_REASONING if names and not text.strip() and _ends_with(thoughts, names) else stop,
+        stop=stop,
         served=printable(without_keys(served))[:LONGEST_NAME],
         usage=usage or Usage(calls=1),
         reasoned=bool(thoughts),
     )
 
 
-def _ends_with(thoughts: str, names: Collection[str]) -> bool:
-    """Whether an object with these fields stands at the end of the reasoning."""
-    try:
-        last = json.loads(thoughts[thoughts.rfind("{") :])
-    except ValueError:
-        return False
-    return isinstance(last, dict) and last.keys() >= set(names)
-
-
-def _read(came: Mapping[str, Any], status: int, wait: float | None, counted: Usage) -> tuple[str, str, str]:
+def _read(came: Mapping[str, Any], status: int, wait: str, counted: Usage) -> tuple[str, str, str]:
     """Text, reason for its end, and reasoning."""
-    choices = came.get("choices")
     if status >= 400:
-        error = _error_in(came, "error", "detail") or _error_in({"error": [came]}, "error") or _Error("", "", False)
-        return error.refusal(status, charged=status in _GAVE_UP_WAITING, wait=wait), REFUSED, ""
-    if isinstance(choices, list) and choices:
-        choice = _mapping(choices[0])
-        return _choice(choice, _error_in(choice, "error") or _error_in(came, "error"), counted)
-    if (error_alone := _error_in(came, "error", "errors", "detail", "message")) is None:
+        said = came.get("error") or came.get("detail") or came or "nothing"
+        charged = status in _GAVE_UP_WAITING
+        return _refusal_in({"error": said}, "error", status=status, charged=charged, wait=_wait(wait)), REFUSED, ""
+    choices = came.get("choices")
+    if not isinstance(choices, list) or not choices:
+        if refusal := _refusal_in(came, "error", "errors", "detail", "message"):
+            return refusal, REFUSED, ""
         raise NoReply("no reply in its answer", status=status, charged=True)
-    return error_alone.refusal(), REFUSED, ""
+    return _choice(_mapping(choices[0]), came, counted)
 
 
-def _choice(choice: Mapping[str, Any], error: _Error | None, counted: Usage) -> tuple[str, str, str]:
+def _choice(choice: Mapping[str, Any], came: Mapping[str, Any], counted: Usage) -> tuple[str, str, str]:
     """Text, reason for its end, and reasoning."""
     message = _mapping(choice.get("message"))
     text, refusal, thoughts = _said(message.get("content"))
-    refusal = _text_of(message.get("refusal")) or refusal
     empty = not (text or "").strip()
-    if error is not None:
-        refusal = refusal or error.words if error.refuses else error.refusal(charged=not empty)
+    error = _refusal_in(choice, "error", charged=not empty) or _refusal_in(came, "error", charged=not empty)
     reasons = [(name, str(choice[name])) for name in ("finish_reason", "native_finish_reason") if choice.get(name)]
     after = "" if empty else f", after {text!r}"
-    if refusal := refusal or next((f"{name} {why}{after}" for name, why in reasons if _REFUSAL.search(why)), ""):
+    filtered = next((f"{name} {why}{after}" for name, why in reasons if _REFUSAL.search(why)), "")
+    if refusal := _text_of(message.get("refusal")) or refusal or error or filtered:
         return refusal, REFUSED, ""
     for name, reason in reasons:
         if _TOO_LONG.search(reason):
@@ -231,13 +225,14 @@ def _choice(choice: Mapping[str, Any], error: _Error | None, counted: Usage) -> 
     thoughts = thoughts or next((_text_of(message[name]) or "…" for name in _REASONING if message.get(name)), "")
     if empty and (message.get("tool_calls") or message.get("function_call")):
         return "", "tool_calls", thoughts
-    if empty and stop != "max_tokens":
+    if not empty:
+        refusal = _error_as_text(str(text))
+    elif stop != "max_tokens":
         _check_empty(text, " ".join(reason for _, reason in reasons), counted, thought=bool(thoughts))
     text = text or ""
     if "</think>" in text and not text.rpartition("</think>")[2].strip():
         thoughts = thoughts or text
-    _check_text(text)
-    return text, stop, thoughts
+    return refusal or text, REFUSED if refusal else stop, thoughts
 
 
 def _check_empty(text: str | None, reason: str, counted: Usage, *, thought: bool) -> None:
@@ -252,62 +247,43 @@ def _check_empty(text: str | None, reason: str, counted: Usage, *, thought: bool
         raise NoReply(said, status=200, charged=True)
 
 
-def _check_text(text: str) -> None:
-    """Refuse an error in the form of a reply: the words of a gateway, or an object that holds an error and no move.
+def _error_as_text(text: str) -> str:
+    """The refusal in an object that holds an error and no move; empty for any other text.
 
     Raises:
-        NoReply: If it is one.
+        NoReply: If it is another error, or the words of a gateway.
     """
     if "{" not in text and len(text) < _LONGEST_SAID and _ERROR_PAGE.match(text):
         raise NoReply(_line(text), status=200, charged=True)
     if text.lstrip().startswith("{") and '"error"' in text and '"joint"' not in text:
         with suppress(ValueError):
-            if (error := _error_in(_mapping(json.loads(text)), "error")) is not None:
-                raise error.fault(charged=True)
+            return _refusal_in(_mapping(json.loads(text)), "error", charged=True)
+    return ""
 
 
-class _Error(NamedTuple):
-    """An error in an answer: its words, its code and type, and whether the conversation was flagged."""
+def _refusal_in(
+    holder: Mapping[str, Any], *names: str, status: int = 200, charged: bool = False, wait: float | None = None
+) -> str:
+    """The words of the error under the first of these names if it refuses the conversation; empty without an error.
 
-    words: str
-    named: str
-    flagged: bool
-
-    @property
-    def refuses(self) -> bool:
-        """Whether it refuses the conversation, and not the account or the request."""
-        return self.flagged or bool(_REFUSED_FOR.search(self.named) or _REFUSED_IN_WORDS.search(self.words))
-
-    def refusal(self, status: int = 200, *, charged: bool = False, wait: float | None = None) -> str:
-        """Its words, if it refuses the conversation; ``status`` is that of the answer.
-
-        Raises:
-            NoReply: If it does not.
-        """
-        if self.refuses and status in (200, *_REFUSING):
-            return self.words
-        if 400 <= status < 500 and status != 429 and _TOO_LONG.search(f"{self.named} {self.words}"):
-            raise NoReply(f"the conversation is longer than the model can read: {self.words}", again=False)
-        raise self.fault(status, charged=charged, wait=wait)
-
-    def fault(self, status: int = 200, *, charged: bool, wait: float | None = None) -> NoReply:
-        """The fault that it is, by the status, which may be its code."""
-        code = re.match("[45][0-9][0-9] ", self.named) if status < 300 else None
-        return NoReply(self.words, status=int(code[0]) if code else status, charged=charged, wait=wait)
-
-
-def _error_in(holder: Mapping[str, Any], *names: str) -> _Error | None:
-    """The error under the first of these names; None if there is none."""
+    Raises:
+        NoReply: If it is about the account, the request or the server. Its status may be its code.
+    """
     said = next((said for name in names if (said := holder.get(name))), None)
-    if isinstance(said, list):
-        said = said[0]
+    said = said[0] if isinstance(said, list) else said
     if said is None or (isinstance(said, dict) and not any(said.values())):
-        return None
+        return ""
     parts = said if isinstance(said, dict) else {"code": holder.get("code")}
     words, named = _line(str(parts.get("message") or said)), f"{parts.get('code')} {parts.get('type')}"
+    flagged = _mapping(parts.get("metadata")).get("reasons") or _REFUSED_FOR.search(named)
+    if (flagged or _REFUSED_IN_WORDS.search(words)) and status in _REFUSING:
+        return words
+    if 400 <= status < 500 and status != 429 and _TOO_LONG.search(f"{named} {words}"):
+        raise NoReply(f"the conversation is longer than the model can read: {words}", again=False)
     if "insufficient_quota" in named and "quota" not in words:
         words = f"{words} (insufficient_quota)"
-    return _Error(words, named, bool(_mapping(parts.get("metadata")).get("reasons")))
+    code = re.match("[45][0-9][0-9] ", named) if status < 300 else None
+    raise NoReply(words, status=int(code[0]) if code else status, charged=charged, wait=wait)
 
 
 def _wait(said: str) -> float | None:

@@ -99,14 +99,11 @@ class ModelFacts:
         return {name: value for name, value in values if value is not None}
 
 
-_Pattern = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^*?\[\]]*(\*[^*?\[\]]+){0,4}\*?$")]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entry(ModelFacts):
     """One entry of a file of facts, for all models whose names match one of its patterns; ``*`` matches anything."""
 
-    match: Annotated[tuple[_Pattern, ...], Field(min_length=1)]
+    match: Annotated[tuple[Annotated[str, Field(min_length=1)], ...], Field(min_length=1)]
 
 
 def facts_of(name: str) -> ModelFacts:
@@ -193,10 +190,8 @@ def read_facts(path: Path) -> tuple[Entry, ...]:
         return TypeAdapter(tuple[Entry, ...]).validate_python(tuple(found), extra="forbid")
     except ValidationError as error:
         first = error.errors()[0]
-        number, *key = first["loc"]
-        said = plain(first["msg"]) if key else "expected a table"
+        where, *key = (part + 1 if isinstance(part, int) else part for part in first["loc"])
+        said = f"model {where}: {''.join(f'{part}: ' for part in key)}{plain(first['msg'])}"
         if first["type"] == "unexpected_keyword_argument":
             said += f"; keys are match, {', '.join(one.name for one in fields(ModelFacts))}"
-        match = found[int(number)].get("match") if key and key[0] != "match" else None
-        where = f"model {int(number) + 1}" + (f" ({match[0]})" if match else "")
-        raise BadFile(path, printable(": ".join(filter(None, (where, ".".join(map(str, key)), said))))) from None
+        raise BadFile(path, printable(said)) from None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -38,12 +37,8 @@ _ASKED = (
 _RED = Picture(kind="rgb", png=to_png(np.full((64, 64, 3), (220, 20, 20), dtype=np.uint8)))
 
 
-class Shown(NamedTuple):
-    """What a request showed of one thing: whether a study can be played with it, and how it is."""
-
-    what: str
-    ok: bool
-    detail: str
+Shown = tuple[str, bool, str]
+"""What a request showed of one thing: its name, whether a study can be played with it, and how it is."""
 
 
 async def probe(spec: str) -> list[Shown]:
@@ -53,54 +48,49 @@ async def probe(spec: str) -> list[Shown]:
         UserMistake: If nothing can be asked: of a wrong spec, a missing key, a wrong address.
     """
     line = ModelClient(Model.parse(spec), _ACCESS)
-    asked, refused = Message(role="user", text=_ASKED), ""
+    asked, seen = Message(role="user", text=_ASKED, pictures=(_RED,)), ""
+    if line.model.facts.images is False:
+        asked, seen = replace(asked, pictures=()), "not sent: it reads none"
     try:
-        if line.model.facts.images is not False:
-            try:
-                answer = await line.ask(_CALL, [replace(asked, pictures=(_RED,))], _FORM)
-                return _shown(line, answer, pictures="")
-            except ModelFault as fault:
-                if not re.match(r"the provider answered 4(?!01|03|29)", str(fault)):
-                    raise
-                refused = f"refused: {fault}"
-        answer = await line.ask(_CALL, [asked], _FORM)
-        return _shown(line, answer, pictures=refused or "not sent: it reads none")
+        try:
+            answer = await line.ask(_CALL, [asked], _FORM)
+        except ModelFault as fault:
+            if seen or not re.match(r"the provider answered 4(?!01|03|29)", str(fault)):
+                raise
+            seen = f"refused: {fault}"
+            answer = await line.ask(_CALL, [replace(asked, pictures=())], _FORM)
     except ModelFault as fault:
-        said, reached = str(fault), not str(fault).startswith("no ")
-        found = [Shown("server", reached, line.server.url if reached else f"{line.server.url}: {said}")]
-        if reached:
-            found.append(Shown("key" if re.search("answered 40[13]", said) else "request", ok=False, detail=said))
-        return found
+        said, url = str(fault), line.server.url
+        if said.startswith("no "):
+            return [("server", False, f"{url}: {said}")]
+        return [("server", True, url), ("key" if re.search("answered 40[13]", said) else "request", False, said)]
     finally:
         await line.aclose()
+    return _shown(line, answer, seen)
 
 
-def _shown(line: ModelClient, answer: Call, *, pictures: str) -> list[Shown]:
-    """What an answer shows. ``pictures`` says what became of the picture, if it was not sent."""
+def _shown(line: ModelClient, answer: Call, seen: str) -> list[Shown]:
+    """What an answer shows. ``seen`` says what became of the picture, if it was not sent."""
     usage, form, text = answer.usage, line.model.form, answer.reply or ""
-    counted = f"{usage.input_tokens} in, {usage.output_tokens} out"
-    uncounted = "not counted: a budget takes the most for every call"
-    found = [
-        Shown("server", ok=True, detail=f"{line.server.url}, {answer.seconds:.1f} s, {answer.served or 'unnamed'}"),
-        Shown("key", ok=True, detail="accepted" if line.server.key else "none is needed"),
-        Shown("tokens", bool(usage.input_tokens), counted if usage.input_tokens else uncounted),
-    ]
     fields: dict[str, object] = {}
     why = f"refused: {text[:200]}" if answer.stop == REFUSED else ""
     try:
         fields = {} if why else object_in(text, _FIELDS)[0]
     except ReplyFault as fault:
         why = str(fault) if answer.stop != IN_REASONING else "the object stands in the reasoning and not in the reply"
-    advice = f"{why}{'' if form == 'none' else '; schema=none asks for it in words'}"
-    kept = text.lstrip().startswith("{") and set(fields) == set(_FIELDS)
-    read = "kept" if kept else "not kept, but it can be read"
-    found.append(Shown("form of the reply", not why, advice if why else f"{form}, {read}"))
-    colour = fields.get("colour")
-    seen = pictures or ("read" if colour == "red" else f"sent; of a red one it said {colour!r}")
-    found.append(Shown("pictures", seen == "read" or seen.startswith("not sent"), seen))
-    hidden = f"{usage.reasoning_tokens} tokens" if usage.reasoning_tokens else ""
-    thought = ", ".join(filter(None, ("shown" if answer.reasoned else "", hidden)))
-    if line.model.reasons and not thought:
-        off = "" if form == "none" else "; schema=none, if the schema turns it off"
-        return [*found, Shown("reasoning", ok=False, detail=f"none, although it reasons{off}")]
-    return [*found, Shown("reasoning", ok=True, detail=thought or "none")]
+    kept = "kept" if text.lstrip().startswith("{") and set(fields) == set(_FIELDS) else "not kept, but it can be read"
+    colour, in_words = fields.get("colour"), "" if form == "none" else "; schema=none asks for it in words"
+    seen = seen or ("read" if colour == "red" else f"sent; of a red one it said {colour!r}")
+    counted = f"{usage.input_tokens} in, {usage.output_tokens} out"
+    uncounted = "not counted: a budget takes the most for every call"
+    thoughts = ["shown"] * answer.reasoned + [f"{usage.reasoning_tokens} tokens"] * bool(usage.reasoning_tokens)
+    missed = line.model.reasons and not thoughts
+    off = "none, although it reasons" + ("" if form == "none" else "; schema=none, if the schema turns it off")
+    return [
+        ("server", True, f"{line.server.url}, {answer.seconds:.1f} s, {answer.served or 'unnamed'}"),
+        ("key", True, "accepted" if line.server.key else "none is needed"),
+        ("tokens", bool(usage.input_tokens), counted if usage.input_tokens else uncounted),
+        ("form of the reply", not why, f"{why}{in_words}" if why else f"{form}, {kept}"),
+        ("pictures", seen == "read" or seen.startswith("not sent"), seen),
+        ("reasoning", not missed, off if missed else ", ".join(thoughts) or "none"),
+    ]

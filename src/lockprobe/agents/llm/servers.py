@@ -126,53 +126,50 @@ def _is_azure(url: str) -> bool:
 
 def request_body(server: Server, model: Model, messages: Sequence[Message], schema: dict[str, object]) -> bytes:
     """A conversation as it is sent, with the form of the reply and what is set of the model."""
-    sent, form = model.parameters(), None if model.form == "none" else schema
-    said = [_message(one, server, model.settings.detail) for one in messages]
-    asked = _as_messages if server.messages else _as_completions
-    body = asked(server, model, sent, form, said)
+    said: list[dict[str, Any]] = []
+    for message in messages:
+        parts: list[dict[str, Any]] = [{"type": "text", "text": message.text}]
+        for picture in message.pictures:
+            data = base64.b64encode(picture.png).decode("ascii")
+            if server.messages:
+                parts.append({"type": "image", "source": {"type": "base64", "media_type": "image/png", "data": data}})
+            else:
+                image = {"url": f"data:image/png;base64,{data}", "detail": model.settings.detail}
+                parts.append({"type": "image_url", "image_url": image})
+        whole = parts if server.messages or message.pictures else message.text
+        said.append({"role": message.role, "content": whole})
+    body = (_as_messages if server.messages else _as_completions)(server, model, said, schema)
     return json.dumps(body, ensure_ascii=False, separators=(",", ":")).encode("utf-8", "replace")
 
 
-def _message(message: Message, server: Server, detail: str) -> dict[str, Any]:
-    parts: list[dict[str, Any]] = [{"type": "text", "text": message.text}]
-    for picture in message.pictures:
-        data = base64.b64encode(picture.png).decode("ascii")
-        if server.messages:
-            parts.append({"type": "image", "source": {"type": "base64", "media_type": "image/png", "data": data}})
-        else:
-            image = {"url": f"data:image/png;base64,{data}", "detail": detail}
-            parts.append({"type": "image_url", "image_url": image})
-    return {"role": message.role, "content": parts if server.messages or message.pictures else message.text}
-
-
-_Sent = dict[str, Any]
-
-
-def _as_completions(server: Server, model: Model, sent: _Sent, form: _Sent | None, said: list[_Sent]) -> _Sent:
+def _as_completions(
+    server: Server, model: Model, said: list[dict[str, Any]], schema: dict[str, object]
+) -> dict[str, Any]:
+    body = {"messages": said, "model": server.model, **model.parameters()}
     openai = server.provider == "openai" or _is_azure(server.url)
-    if openai and "max_tokens" in sent and model.facts.reasons is not False:  # models that reason refuse the older name
-        sent["max_completion_tokens"] = sent.pop("max_tokens")
-    body = {"messages": said, "model": server.model, **sent}
+    if openai and "max_tokens" in body and model.facts.reasons is not False:  # models that reason refuse the older name
+        body["max_completion_tokens"] = body.pop("max_tokens")
     if server.provider == "openrouter":
         if upstream := body.pop("upstream", None):
             body["provider"] = {"only": [upstream], "allow_fallbacks": False}
         if effort := body.pop("reasoning_effort", None):
             body["reasoning"] = {"effort": effort}
-    if form is not None and server.provider == "deepseek":
-        body["response_format"] = {"type": "json_object"}
-    elif form is not None:
-        order = ("type", "properties", "additionalProperties", "required")
-        ordered = {name: form[name] for name in order if name in form}
-        asked = {"name": "reply", "schema": ordered, "description": None, "strict": model.form == "strict"}
-        body["response_format"] = {"type": "json_schema", "json_schema": asked}
-    return body
+    if model.form == "none":
+        return body
+    if server.provider == "deepseek":
+        return body | {"response_format": {"type": "json_object"}}
+    order = ("type", "properties", "additionalProperties", "required")
+    ordered = {name: schema[name] for name in order if name in schema}
+    asked = {"name": "reply", "schema": ordered, "description": None, "strict": model.form == "strict"}
+    return body | {"response_format": {"type": "json_schema", "json_schema": asked}}
 
 
-def _as_messages(server: Server, model: Model, sent: _Sent, form: _Sent | None, said: list[_Sent]) -> _Sent:
+def _as_messages(server: Server, model: Model, said: list[dict[str, Any]], schema: dict[str, object]) -> dict[str, Any]:
+    sent: dict[str, Any] = model.parameters()
     effort, most = sent.pop("reasoning_effort", None), sent.pop("max_tokens")
     # what every request of a trial begins with is put into the cache, and read from there in the next step
     body = {"model": server.model, "max_tokens": most, "messages": said, "cache_control": {"type": "ephemeral"}, **sent}
-    output: _Sent = {}
+    output: dict[str, Any] = {}
     if effort == "none":
         body["thinking"] = {"type": "between_tools" if "sonnet-5-5" in server.model else "disabled"}
     elif effort is not None and _BEFORE_EFFORTS.search(server.model):
@@ -180,6 +177,6 @@ def _as_messages(server: Server, model: Model, sent: _Sent, form: _Sent | None, 
     elif effort is not None:
         body["thinking"] = {"type": "adaptive"}
         output["effort"] = "low" if effort == "minimal" else effort
-    if form is not None:
-        output["format"] = {"type": "json_schema", "schema": form}
+    if model.form != "none":
+        output["format"] = {"type": "json_schema", "schema": schema}
     return body | ({"output_config": output} if output else {})
