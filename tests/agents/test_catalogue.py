@@ -46,8 +46,8 @@ def test_a_spec_says_where_its_time_goes_and_what_it_can_take_in(spec, engine, s
         ("viewer:viewer", "no strategy is called 'viewer'; there are: random"),
         ("viewer:python:os:abort", "no strategy is called 'python:os:abort'; there are: random"),
         ("viewer:human-inspired:fast", "no strategy is called 'human-inspired:fast'"),
-        ("viewer?acuty=9", "no option of viewer is called 'acuty' (did you mean 'acuity'?); there are: acuity, doubt, "),
-        ("viewer:random?lapse=0.1", "no option of viewer:random is called 'lapse'; there are: acuity, doubt"),
+        ("viewer?acuty=9", "no option of viewer is called 'acuty' (did you mean 'acuity'?); there are: acuity, target, "),
+        ("viewer:random?lapse=0.1", "no option of viewer:random is called 'lapse'; there are: acuity"),
     ],
 )  # fmt: skip
 def test_an_unknown_spec_lists_what_exists(spec, message):
@@ -57,17 +57,17 @@ def test_an_unknown_spec_lists_what_exists(spec, message):
 
 
 def test_options_of_a_viewer_and_of_its_strategy_stand_side_by_side():
-    one = resolve("viewer:human-inspired:proximity?acuity=12&lapse=0.1&doubt=0.2").make()
-    other = resolve("viewer:human-inspired:proximity?lapse=0.1&doubt=0.2&acuity=12").make()
+    one = resolve("viewer:human-inspired:proximity?acuity=12&lapse=0.1").make()
+    other = resolve("viewer:human-inspired:proximity?lapse=0.1&acuity=12").make()
     assert one == other
-    assert (one.acuity, one.doubt, one.strategy.lapse, one.strategy.nearest) == (12, 0.2, 0.1, True)
+    assert (one.acuity, one.strategy.lapse, one.strategy.nearest) == (12, 0.1, True)
     assert one.strategy == resolve("human-inspired:proximity?lapse=0.1").make()
     assert resolve("viewer").make() == resolve("viewer:human-inspired:target-first").make()
 
 
 def test_every_kind_of_agent_is_described():
     assert all(KNOWN.values())
-    assert "acuity, doubt" in KNOWN["viewer[:STRATEGY]"]
+    assert "acuity" in KNOWN["viewer[:STRATEGY]"]
     assert "images" in KNOWN["llm:PROVIDER/MODEL"]
     assert description("cognitive:careful") == "Turns to what has neither moved nor failed, the target first."
     assert description("human-inspired:proximity").startswith("After every perceived change")

@@ -75,13 +75,13 @@ def test_it_says_what_the_picture_shows_and_acts_on_it():
 
 def test_readings_become_reports_and_in_doubt_a_joint_stays_as_it_was_last_read(monkeypatch):
     """Of each moment the pictures that are shown are read; numbers say what they speak for."""
-    numbers = [(-0.02, 0.02, 1), (0.09, -0.09, -0.09), (0.11, -0.11, -1), (0.01, 0.01, 0.01)]
+    numbers = [(-0.02, 0.02, 1), (0.04, -0.04, -0.04), (0.06, -0.06, -1), (0.01, 0.01, 0.01)]
     monkeypatch.setattr(picture_reader, "evidence", lambda shown, handles, acuity: numbers[int(shown[-1].png)])
     hidden, percepts = Picture(kind="depth16", png=b"measured", shown=False), []
     for i in range(4):
         pictures = (Picture(kind="rgb", png=str(i).encode()), hidden)
         percepts.append(Percept(joint="A" if i else None, pictures=pictures, handles=HANDLES[:3]))
-    reports = Viewer(HumanInspired(), SPEC, acuity=10, doubt=0.1).reports(TASK, percepts)
+    reports = Viewer(HumanInspired(), SPEC, acuity=10).reports(TASK, percepts)
     expected = [(False, True, True), (False, True, True), (True, False, False), (True, False, False)]
     assert [r.positions for r in reports] == expected
     assert [r.outcome for r in reports] == [None, "blocked", "moved", "blocked"]  # of A, which was attempted

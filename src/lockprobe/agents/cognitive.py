@@ -97,18 +97,17 @@ class SoftmaxMemory(Policy[Traces]):
         return tuple(weight / sum(weights) for weight in weights)
 
 
+_Perceived = tuple[tuple[int, ...], int, int]
+"""The last attempts with their outcomes, oldest first (2 * joint + moved); the joints reported away from their start,
+0 where positions are not told; the joints that failed since the last perceived move, if those are avoided. The last two
+have bit j for joint j."""
+
+
 class Habits(NamedTuple):
     """The memory of the random map."""
 
-    recent: tuple[int, ...] = ()  # the last attempts with their outcomes, oldest first: 2 * joint + moved
-    opened: int = 0  # joints reported away from their start, bit j for joint j; 0 where positions are not told
-    failed: int = 0  # joints that failed since the last perceived move, bit j for joint j; kept by avoid=failed
-    first: frozenset[tuple[tuple[tuple[int, ...], int, int], int]] = frozenset()  # what was first done in each state
-
-    @property
-    def state(self) -> tuple[tuple[int, ...], int, int]:
-        """The state that the map looks up."""
-        return self.recent, self.opened, self.failed
+    state: _Perceived = (), 0, 0  # what the map looks up
+    first: frozenset[tuple[_Perceived, int]] = frozenset()  # what was first done in each state
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,25 +148,20 @@ class RandomMap(Policy[Habits]):
 
     def remember(self, view: View, memory: Habits, told: Told) -> Habits:
         """The current state, and the joint attempted in the previous state."""
-        first = memory.first
-        if memory.state not in dict(first):
-            first |= {(memory.state, told.joint)}
-        recent = (*memory.recent, 2 * told.joint + told.moved)
-        failed = 0 if told.moved or self.avoid != "failed" else memory.failed | 1 << told.joint
-        return Habits(
-            recent=recent[len(recent) - min(self.window, len(recent)) :],
-            opened=told.shifted or 0,
-            failed=failed,
-            first=first,
-        )
+        recent, _, failed = memory.state
+        recent = (*recent, 2 * told.joint + told.moved)[-self.window :] if self.window else ()
+        failed = 0 if told.moved or self.avoid != "failed" else failed | 1 << told.joint
+        known = memory.state in dict(memory.first)
+        first = memory.first if known else memory.first | {(memory.state, told.joint)}
+        return Habits((recent, told.shifted or 0, failed), first)
 
     def probabilities(self, view: View, memory: Habits) -> tuple[float, ...]:
         """The joint of the map, or equal for all allowed ones if the state is new; lapses are equal for all."""
         if (done := dict(memory.first).get(memory.state)) is not None:
             return evenly([done], view, self.lapse)
-        barred = memory.failed
-        if self.avoid == "last" and memory.recent:
-            barred |= 1 << (memory.recent[-1] // 2)
+        recent, _, barred = memory.state
+        if self.avoid == "last" and recent:
+            barred |= 1 << (recent[-1] // 2)
         allowed = [joint for joint in range(view.joints) if not barred >> joint & 1]
         return evenly(allowed or range(view.joints), view, self.lapse)
 
@@ -176,7 +170,7 @@ _FREE = 3
 """Random actions after a report that frees a loop breaker."""
 
 _CYCLE = 3
-"""Joints of its cycle."""
+"""Joints of its cycle, or all if there are fewer."""
 
 
 class Round(NamedTuple):
@@ -201,35 +195,27 @@ class LoopBreaker(Policy[Round]):
     heeds_panel = False
 
     def begin(self, view: View) -> Round:
-        """No joint of the cycle is drawn.
-
-        Raises:
-            BadValue: If the box has fewer joints than a cycle.
-        """
-        if view.joints < _CYCLE:
-            raise BadValue("box", f"{view.joints} joints", f"at least {_CYCLE} joints, for a cycle")
+        """No joint of the cycle is drawn."""
         return Round((0,) * view.joints)
 
     def remember(self, view: View, memory: Round, told: Told) -> Round:
         """On along the cycle, or out of it."""
-        reports = (*memory.told[: told.joint], 1 + told.moved, *memory.told[told.joint + 1 :])
         odd = told.corrects is not None or told.remarked or memory.told[told.joint] not in (0, 1 + told.moved)
-        return self._after(memory, told.joint, reports, odd=odd)
+        if memory.free or odd:
+            return self.remember_silence(view, memory, told.joint)
+        reports = (*memory.told[: told.joint], 1 + told.moved, *memory.told[told.joint + 1 :])
+        size = min(_CYCLE, view.joints)
+        cycle = memory.cycle if len(memory.cycle) == size else (*memory.cycle, told.joint)
+        return Round(reports, cycle, (memory.at + 1) % size)
 
     def remember_silence(self, view: View, memory: Round, joint: int) -> Round:
         """A missing report is odd."""
-        return self._after(memory, joint, memory.told, odd=True)
-
-    def _after(self, memory: Round, joint: int, reports: tuple[int, ...], *, odd: bool) -> Round:
-        if memory.free or odd:
-            free = memory.free - 1 if memory.free else _FREE
-            return Round((0,) * len(reports), free=free, last=joint if free else -1)
-        cycle = memory.cycle if len(memory.cycle) == _CYCLE else (*memory.cycle, joint)
-        return Round(reports, cycle, (memory.at + 1) % _CYCLE)
+        free = memory.free - 1 if memory.free else _FREE
+        return Round((0,) * view.joints, free=free, last=joint if free else -1)
 
     def probabilities(self, view: View, memory: Round) -> tuple[float, ...]:
         """The next joint of the cycle; any that is not in it while it is drawn; any but the last while free."""
-        if len(memory.cycle) == _CYCLE:
+        if len(memory.cycle) == min(_CYCLE, view.joints):
             return evenly([memory.cycle[memory.at]], view)
         barred = (memory.last,) if memory.free else memory.cycle
         return evenly([joint for joint in range(view.joints) if joint not in barred], view)

@@ -18,10 +18,8 @@ import urllib.request
 from collections.abc import Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
 
 from lockprobe.foundation.errors import BadFile, Missing, ModelFault
-from lockprobe.trial.record import Fact
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # else the threads' barriers spin, and two workers crawl
 
@@ -52,7 +50,7 @@ class Engine:
     """
 
     def __init__(self, path: Path, *, context: int = 4096) -> None:
-        self._path, self._context = path, context
+        self._path = path
         params = xllamacpp.CommonParams()
         params.model.path = str(path)
         params.n_ctx = context
@@ -63,32 +61,23 @@ class Engine:
         try:
             self._server = xllamacpp.Server(params)
         except RuntimeError as error:
-            raise BadFile(path, f"cannot be loaded by xllamacpp {xllamacpp.__version__} ({error})") from None
+            raise BadFile(path, f"cannot be loaded by {self.runtime} ({error})") from None
         self.tokens = cache(self._tokens)
         self.opening = cache(partial(self._tokens, opening=True))
         self._constant: list[int] | None = None
 
-    def facts(self) -> dict[str, Fact]:
-        """The runtime's facts about itself and the model."""
-        return {
-            "quantisation": str(self._http("/props").get("model_ftype", "")),
-            "parameters": int(self._http("/v1/models")["data"][0]["meta"]["n_params"]),
-            "runtime": f"xllamacpp {xllamacpp.__version__}",
-            "threads": 1,
-            "context": self._context,
-        }
-
-    def _http(self, path: str, content: dict[str, object] | None = None) -> Any:
-        body = None if content is None else json.dumps(content).encode()
-        request = urllib.request.Request(  # noqa: S310 - the runtime's own loopback address
-            self._server.listening_address + path, data=body, headers={"Content-Type": "application/json"}
-        )
-        with urllib.request.urlopen(request, timeout=60) as answer:  # noqa: S310
-            return json.loads(answer.read())
+    @property
+    def runtime(self) -> str:
+        """The runtime and its version, for the record."""
+        return f"xllamacpp {xllamacpp.__version__}"
 
     def _tokens(self, text: str, *, opening: bool = False) -> tuple[int, ...]:
-        answer = self._http("/tokenize", {"content": text, "add_special": opening, "parse_special": False})
-        return tuple(answer["tokens"])
+        asked = json.dumps({"content": text, "add_special": opening, "parse_special": False}).encode()
+        request = urllib.request.Request(  # noqa: S310 - the runtime's own loopback address
+            f"{self._server.listening_address}/tokenize", data=asked, headers={"Content-Type": "application/json"}
+        )
+        with urllib.request.urlopen(request, timeout=60) as answer:  # noqa: S310
+            return tuple(json.loads(answer.read())["tokens"])
 
     def restart(self, constant: str) -> list[int]:
         """Reset the cache to the constant prefix, from which every trial begins, and return the prefix's tokens."""

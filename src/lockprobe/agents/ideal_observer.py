@@ -23,7 +23,9 @@ _EVEN = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class IdealObserver(Policy[Belief]):
-    """Infers the interlock from all reports and plans by the posterior; ties between joints are drawn at random.
+    """Infers the interlock from all reports (Bayesian) and plans by the posterior.
+
+    Ties between joints are drawn at random.
 
     Attributes:
         prior: The interlocks that it considers possible: :mod:`lockprobe.boxes.beliefs.structures`.

@@ -168,7 +168,8 @@ class LocalModel:
 
         path = locate(spec.full_name)
         engine = Engine(path, context=_CONTEXT)
-        return cls(engine, {"model": _name_of(path), "sha256": _hash_of(path)} | engine.facts(), temperature_in(spec))
+        facts = {"model": _name_of(path), "sha256": _hash_of(path), "runtime": engine.runtime}
+        return cls(engine, facts, temperature_in(spec))
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Say what the last action did, then choose; two draws from the stream per step."""

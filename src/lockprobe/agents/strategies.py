@@ -16,7 +16,7 @@ The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorith
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -167,15 +167,11 @@ class HumanInspired(Policy[Tried]):
 
     def probabilities(self, view: View, memory: Tried) -> tuple[float, ...]:
         """Equal for all joints that the rules allow; lapses are equal for all joints."""
-        return evenly(self.choices(view, memory), view, self.lapse)
-
-    def choices(self, view: View, memory: Tried) -> Sequence[int]:
-        """The joints that the rules allow now, in the order of the listing."""
         ruled_out = memory.failed if self.memory == "since-move" else 0
         if self.memory == "configuration":
             ruled_out = memory.seen >> (memory.opened * view.joints) & ((1 << view.joints) - 1)
         if self.target == "first" and not ruled_out >> view.target & 1:
-            return [view.target]
+            return evenly([view.target], view, self.lapse)
         untried = [joint for joint in range(view.joints) if not ruled_out >> joint & 1]
         spared = memory.opened if self.spare == "opened" else 0
         if self.spare == "moved" and memory.moved >= 0:
@@ -187,4 +183,4 @@ class HumanInspired(Policy[Tried]):
             x, y = view.places[memory.moved]
             far = {j: round((view.places[j][0] - x) ** 2 + (view.places[j][1] - y) ** 2, 9) for j in fresh}
             fresh = [joint for joint in fresh if far[joint] == min(far.values())]
-        return fresh or untried or range(view.joints)
+        return evenly(fresh or untried or range(view.joints), view, self.lapse)

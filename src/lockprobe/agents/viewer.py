@@ -25,8 +25,10 @@ if TYPE_CHECKING:
 LEAST_ACUITY = 10
 """Pixels across a picture that a viewer resolves by default, unless handles are too small for that."""
 
+DOUBT = 0.05
+"""The least evidence for a new reading; below it a joint keeps its last one."""
 
-SIGHT = ("acuity", "doubt")
+SIGHT = ("acuity",)
 """The options of ``viewer``. All others belong to its strategy."""
 
 
@@ -39,27 +41,23 @@ class Viewer:
         name: Spec of the strategy.
         acuity: Pixels that it resolves across a picture, at least 4. None: 10, or more where the first picture of a
             trial needs more.
-        doubt: Least evidence for a new reading; below it a joint keeps its last reading.
 
     Raises:
-        BadValue: If one is out of range.
+        BadValue: If the acuity is out of range.
     """
 
     strategy: Agent
     name: str
     acuity: int | None = None
-    doubt: float = 0.05
 
     def __post_init__(self) -> None:
         if self.acuity is not None:
             check_whole("acuity", self.acuity, 4)
-        if not 0 <= self.doubt < 1:
-            raise BadValue("doubt", self.doubt, "a number from 0, below 1")
 
     @property
     def facts(self) -> Mapping[str, Fact]:
         """Its eyesight and its strategy."""
-        return {"acuity": self.acuity, "doubt": self.doubt, "strategy": self.name} | dict(self.strategy.facts)
+        return {"acuity": self.acuity, "strategy": self.name} | dict(self.strategy.facts)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Read the picture, then choose as the strategy does with this reading as its report."""
@@ -87,19 +85,14 @@ class Viewer:
                 if not percept.handles or not shown:
                     raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
                 acuity = acuity or needed_acuity(shown, percept.handles, LEAST_ACUITY)
-                found = evidence(
-                    shown, percept.handles, acuity=acuity
-                )  # above 0 for a joint that is away from its start
-                before = before or tuple(number > 0 for number in found)
-                positions = tuple(
-                    number > 0 if abs(number) > self.doubt else earlier
-                    for number, earlier in zip(found, before, strict=True)
-                )
+                found = evidence(shown, percept.handles, acuity=acuity)  # above 0 for a joint away from its start
+                last = before or tuple(sign > 0 for sign in found)
+                now = tuple(sign > 0 if abs(sign) > DOUBT else at for sign, at in zip(found, last, strict=True))
+                joint = None if percept.joint is None else task.joints.index(percept.joint)
                 outcome: Outcome | None = None
-                if percept.joint is not None:
-                    joint = task.joints.index(percept.joint)
-                    outcome = "moved" if positions[joint] != before[joint] else "blocked"
-                report = replace(percept, positions=positions, outcome=outcome, pictures=())
+                if joint is not None:
+                    outcome = "moved" if now[joint] != last[joint] else "blocked"
+                report = replace(percept, positions=now, outcome=outcome, pictures=())
             reports.append(report)
             before = report.positions or before
         return reports

@@ -151,7 +151,7 @@ _LABELS: Mapping[str, str] = {
 """How ``shuffle`` names joints; in panel order otherwise."""
 
 _FACTS = (
-    *("model", "answered by", "host", "sha256", "quantisation", "runtime", "decoding", "temperature", "top_p"),
+    *("model", "answered by", "host", "sha256", "runtime", "decoding", "temperature", "top_p"),
     *("effort", "max_tokens", "schema", "images", "detail", "repairs", "prompt"),
 )
 """Facts on record of a model that the paragraph says, in this order."""
