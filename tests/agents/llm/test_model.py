@@ -17,7 +17,6 @@ from lockprobe.agents.prompt import Message
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import SettingsChanged
 from lockprobe.interventions.conditions import flips
-from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.report.verify import verify
 from lockprobe.studies.costs.call_log import read_calls
@@ -31,7 +30,6 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 
 SPEC = "llm:openai-api/fake/model"
-OTHER = "llm:openai/gpt-4o"
 
 
 @pytest.fixture
@@ -49,19 +47,13 @@ def played(tmp_path, served):
     return run_with
 
 
-def doubted(directory):
-    """What ``lockprobe verify`` does not believe."""
-    return [check.said for check in verify(directory) if not check.holds]
-
-
-@pytest.mark.parametrize("spec", [SPEC, OTHER])
-def test_a_study_over_http(tmp_path, played, spec):
-    trials, server = played(truthful, spec, p=[0, 0.4], trials=3)
+def test_a_study_over_http(tmp_path, played):
+    trials, server = played(truthful, p=[0, 0.4], trials=3)
     assert len(trials) == 6
     assert all(trial.solved for trial in trials)  # in turn: round-robin always solves chain-4
     assert sum(len(trial.steps) for trial in trials) == len(server.requests)
     for trial in trials:
-        assert trial.facts["model"] == spec.removeprefix("llm:")
+        assert (trial.facts["model"], trial.facts["prompt"]) == (SPEC.removeprefix("llm:"), "chat 2f94366cdd68")
         assert trial.steps[0].decision.claimed is None
         for before, step in zip(trial.steps, trial.steps[1:], strict=False):
             assert step.decision.claimed == ("moved" if before.told_moved else "blocked")
@@ -98,7 +90,7 @@ def shown(served):
         plan = Plan(study="s", agent=spec, box=box(), condition=condition, repetition=1, trial=1, seed=1)
 
         async def trial():
-            agent = resolve(spec).make()
+            agent = resolve(spec, Access(pause=0)).make()
             try:
                 return await play(plan, plant=SymbolicPlant(plan.box), interventions=[channel], agent=agent)
             finally:
@@ -129,15 +121,6 @@ def test_the_newest_observations_arrive_with_their_pictures_as_they_are_also_whe
             assert words(message).endswith("(pictures no longer shown)") != newest
     assert b"measured" not in json.dumps(requests).encode()
     assert (trial.facts["model"], trial.facts["images"], trial.facts["detail"]) == ("openai-api/fake/model", 2, "low")
-
-
-def test_a_model_that_is_told_reports_is_asked_and_recorded_without_a_word_of_pictures(shown):
-    """The fingerprint of the prompt and the other facts are compared when a study is resumed."""
-    trial, requests = shown(truthful, TextChannel())
-    assert trial.facts["prompt"] == "chat 2f94366cdd68"
-    sent = ["effort", "host", "max_tokens", "repairs", "schema", "temperature", "top_p"]
-    assert sorted(trial.facts) == sorted([*sent, "model", "prompt", "runtime"])
-    assert all(isinstance(message["content"], str) for request in requests for message in request["messages"])
 
 
 def test_what_is_sent_is_what_a_reply_is_looked_up_by():
@@ -205,46 +188,25 @@ def test_a_conversation_that_is_cut_in_silence_breaks_the_trial_with_the_remedy(
         assert len(trial.steps) > 1
     failed = [call for call in read_calls(tmp_path) if call.error]
     assert {(call.reply, call.usage.input_tokens, call.usage.output_tokens) for call in failed} == {(None, 250, 20)}
-    again, _ = played(counting(sum))
+    again, _ = played(counting(lambda sizes: sum(sizes[-2:])))  # what is new alone, of which nothing is cut
     assert [trial.ending for trial in again] == ["solved"] * 2
-    assert doubted(tmp_path) == []
 
 
-def test_a_server_that_counts_what_is_new_alone_cuts_nothing(played):
-    trials, _ = played(counting(lambda sizes: sum(sizes[-2:])))
-    assert [trial.ending for trial in trials] == ["solved"] * 2
-
-
-def upstream():
-    status, body = completion("")
-    error = {"code": 502, "message": "Upstream error"}
-    return status, body | {"choices": [body["choices"][0] | {"finish_reason": "error", "error": error}]}
-
-
-OUTAGES = {
-    "an error behind a router": upstream,
-    "empty, and nobody counts": lambda: (200, completion("")[1] | {"usage": None}),
-    "an error as text": lambda: completion("upstream connect error"),
-    "an error object as text": lambda: completion('{"error": {"message": "overloaded", "type": "server_error"}}'),
-    "words of its own": lambda: completion("Something went wrong here."),
-}
-
-
-@pytest.mark.parametrize("shape", OUTAGES)
-def test_a_short_outage_in_any_words_loses_no_trial(tmp_path, played, shape):
+@pytest.mark.parametrize("shape", [(200, completion("")[1] | {"usage": None}), completion("Something went wrong.")])
+def test_a_short_outage_in_any_words_loses_no_trial(played, shape):
+    """As a fault of the server, and in words of its own, which are asked for again as a model's."""
     since = []
 
     def answer(request):
         if len(request["messages"]) > 3 and len(since) == 0:
             since.append(time.monotonic())
-        return OUTAGES[shape]() if since and time.monotonic() - since[0] < 0.5 else truthful(request)
+        return shape if since and time.monotonic() - since[0] < 0.3 else truthful(request)
 
-    trials, _ = played(answer, p=[0, 0.4], trials=4, pause=0.1, retries=6)
-    assert [trial.ending for trial in trials] == ["solved"] * 8
-    assert doubted(tmp_path) == []
+    trials, _ = played(answer, trials=4, pause=0.1, retries=6)
+    assert [trial.ending for trial in trials] == ["solved"] * 4
 
 
-def test_where_all_trials_get_the_same_words_that_had_replies_before_it_is_the_server_that_says_so(tmp_path, played):
+def test_where_all_trials_get_the_same_words_that_had_replies_before_it_is_the_server_that_says_so(played):
     def answer(request):
         return completion("Something went wrong here.") if len(request["messages"]) > 3 else truthful(request)
 
@@ -255,7 +217,6 @@ def test_where_all_trials_get_the_same_words_that_had_replies_before_it_is_the_s
     }
     again, _ = played(truthful, trials=4)
     assert [trial.ending for trial in again] == ["solved"] * 4
-    assert doubted(tmp_path) == []
 
 
 def test_an_honest_study_with_counted_failures_is_believed(tmp_path, played):
@@ -274,4 +235,4 @@ def test_an_honest_study_with_counted_failures_is_believed(tmp_path, played):
     trials, _ = played(answer, connections=1)
     assert [trial.ending for trial in trials] == ["solved"] * 2
     assert {(call.retries, call.unanswered) for call in read_calls(tmp_path)} == {(2, 0), (0, 0)}
-    assert doubted(tmp_path) == []
+    assert [check.said for check in verify(tmp_path) if not check.holds] == []
