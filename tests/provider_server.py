@@ -58,7 +58,6 @@ class Manner:
         median: Median latency in seconds; 0 answers at once.
         sigma: Spread of the logarithm of the latency.
         faults: Share of requests that fare so, by kind, as listed in ``FAULTS``.
-        retry_after: Seconds that ``429 with Retry-After`` asks for.
         seed: Of latencies and faults.
         keeps: Whether connections live on after an answer.
         more: Header lines of every answer, beside the usual ones.
@@ -68,7 +67,6 @@ class Manner:
     median: float = 0.0
     sigma: float = 0.5
     faults: dict[str, float] = field(default_factory=dict)
-    retry_after: float = 0.02
     seed: int = 1
     keeps: bool = True
     more: tuple[str, ...] = ()
@@ -98,7 +96,7 @@ class Manner:
 class Script:
     """Faults in the order in which requests come."""
 
-    answer, retry_after, keeps, more = "truthful", 0.01, True, ()
+    answer, keeps, more = "truthful", True, ()
 
     def __init__(self, *kinds, then=""):
         self._kinds, self._then = iter(kinds), then
@@ -110,12 +108,10 @@ class Script:
         return next(self._kinds, self._then)
 
 
-def mixed(share, *, http=2 / 3):
-    """Faults of all kinds: so large a share of requests, so much of it of the provider and the rest of the model."""
-    return {
-        **dict.fromkeys(HTTP_FAULTS, share * http / len(HTTP_FAULTS)),
-        **dict.fromkeys(REPLY_FAULTS, share * (1 - http) / len(REPLY_FAULTS)),
-    }
+def mixed(share):
+    """Faults of all kinds: so large a share of requests, two thirds of it of the provider and the rest of the model."""
+    of_model = dict.fromkeys(REPLY_FAULTS, share / 3 / len(REPLY_FAULTS))
+    return dict.fromkeys(HTTP_FAULTS, share * 2 / 3 / len(HTTP_FAULTS)) | of_model
 
 
 ASKED = ("ANTHROPIC", "FAKE", "OPENAI", "OPENROUTER")
@@ -226,7 +222,7 @@ class Server:
         }
 
     async def _late(self, request, reader, writer):
-        before, name = names(request["input"] if "input" in request else request["messages"])
+        before, name = names(request["messages"])
         self.arrived[name] += 1
         latency = self.manner.latency(name)
         self.chain[name] = self.chain.get(before, 0.0) + latency
@@ -258,7 +254,7 @@ class Server:
     def _content(self, request, fault):
         """What is sent: status, body, more header lines."""
         if fault.startswith("429"):
-            after = [f"retry-after: {self.manner.retry_after}"] if fault != "429" else []
+            after = ["retry-after: 0.01"] if fault != "429" else []
             return *failure(429, "Rate limit reached"), after
         if fault == "500":
             return *failure(500, "The server had an error"), []

@@ -1,4 +1,4 @@
-"""An agent outside of the loop is a person or a client by its spec, and decides when it is told to."""
+"""An agent outside of the loop is a person or a client by its spec. That it is waited for: ``test_paused_trial.py``."""
 
 import asyncio
 from dataclasses import replace
@@ -9,7 +9,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.outside import OutsideAgent
 from lockprobe.agents.prompt import example
 from lockprobe.foundation.errors import BadValue, ChannelFault
-from lockprobe.trial.record import Briefing, Decision
+from lockprobe.trial.record import Briefing
 
 
 @pytest.mark.parametrize(
@@ -25,20 +25,6 @@ def test_a_person_or_a_client_is_named_in_a_form_that_is_refused_otherwise(names
             resolve(name)
     assert [resolve(spec).engine for spec in ("participant", "participant:3f9a01bc")] == ["person"] * 2
     assert resolve("mcp:claude-code").engine == "client"
-
-
-def test_a_decision_waits_until_it_is_said():
-    async def play():
-        agent = OutsideAgent({"transport": "stdio"})
-        deciding = asyncio.create_task(agent.decide(example(), None))
-        assert await agent.asked() == example()
-        await asyncio.sleep(0)
-        assert not deciding.done()
-        agent.say("A", "moved", "it turns")
-        assert await deciding == Decision(joint="A", claimed="moved", hypothesis="it turns")
-        return agent.facts
-
-    assert asyncio.run(play()) == {"transport": "stdio"}
 
 
 def test_who_reads_words_alone_is_asked_for_nothing_else():

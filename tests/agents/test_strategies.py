@@ -124,25 +124,16 @@ def test_the_map_repeats_what_it_did_first(reports, kind):
             seen.setdefault(state, reports[i][0])
 
 
-def share(agent, n, **settings):
-    """Of the trials of a study, played without records."""
-    return population(agent, trials=n, seed=5, **settings).success
-
-
-def test_lies_rescue_a_map_and_mislead_it():
-    """What the paper finds in a model (Sec. 3.2), in an agent without any thought: up, and down again at p = 1."""
-    told_truth, half, all_lies = (
-        share("cognitive:random-map?window=1&avoid=last", p=p, flip="outcome-only", n=300) for p in (0.0, 0.5, 1.0)
-    )
-    assert half > max(told_truth, all_lies) + 0.1
-
-
 @pytest.mark.slow
-def test_characters_are_helped_hurt_and_both():
-    at = {name: [share(f"cognitive:{name}", p=p, n=1000) for p in (0.0, 0.4, 1.0)] for name in CHARACTERS}
+def test_characters_are_helped_hurt_and_both_and_a_map_without_any_thought_as_the_paper_finds():
+    at = {
+        name: [population(f"cognitive:{name}", p=p, trials=1000, seed=5).success for p in (0.0, 0.4, 1.0)]
+        for name in (*CHARACTERS, "random-map?avoid=last")
+    }
     assert at["careful"][0] > at["careful"][1] > at["careful"][2] + 0.05
     assert at["perseverant"][0] + 0.2 < at["perseverant"][1] < at["perseverant"][2]
     assert at["insistent"][0] + 0.02 < at["insistent"][1] > at["insistent"][2] + 0.15
+    assert at["random-map?avoid=last"][1] > max(at["random-map?avoid=last"][::2])
 
 
 FALSE, TRUE = Told(joint=1, moved=True), Told(joint=1, moved=False)

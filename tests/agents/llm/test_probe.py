@@ -59,7 +59,6 @@ def thinking(request):
     [
         (blind, MODEL, "pictures", False, "refused: the provider answered 400: No images", 2),
         (blind, "llm:openai/o3-mini", "pictures", True, "not sent: it reads none", 1),
-        (blind, "llm:openai/o3-mini", "reasoning", False, "none, although it reasons; schema=none, if the schema turns", 1),
         (lambda request: completion('{"joint": "A", "colour": "none"}'), MODEL, "pictures", False, "sent; of a red one it said 'none'", 1),
         (lambda request: completion(f"```{json.dumps(GOOD)}```"), MODEL, "form of the reply", True, "strict, not kept, but it can", 1),
         (bare, MODEL, "form of the reply", False, "not one JSON object; schema=none asks for it in words", 1),

@@ -4,10 +4,9 @@ import json
 import re
 
 import pytest
-from provider_server import here, words
+from provider_server import here
 
 import lockprobe
-from lockprobe.interventions.asked_and_done import ASIDES
 from lockprobe.statistics.arms import ARMS
 from lockprobe.studies.options.studyfile import study
 
@@ -32,32 +31,19 @@ def asked():
 
 
 def differing(asked, arm):
-    """Messages that an arm changes: what is said in it, and what is said in the arm of true reports."""
+    """Messages that an arm changes against the arm of true reports."""
     pairs = zip(asked[arm]["messages"], asked["truth"]["messages"], strict=True)
-    return {at: (words(mine), words(true)) for at, (mine, true) in enumerate(pairs) if mine != true}
+    return [at for at, (mine, true) in enumerate(pairs) if mine != true]
 
 
 def test_every_arm_changes_the_reports_of_the_same_steps_and_nothing_else(asked):
     assert list(asked) == list(ARMS)
-    hit = list(differing(asked, "lie"))
+    hit = differing(asked, "lie")
     assert len(hit) > 1
     for arm, request in asked.items():
         assert {**request, "messages": ()} == {**asked["truth"], "messages": ()}
-        assert list(differing(asked, arm)) == ([] if arm == "truth" else hit)
+        assert differing(asked, arm) == ([] if arm == "truth" else hit)
         assert all(request["messages"][at]["role"] == "user" for at in hit)
-
-
-def test_a_report_in_two_statements_is_both_with_one_word_between(asked):
-    for at, (lie, truth) in differing(asked, "lie").items():
-        for arm, said in {
-            "truth-truth": f"{truth} Correction: {truth}",
-            "lie-truth": f"{lie} Correction: {truth}",
-            "truth-lie": f"{truth} Correction: {lie}",
-            "lie-lie": f"{lie} Correction: {lie}",
-        }.items():
-            assert differing(asked, arm)[at] == (said, truth)
-        remarked, _ = differing(asked, "remark")[at]
-        assert remarked in [f"{truth} {aside}" for aside in ASIDES]
 
 
 def test_no_message_names_the_arm(asked):
