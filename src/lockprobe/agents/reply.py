@@ -69,12 +69,12 @@ _NO_WIDTH = re.compile("[\ufeff\u200b\u200c\u200d\u2060]")
 _KEY = re.compile(r"""[{,]\s*["'\u201c\u2018]?([\w -]{1,40}?)["'\u201d\u2019]?\s*[:"'\u201c]""")
 """The name of a field."""
 
-_JOINT = ("", "the", "joint", "thejoint")
 _SPELLED = {
-    "moved": ("moved", "hasmoved", "didmove"),
-    "did not move": ("didnotmove", "didntmove", "notmoved", "hasnotmoved", "hasntmoved"),
+    "moved": "moved|hasmoved|didmove",
+    "did not move": "did(?:not|nt)move|notmoved|has(?:not|nt)moved",
+    "none": "|none|null|nothing|na|n/a",
 }
-_NOTHING = ("", "none", "null", "nothing", "na", "n/a")
+"""How models spell a claim behind its subject, in the form of :func:`plain_form`."""
 
 _Pairs = tuple[tuple[str, object], ...]
 """A JSON object as it stands in the text, with repeated names."""
@@ -146,11 +146,12 @@ def _meant(name: str, value: object, allowed: Sequence[str], last: str) -> str:
         return value
     if value is None or (isinstance(value, str | int) and not isinstance(value, bool)):
         plain = plain_form("" if value is None else str(value)).rstrip("!")
-        subjects = ("", "it", "joint", "thejoint", *(f"{what}{plain_form(last)}" for what in _JOINT))
-        forms = {claim: {f"{subject}{form}" for subject in subjects for form in of} for claim, of in _SPELLED.items()}
+        who = "(?:the)?(?:joint)?"
+        subject = f"(?:it|{who}(?:{re.escape(plain_form(last))})?)"
+        forms = {one: f"{subject}(?:{form})" for one, form in _SPELLED.items()}
         if name == "joint":
-            forms = {joint: {f"{what}{plain_form(joint)}" for what in _JOINT} for joint in allowed}
-        meant = [one for one in allowed if plain in forms.get(one, _NOTHING)]
+            forms = {joint: f"{who}{re.escape(plain_form(joint))}" for joint in allowed}
+        meant = [one for one in allowed if re.fullmatch(forms[one], plain)]
         if len(meant) == 1:
             return meant[0]
     raise ReplyFault(f"{name}: {repr(value)[:80]} is none of {', '.join(allowed)}")
@@ -239,30 +240,16 @@ def without_marks(text: str) -> str:
 
 
 def _after_reasoning(text: str) -> str:
-    """The text outside reasoning. Before an end without a beginning, everything is reasoning."""
-    said: list[str] = []
-    start: int | None = 0
-    for tag in _TAG.finditer(text):
-        if tag["open"]:
-            if start is not None:
-                said.append(text[start : tag.start()])
-            start = None
-        else:
-            if start is not None:
-                said.clear()
-            start = tag.end()
-    return "".join([*said, "" if start is None else text[start:]])
+    """The text behind the last reasoning that ends, up to one that does not."""
+    tags = list(_TAG.finditer(text))
+    end = max((tag.end() for tag in tags if not tag["open"]), default=0)
+    return text[end : next((tag.start() for tag in tags if tag["open"] and tag.start() >= end), None)]
 
 
 def _without_tokens(text: str) -> str:
-    """The text up to the end of its turn, without tokens of a template."""
-    begins = 0
-    for turn in _TURN.finditer(text):
-        if _TOKEN.sub("", text[begins : turn.start()]).strip():
-            text = text[: turn.start()]
-            break
-        begins = turn.end()
-    return _TOKEN.sub("", text)
+    """The text of the first turn that has one, without tokens of a template."""
+    turns = (_TOKEN.sub("", turn) for turn in _TURN.split(text))
+    return next((turn for turn in turns if turn.strip()), "")
 
 
 def _loaded(text: str) -> object:
