@@ -22,8 +22,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.agents import weights
-from lockprobe.agents.engine import Engine
+from lockprobe.agents.local import Engine, locate
 from lockprobe.agents.prompt import conversation, reply_schema
 from lockprobe.agents.reply import parse_reply
 from lockprobe.studies.options.study_options import StudyOptions
@@ -70,7 +69,7 @@ class PlainJson:
     facts: ClassVar[Mapping[str, Fact]] = {}
 
     def __init__(self) -> None:
-        self._server = Engine(weights.locate("llm:local"))._server  # noqa: SLF001
+        self._server = Engine(locate("llm:local"))._server  # noqa: SLF001
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Generate one reply under a JSON schema."""

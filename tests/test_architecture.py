@@ -21,7 +21,6 @@ FILES = sorted(
 ENGINES = (
     "lockprobe.agents.llm.client",
     "lockprobe.agents.llm.model",
-    "lockprobe.agents.engine",
     "lockprobe.__main__",
 )
 MODULES = [

@@ -10,8 +10,7 @@ import pytest
 from lockprobe import load, run_trial
 from lockprobe.agents import local
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.engine import Engine
-from lockprobe.agents.local import CONSTANT, UNASKED, LocalModel
+from lockprobe.agents.local import CONSTANT, UNASKED, Engine, LocalModel
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, UserMistake
 from lockprobe.studies.options.agent_names import named_agents

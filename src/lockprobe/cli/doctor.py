@@ -56,8 +56,7 @@ def _found(what: str, look: Callable[[], str]) -> Finding:
 
 def _runtime() -> str:
     version = _version("xllamacpp", "pip install 'lockprobe[local]'")
-    import lockprobe.agents.engine  # noqa: F401  it may not load
-
+    local.runtime()  # it may not load
     return version
 
 

@@ -250,10 +250,10 @@ def most(text="What now?", sizes=(), max_tokens=None, **facts):
 
 def test_no_call_takes_more_than_was_said():
     """Tokens of a byte-level tokenizer are at most the bytes; the local model's own count stands beside it."""
-    engine = pytest.importorskip("lockprobe.agents.engine")
+    pytest.importorskip("xllamacpp")
     if local.embedded() is None:
         pytest.skip("the embedded model is not installed")
-    counts = engine.Engine(local.locate("llm:local"), context=256)
+    counts = local.Engine(local.locate("llm:local"), context=256)
     texts = [*(message.text for message in conversation(example())), "}{][,,;;" * 20, "Verklemmt 🔒 锁住了 " * 20]
     for text in texts:
         assert len(counts.tokens(text)) + len(counts.tokens(str(reply_schema(example())))) <= most(text).input_tokens
