@@ -14,8 +14,7 @@ from typer.exceptions import TyperException
 from lockprobe.agents.catalogue import KNOWN, resolve
 from lockprobe.boxes.boxfile import read_box
 from lockprobe.cli import build
-from lockprobe.studies.options.agent_names import named_agents
-from lockprobe.studies.options.study_options import read_options_file
+from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing import check_agent
 
@@ -125,7 +124,7 @@ def test_toml_is_what_it_says(page, text, tmp_path):
         assert read_box(tmp_path / "x.toml").joints
     elif re.search(r"^study = ", text, re.MULTILINE):
         (tmp_path / "mine.toml").write_text(text, "utf-8")
-        assert study(read_options_file(tmp_path / "mine.toml")).agents
+        assert study(tmp_path / "mine.toml").agents
 
 
 def test_links_lead_to_files_and_headings_that_exist():
@@ -175,7 +174,7 @@ PLACES = {"SPEC", "NAME=SPEC", "llm:gguf:PATH"}
     "spec", sorted({one for whole in PAGE.values() for one in re.findall(r"--agent '?([^\s'`]+)", whole)} - PLACES)
 )
 def test_an_agent_that_is_named_exists(spec):
-    (alone,), _ = named_agents([spec])
+    (alone,), _ = StudyOptions(agent=spec).agents
     assert resolve(alone).spec == alone
 
 

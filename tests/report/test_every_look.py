@@ -9,7 +9,7 @@ from reported import found_in
 from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.claims import not_judged
 from lockprobe.report.questions.stopping import SECTIONS
-from lockprobe.studies.until import EarlierSize, Until
+from lockprobe.studies.study import EarlierSize, Until
 
 FAILED = (0, 1) * 10
 ROWS = 40

@@ -16,7 +16,7 @@ from lockprobe.statistics.design import trend_weights
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
-from lockprobe.studies.study_design import design_of
+from lockprobe.studies.study import design_of
 from lockprobe.trial.condition import Contrast
 
 CROSSING = [1, -1, -1, 1]

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.study import Study
-from lockprobe.studies.study_design import design_of
+from lockprobe.studies.study import Study, design_of
 from lockprobe.trial.condition import Condition
 
 TRUTH = Condition()

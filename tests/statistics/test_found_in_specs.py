@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lockprobe.interventions.conditions import read_condition, sweep
 from lockprobe.report.prose import at_dose, cause
 from lockprobe.statistics.design import crossed_of, factors_of, series_of, series_of_agents, trend_weights
-from lockprobe.studies.study_design import arms_of
+from lockprobe.studies.study import arms_of
 
 FLIP, STICKY, BOTH = "flip?p=0.4", "flip?p=0.4&others=kept", "flip?p=0.4 + nudge"
 CROSSED = "flip?p=0,0.4 + tremble?p=0,0.1"

@@ -15,7 +15,7 @@ from lockprobe.statistics.arms import ARMS, PLANNED, SeriesArm, arms_of
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.why import MARGIN, decide, whys
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.study_design import design_of
+from lockprobe.studies.study import design_of
 
 AGENT, BLOCKS = "cognitive:perseverant", 60
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from lockprobe.simulation.power import played_blocks
-from lockprobe.studies.decisions import Family, Question, answers, decisions, families, wanted
+from lockprobe.studies.decisions import LOOK_EVERY, Family, Question, answers, decisions, families, wanted
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study
-from lockprobe.studies.until import LOOK_EVERY, Until
+from lockprobe.studies.study import Until
 
 DECIDED, WIDTH = Until(rule="decided"), Until(rule="width", points=0.3)
 

@@ -13,7 +13,7 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
-from lockprobe.studies.until import Until
+from lockprobe.studies.study import Until
 
 SMALL = study("flips", agent="random", p=[0, 0.4], repetitions=2, trials=2)
 

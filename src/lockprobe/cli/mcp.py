@@ -20,7 +20,6 @@ from lockprobe.foundation.errors import BadValue, Missing
 from lockprobe.foundation.spec import MCP
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interfaces.mcp.session import ToolSession
-from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.study import Study
@@ -49,8 +48,7 @@ def mcp(
     if find_spec("mcp") is None:
         raise Missing("lockprobe mcp needs the package mcp", "pip install 'lockprobe[mcp]'")
     agent = check_outside(f"{MCP}:{agent_name}")
-    request = read_options_file(Path(what)) if what.endswith(".toml") else StudyOptions(study=what)
-    planned = study(request, **{**asked, "agent": [agent]})
+    planned = study(what, **{**asked, "agent": [agent]})
     if planned.attended:
         raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal, which the client uses")
     directory = out or records_directory(planned)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.studies.file_names import SETTINGS
-from lockprobe.studies.options.study_options import StudyOptions, read_options_file
+from lockprobe.studies.options.study_options import read_options
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.study import SIZES, Study
@@ -18,14 +18,14 @@ def planned_study(name: str, asked: Mapping[str, object], out: Path | None) -> t
 
     Without an agent, those of an existing study play; if nothing is said of its size, it stays as large as it is.
     """
-    request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
-    planned, said = study(request, **asked), {*asked, *request.model_fields_set}
+    request = read_options(name, asked)
+    planned, said = study(request), request.model_fields_set
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     if not (directory / SETTINGS).exists():
         return planned, directory
     there = read_study(directory)
     if not {"trials", "repetitions", "strategy_trials", "full", "until", "most"} & said:
         planned = replace(planned, **{name: getattr(there, name) for name in SIZES})
-    if request.agent is None and "agent" not in asked and there.run_agents:
+    if request.agent is None and there.run_agents:
         planned = replace(planned, agents=there.run_agents, names=there.names)
     return extended(planned.ordered_as(there), directory), directory

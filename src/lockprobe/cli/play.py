@@ -56,7 +56,7 @@ def play(asked: Mapping[str, Any]) -> None:
     if len(rates) != 1:
         raise BadValue("p", ",".join(f"{rate:g}" for rate in rates), "one number from 0 to 1")
     options = {"assessment": False, **asked, "seed": seed, "p": rates[0]}
-    study = trial_study(options, agent=participant_spec("local"))
+    study = trial_study(participant_spec("local"), **options)
     plan = study.plan(study.agents[0], study.conditions[0], 1, 1)
     screen = Screen()
     screen.say(f"Lockbox (--seed {seed} plays this trial again)", "bold")

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 
@@ -19,9 +19,8 @@ from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import Name, with_study_options
-from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.studies.options.agent_names import named_agents
-from lockprobe.studies.options.study_options import SHIPPED, STUDIES
+from lockprobe.foundation.errors import BadValue
+from lockprobe.studies.options.study_options import STUDIES, read_options
 
 _AGAIN = "Replay trials that ended without a usable reply, or as a refusal; earlier records stay in the file (nothing)."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
@@ -112,7 +111,5 @@ def _check_names(name: str, asked: Mapping[str, object]) -> None:
     if name not in STUDIES and Path(name).is_dir():
         known = ", ".join(STUDIES)
         raise BadValue("study", name, f"one of {known}, or FILE.toml; to go on, the same command with --out {name}")
-    if name not in STUDIES and not name.endswith(".toml"):
-        raise UnknownName("study", name, [*STUDIES, *SHIPPED, "FILE.toml"])
-    for agent in named_agents(cast("list[str]", asked.get("agent", [])))[0]:
+    for agent in read_options(name, asked).agents[0]:
         resolve(agent)

@@ -34,7 +34,7 @@ from lockprobe.people.experiment import (
     words_file,
 )
 from lockprobe.people.server_state import CODE, PREVIEW
-from lockprobe.studies.options.study_options import STUDIES, StudyOptions, read_options_file
+from lockprobe.studies.options.study_options import STUDIES, read_options
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.study import Study
@@ -201,9 +201,8 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
             raise Conflict(given, f"the directory {name}", "its study already has its settings")
         there = read_study(directory)
         return replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE)))), directory
-    request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
-    agents = list(dict.fromkeys((*(request.agent or ()), PEOPLE)))
-    planned = study(request, **{**asked, "agent": agents})
+    request = read_options(name, asked)
+    planned = study(request, agent=list(dict.fromkeys((*(request.agent or ()), PEOPLE))))
     return planned, out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
 
 

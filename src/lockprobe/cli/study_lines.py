@@ -7,10 +7,10 @@ from dataclasses import replace
 
 from lockprobe.foundation.formatting import count
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.studies.decisions import LOOK_EVERY
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.study import Study
-from lockprobe.studies.until import LOOK_EVERY
 
 _LOOKS = (
     f"After every {LOOK_EVERY} blocks it looks what is decided. A decision holds however often it looks; conditions "

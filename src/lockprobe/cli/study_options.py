@@ -14,7 +14,7 @@ from lockprobe.cli.command import AS_RUN, under_headings
 from lockprobe.cli.options import with_brackets
 from lockprobe.foundation.docstrings import docstring
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.studies.options.study_options import StudyOptions, parse_p
+from lockprobe.studies.options.study_options import StudyOptions
 
 Name = Annotated[
     str,
@@ -66,8 +66,6 @@ def with_study_options(
         def run(*what: Any, **given: Any) -> None:
             given |= dict(zip((parameter.name for parameter in own), what, strict=False))
             asked = {name: given.pop(name, None) for name in names}
-            if asked.get("p"):
-                asked["p"] = parse_p(",".join(asked["p"]))
             command(asked={name: value for name, value in asked.items() if value not in (None, [])}, **given)
 
         run.__name__, run.__doc__ = command.__name__, docstring(command)

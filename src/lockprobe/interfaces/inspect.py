@@ -64,12 +64,9 @@ def study(**options: Any) -> Task:
 
 
 def _planned(asked: Mapping[str, Any]) -> Study:
-    from lockprobe.studies.options.study_options import parse_p
     from lockprobe.studies.options.studyfile import study as study_of
 
     given = dict(asked)
-    if (p := given.get("p")) is not None and not isinstance(p, list):
-        given["p"] = parse_p(p) if isinstance(p, str) else [p]
     if isinstance(swept := given.get("sweep"), list):
         given["sweep"] = ",".join(map(str, swept))  # Inspect takes what has commas for a list
     planned = study_of(str(given.pop("study", "flips")), **given, agent=[_AGENT])

@@ -33,8 +33,7 @@ from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load, replaced_records
 from lockprobe.studies.records.store import has_joined
-from lockprobe.studies.study import Study
-from lockprobe.studies.study_design import design_of
+from lockprobe.studies.study import Study, design_of
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import Trial
 

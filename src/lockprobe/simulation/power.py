@@ -34,8 +34,7 @@ from lockprobe.statistics.proportions import ALPHA, proportion
 from lockprobe.statistics.two_lines import rise_and_fall
 from lockprobe.statistics.why import decide
 from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.studies.study import Study
-from lockprobe.studies.study_design import design_of
+from lockprobe.studies.study import Study, design_of
 from lockprobe.trial.condition import Condition
 
 TARGET = 0.8

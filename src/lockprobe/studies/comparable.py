@@ -18,8 +18,7 @@ from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.interventions.asked_and_done import OwnPrompt
 from lockprobe.statistics.design import Design, axis_key
-from lockprobe.studies.study import Study, flip_axis
-from lockprobe.studies.study_design import arms_of
+from lockprobe.studies.study import Study, arms_of, flip_axis
 from lockprobe.trial.condition import Condition, Recorded
 
 _LONGEST = 180

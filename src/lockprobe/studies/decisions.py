@@ -27,13 +27,14 @@ from lockprobe.statistics.outcomes import BlockOrder
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.why import CONTRASTS, NEEDS, PART
 from lockprobe.studies.records.store import OnRecord
-from lockprobe.studies.study import Study, trials_planned
-from lockprobe.studies.study_design import design_of
-from lockprobe.studies.until import LOOK_EVERY, EarlierSize, Until
+from lockprobe.studies.study import EarlierSize, Study, Until, design_of, trials_planned
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 
 Array = NDArray[np.float64]
+
+LOOK_EVERY = 5
+"""Blocks that are played between two looks, so that trials of a hosted model can be open at the same time."""
 
 Outcomes = Mapping[str, tuple[Array, NDArray[np.bool_]]]
 """Condition -> whether each block was solved (NaN where it was not played, or broke), and whether its trial broke."""

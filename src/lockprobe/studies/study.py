@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, TypeAdapter, ValidationError
 
@@ -25,25 +26,25 @@ from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMist
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import parse_json
 from lockprobe.foundation.seeds import generator
-from lockprobe.foundation.spec import PEOPLE, spec_name
+from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
 from lockprobe.foundation.validation import AS_WRITTEN, Text, check_choice, check_whole, plain
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import with_rates
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.statistics.arms import SeriesArm
+from lockprobe.statistics.design import Design
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
-from lockprobe.studies.options.agent_names import check_names
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.playable import PERSON, check_playable
-from lockprobe.studies.until import EarlierSize, Until
 from lockprobe.trial.condition import Condition, Contrast
-from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
+from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Ask, Trial, TrialName
 
-LARGEST_SEED = 2**63
-LONGEST_NAME = 100
-"""Characters of the name of a study."""
+_LARGEST_SEED = 2**63
+_LONGEST_NAME, _LONGEST_LABEL = 100, 200
+"""Characters of the name of a study, and of what keys, tables and pages call an agent."""
 
 LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
 """The largest number that a setting can have."""
@@ -51,11 +52,68 @@ LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_0
 SIZES = ("repetitions", "trials", "strategy_trials", "until")
 """The settings that say how much is played."""
 
-WHO = ("agents", "names")
+_WHO = ("agents", "names")
 """The settings that say who plays."""
 
 _BESIDE = ("contrasts", "earlier", "shard")
 """What ``study.json`` holds beside the settings: it changes no trial."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Until:
+    """When a study stops before all of its trials are played.
+
+    Attributes:
+        rule: ``decided``: every difference is shown to be an effect, or to be smaller than ``points``. ``width``: the
+            interval of every difference reaches at most ``points`` to either side.
+        points: As a difference of shares, (0, 0.5]. The default of the margin is a convention.
+    """
+
+    __pydantic_config__ = AS_WRITTEN
+
+    rule: Literal["decided", "width"]
+    points: float = 0.1
+
+    def __post_init__(self) -> None:
+        if self.rule not in ("decided", "width") or not 0.01 <= self.points <= 0.5:
+            expected = "decided, ±10 or another number of points, from 1 to 50"
+            raise BadValue("until", f"{self.rule} {100 * self.points:g}", expected)
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """The rule of a text: ``decided``, or ``±10`` (also ``+-10`` or ``10``) for a width.
+
+        >>> Until.parse("±10")
+        Until(rule='width', points=0.1)
+        """
+        if text.strip() == "decided":
+            return cls(rule="decided")
+        found = re.fullmatch(r"\s*(?:±|\+-|\+/-)?\s*([0-9]{1,2}(?:\.[0-9]{1,3})?)\s*", text)
+        if found is None:
+            raise BadValue("until", text, "decided, ±10 or another number of points, from 1 to 50")
+        return cls(rule="width", points=float(found[1]) / 100)
+
+    def __str__(self) -> str:
+        return "decided" if self.rule == "decided" else f"±{100 * self.points:g}"
+
+    @property
+    def margin(self) -> float | None:
+        """The largest difference that counts as none; None where the study says of none that it is small."""
+        return self.points if self.rule == "decided" else None
+
+
+@dataclass(frozen=True, slots=True)
+class EarlierSize:
+    """The size that a study had before it was extended, in the fields of :class:`Study`.
+
+    Blocks of an earlier size come before those that were added to it, in what holds at every look.
+    """
+
+    __pydantic_config__ = AS_WRITTEN
+
+    repetitions: int
+    trials: int
+    strategy_trials: int | None = None
 
 
 def _read_box(data: object) -> Lockbox:
@@ -137,25 +195,25 @@ class Study:
         object.__setattr__(self, "flip_axis", flip_axis(self.conditions))
         names = {agent: name for agent in self.agents if (name := self.names.get(agent)) and name != agent}
         object.__setattr__(self, "names", names)
-        check_names(self.agents, names)
-        labels = [one.label for one in self.conditions]
-        for what, values in (("agents", self.agents), ("agents", self.labels), ("condition", labels)):
+        object.__setattr__(self, "strategy_conditions", tuple(sorted(self.strategy_conditions)))
+        labels, boxes = [one.label for one in self.conditions], [one.name for one in self.boxes]
+        for what, values in (
+            *(("agents", self.agents), ("agents", self.labels)),
+            *(("condition", labels), ("box", boxes)),
+        ):
             written = [value.replace("/", "%2F") for value in values]
             if not values or len(set(written)) != len(values):
                 raise BadValue(what, list(values), "at least one, and every one once")
-        for setting, largest in LIMITS.items():
-            if (value := getattr(self, setting)) is not None:
-                check_whole(setting, value, 1, largest)
-        object.__setattr__(self, "strategy_conditions", tuple(sorted(self.strategy_conditions)))
-        if unknown := [label for label in self.strategy_conditions if label not in labels]:
-            raise BadValue("strategy_conditions", unknown, f"labels of conditions: {', '.join(labels)}")
-        check_whole("seed", self.seed, 0, LARGEST_SEED)
-        if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
-            raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
+        for label in self.labels:
+            if not label.isprintable() or label != label.strip() or len(label) > _LONGEST_LABEL:
+                expected = f"at most {_LONGEST_LABEL} visible characters without blanks around them: NAME=SPEC names it"
+                raise BadValue("name of an agent", label, expected)
+        if PEOPLE in names or PEOPLE in names.values():
+            raise BadValue("name of an agent", names, f"{PEOPLE} without a name, and no other agent of this name")
+        if "/" in self.name or not self.name.strip() or len(self.name) > _LONGEST_NAME:
+            raise BadValue("name", self.name, f"a name of at most {_LONGEST_NAME} characters without slashes")
         _check_sizes(self)
-        _check_doses(self.conditions)
-        _check_contrasts(self.contrasts, labels)
-        _check_plant(self)
+        _check_conditions(self, labels)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -210,30 +268,39 @@ class Study:
         return {name: value for name, value in settings_of(self).items() if name not in _BESIDE}
 
     def differences(self, other: Study, *, but: Iterable[str] = ()) -> dict[str, tuple[object, object]]:
-        """The settings in which another study differs, with its value and this one's.
+        """The settings in which another study differs, with its value and this one's, in words.
 
-        The order of agents and conditions is no setting: it changes no trial.
+        Which agents play, and their order and that of conditions, are no settings here; names of agents of both are.
 
         Args:
             other: The other study.
             but: Settings that may differ.
         """
         found = dict[str, tuple[object, object]]()
-        for name in (one.name for one in fields(self) if one.compare and one.name not in but):
+        for name in (one.name for one in fields(self) if one.compare and one.name not in (*_WHO, *but)):
             there, here = getattr(other, name), getattr(self, name)
-            if {*there} != {*here} if name in ("agents", "conditions") else there != here:
-                told = _said(name, there), _said(name, here)
-                same = told[0] == told[1]  # a box of the same name
-                found["box" if name == "boxes" else name] = (told[0], f"another {told[1]}") if same else told
+            if {*there} == {*here} if name == "conditions" else there == here:
+                continue
+            if name == "boxes":
+                name = "box"  # noqa: PLW2901 - as its option is called
+                there, here = (", ".join(box.name for box in boxes) for boxes in (there, here))
+                here = f"{'another ' * (there == here)}{here}"
+            elif name == "conditions":
+                there, here = (
+                    "; ".join(f"{f'{one.name}=' * bool(one.name)}{one.spec}" for one in own) for own in (there, here)
+                )
+            elif name == "until":
+                there, here = (str(one or "never") for one in (there, here))
+            found[name] = there, here
+        for agent in {*self.agents} & {*other.agents}:
+            if other.label_of(agent) != self.label_of(agent):
+                found[f"name of {agent}"] = other.label_of(agent), self.label_of(agent)
         return found
 
-    def renamed(self, other: Study) -> dict[str, tuple[object, object]]:
-        """The agents of both that are called otherwise in another study, with their names there and here."""
-        return {
-            f"name of {agent}": (other.label_of(agent), self.label_of(agent))
-            for agent in other.agents
-            if agent in self.agents and other.label_of(agent) != self.label_of(agent)
-        }
+    def joined(self, asked: Iterable[str]) -> tuple[str, ...]:
+        """Its agents after agents are added: new ones follow those that are there, and people stand last."""
+        new = [agent for agent in asked if agent not in self.agents]
+        return tuple(sorted((*self.agents, *new), key=lambda agent: agent == PEOPLE)) if new else self.agents
 
     def ordered_as(self, other: Study) -> Study:
         """The study with its conditions in the order of another one that has the same; else as it is."""
@@ -262,7 +329,7 @@ class Study:
         They cover what a condition does and not what it is called, so that trials of two studies whose conditions share
         a name are never taken for each other. Study, agent, label, repetition and trial are in the record itself.
         """
-        beside = {"name", "conditions", "strategy_conditions", *WHO, *SIZES}
+        beside = {"name", "conditions", "strategy_conditions", *_WHO, *SIZES}
         acting = {name: value for name, value in self.settings().items() if name not in beside}
         acting |= {"specs": list(condition.specs), "modality": condition.modality}
         return hashlib.sha256(_as_json(acting).encode()).hexdigest()[:12]
@@ -434,44 +501,32 @@ def _reading_of(flips: Sequence[Condition]) -> OutcomeFlip:
 
 
 def _check_sizes(study: Study) -> None:
-    """Refuse boxes that cannot be told apart, what people cannot play, and earlier plans that are larger."""
+    """Refuse numbers out of range, larger plans before, and an early end where all is compared at one look."""
+    for setting, largest in LIMITS.items():
+        if (value := getattr(study, setting)) is not None:
+            check_whole(setting, value, 1, largest)
+    check_whole("seed", study.seed, 0, _LARGEST_SEED)
+    if study.until and (PEOPLE in study.agents or len(study.boxes) > 1):
+        raise BadValue("until", str(study.until), "none with people or several boxes, which are compared at one look")
+    for before in study.earlier:
+        for name in ("repetitions", "trials"):
+            check_whole(f"{name} of an earlier plan", getattr(before, name), 1, getattr(study, name))
+
+
+def _check_conditions(study: Study, labels: Sequence[str]) -> None:
+    """Refuse what a plant cannot show, people cannot play and no curve can be fitted to, and unknown labels."""
+    named = {"strategy_conditions": study.strategy_conditions}
+    named |= {f"contrasts, {name}": (*one.of, *one.minus) for name, one in study.contrasts.items()}
+    for what, known in named.items():
+        if unknown := [label for label in known if label not in labels]:
+            raise UnknownName(f"condition of {what}", unknown[0], labels)
+        if len({*known}) < len(known):
+            raise BadValue(what, list(known), "every condition once, and on one side alone")
+    for one in study.conditions:
+        if unfit := {name: dose for name, dose in one.doses.items() if not can_be_fitted(dose)}:
+            raise BadValue(f"a dose of {one.label}", unfit, DOSES_SAID)
     if PEOPLE in study.agents:
         check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
-    names = [box.name for box in study.boxes]
-    if not names or len(set(names)) < len(names):
-        raise BadValue("box", ", ".join(names), "at least one, and every one once")
-    if study.until and (PEOPLE in study.agents or len(names) > 1):
-        who = (
-            "people, who are compared at one look"
-            if PEOPLE in study.agents
-            else "several boxes: it is computed for one"
-        )
-        raise BadValue("until", str(study.until), f"none with {who}")
-    for one in study.earlier:
-        for name in ("repetitions", "trials"):
-            check_whole(f"{name} of an earlier plan", getattr(one, name), 1, getattr(study, name))
-
-
-def _check_contrasts(contrasts: Mapping[str, Contrast], labels: Sequence[str]) -> None:
-    """Refuse contrasts that name unknown conditions, or have one on both sides."""
-    for name, one in contrasts.items():
-        for label in (*one.of, *one.minus):
-            if label not in labels:
-                raise UnknownName(f"condition of the contrast {name}", label, labels)
-        if both := {*one.of} & {*one.minus}:
-            raise BadValue(f"contrasts, {name}", min(both), "every condition on one side alone")
-
-
-def _check_doses(conditions: Sequence[Condition]) -> None:
-    """Refuse doses that no curve can be fitted to."""
-    for one in conditions:
-        for name, dose in one.doses.items():
-            if not can_be_fitted(dose):
-                raise BadValue(f"{name} of {one.label}", dose, DOSES_SAID)
-
-
-def _check_plant(study: Study) -> None:
-    """Refuse what the plant of a condition cannot show."""
     for spec, conditions in grouped(study.conditions, study.plant_of).items():
         plant = resolve_plant(spec)
         check_shown(conditions, plant)
@@ -480,6 +535,29 @@ def _check_plant(study: Study) -> None:
             raise BadValue("shuffle", study.shuffle, expected)
         if study.layout != "fixed" and plant.lays_out is False:
             raise BadValue("layout", study.layout, f"fixed with {plant.spec}, whose joints stay where they are")
+
+
+def design_of(study: Study) -> Design:
+    """What differs between the conditions of a study."""
+    return Design(
+        agents=study.labels,
+        arms=arms_of(study.conditions),
+        axis=study.flip_labels,
+        specs=dict(zip(study.labels, study.agents, strict=True)),
+    )
+
+
+def arms_of(conditions: Iterable[Condition]) -> tuple[SeriesArm, ...]:
+    """Conditions as their specs tell them; doses of pictures and of the plant stand among those of interventions."""
+    found = []
+    for one in conditions:
+        shown, doses = modality_doses(one.modality)
+        pictured = [(Spec(spec_name(shown), options={option: value}), (option,)) for option, value in doses.items()]
+        told = [(Spec.parse(spec), names) for spec, names in one.acting]
+        parts = (*told, *pictured, *one.plant.parts)
+        specs, of = tuple(spec for spec, _ in parts), tuple(names for _, names in parts)
+        found.append(SeriesArm(label=one.label, specs=specs, doses=of, modality=shown))
+    return tuple(found)
 
 
 def trials_planned(agent: str, plan: Study | EarlierSize) -> int:
@@ -524,12 +602,3 @@ def study_from(text: bytes, path: Path) -> Study:
 def _as_json(value: object) -> str:
     """A value as JSON with sorted names, the same for equal values."""
     return json.dumps(value, sort_keys=True)
-
-
-def _said(name: str, value: Any) -> object:
-    """The value of a setting in a message."""
-    if name == "boxes":
-        return ", ".join(box.name for box in value)
-    if name == "conditions":
-        return "; ".join(f"{one.name}={one.spec}" if one.name else one.spec for one in value)
-    return str(value or "never") if name == "until" else value

@@ -22,7 +22,7 @@ from lockprobe.report.questions.speed import draw as fig3
 from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.statistics.proportions import proportion
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.until import Until
+from lockprobe.studies.study import Until
 
 CASES = ("strategies", "thirty p", "one p", "one trial", "hostile names", "people", "few people")
 """What is special about other studies changes no text."""

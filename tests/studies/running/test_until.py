@@ -14,7 +14,7 @@ from lockprobe.studies.records.merge import gather
 from lockprobe.studies.records.read_records import replaced_records
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.runner import next_plans, run, run_study
-from lockprobe.studies.until import EarlierSize
+from lockprobe.studies.study import EarlierSize
 from lockprobe.trial.record import TrialError
 
 AGENT = "round-robin"

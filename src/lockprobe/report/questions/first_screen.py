@@ -26,8 +26,7 @@ from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import idle_interventions, never_acted
-from lockprobe.studies.study import Study
-from lockprobe.studies.study_design import design_of
+from lockprobe.studies.study import Study, design_of
 
 _WHO, _WHO_MOST = "who was studied", 8
 """What the facts of agents are about, and how many are introduced at the top; of more there is only the list."""

@@ -12,12 +12,12 @@ from typing import Any
 from pydantic import Field
 
 from lockprobe.boxes.families import ALIKE
-from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.plants.catalogue import PlantSource, resolve_plant
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import is_pictured, taken_in
-from lockprobe.studies.options.study_options import NamedCondition, StudyOptions
+from lockprobe.studies.options.study_options import STUDIES, StudyOptions
 from lockprobe.trial.record import STATES
 
 
@@ -26,8 +26,8 @@ class Preset(StudyOptions):
 
     Attributes:
         when: Case -> what is played instead: ``short``, where nothing is said of what is played; on ``several_boxes``;
-            ``as_paper``, as close to the paper as it says (each option cites its section; ``docs/as-paper.md`` compares
-            them with the defaults); with the ``parts`` of a false report.
+            the paper's ``full`` size; ``as_paper``, as close to the paper as it says (each option cites its section;
+            ``docs/as-paper.md`` compares them with the defaults); with the ``parts`` of a false report.
         strategies: ``short`` or ``full`` -> what strategies play besides, since it costs nothing.
         models: The same -> what alone models play beside strategies.
     """
@@ -43,46 +43,37 @@ def preset(name: str) -> Preset:
     return Preset.model_validate(read_preset(name))
 
 
-def cases_of(asked: StudyOptions) -> set[str]:
-    """The cases that hold for a request; ``full`` too, and ``plain`` if nothing is said of what varies."""
-    paper = asked.full or asked.as_paper
-    sized = any(one is not None for one in (asked.p, asked.trials, asked.repetitions, asked.condition, asked.sweep))
-    varied = any(one is not None for one in (asked.flip, asked.readings, asked.modality))
-    several = bool(len(asked.boxes_named) > 1 or asked.boxes) and not paper
-    holds = {
-        "short": not (paper or sized),
-        "several_boxes": several,
-        "as_paper": asked.as_paper,
-        "parts": asked.parts,
-        "full": asked.full,
-        "plain": not (varied or asked.as_paper or several or asked.p or asked.condition or asked.sweep),
-    }
-    return {case for case, held in holds.items() if held}
+def with_defaults(asked: StudyOptions) -> tuple[StudyOptions, set[str]]:
+    """A request with what it leaves out as its study has it, but for the study's own conditions. What it says stays.
 
-
-def plant_of(asked: StudyOptions) -> PlantSource:
-    """The plant that is asked for, or that of its study."""
-    own = preset(asked.study).plant or "symbolic"
-    return resolve_plant(own if asked.plant is None else asked.plant)
-
-
-def with_defaults(asked: StudyOptions) -> StudyOptions:
-    """A request with what it leaves out as its study has it, but for :func:`own_conditions`. What it says stays.
-
-    Where people play and it names no box, it has several of one difficulty: nobody meets one box twice.
+    Where people play and it names no box, it has several of one difficulty: nobody meets one box twice. With it come
+    the cases that hold, among them ``plain``, if nothing is said of what varies.
 
     Raises:
-        BadValue: If the study has no such case.
-        Conflict: If it is to be as in the paper and is none of its studies.
+        BadValue: If its study has no such case.
     """
-    own, plant, usual = preset(asked.study), plant_of(asked), dict[str, Any]()
-    if asked.full and asked.study in ("why", "looks"):
-        raise BadValue("full", True, f"none with {asked.study}, which has trials of its own; --trials says how many")
-    if asked.parts and "parts" not in own.when:
-        raise BadValue("parts", True, f"none with {asked.study}; why plays the parts of a false report")
-    if asked.as_paper and "as_paper" not in own.when:
-        raise Conflict("--as-paper", asked.study, "the studies of the paper are flips and modalities")
-    cases = cases_of(asked)
+    own = preset(asked.study)
+    plant = resolve_plant((own.plant or "symbolic") if asked.plant is None else asked.plant)
+    for case in ("full", "parts", "as_paper"):
+        if getattr(asked, case) and case not in own.when:
+            having = ", ".join(name for name in STUDIES if case in preset(name).when)
+            raise BadValue(case, True, f"none with {asked.study}, but with {having}")
+    chosen = asked.box is not None or asked.boxes is not None or asked.as_paper
+    if PEOPLE in (asked.agent or ()) and plant.lays_out and not chosen:
+        asked = asked.model_copy(update={"box": [*ALIKE]})
+    acting = any(one is not None for one in (asked.p, asked.condition, asked.sweep))
+    sized = asked.trials is not None or asked.repetitions is not None
+    varied = any(one is not None for one in (asked.flip, asked.readings, asked.modality))
+    several = bool(len(asked.box or ()) > 1 or asked.boxes) and not (asked.full or asked.as_paper)
+    holds = {
+        "short": not (asked.full or asked.as_paper or acting or sized),
+        "several_boxes": several,
+        "full": asked.full,
+        "as_paper": asked.as_paper,
+        "parts": asked.parts,
+        "plain": not (varied or asked.as_paper or several or acting),
+    }
+    cases, usual = {case for case, held in holds.items() if held}, dict[str, Any](plant=plant.spec)
     for part in (own, *(found for case, found in own.when.items() if case in cases)):
         usual |= {name: getattr(part, name) for name in part.model_fields_set & StudyOptions.model_fields.keys()}
     usual.pop("condition", None)
@@ -99,18 +90,5 @@ def with_defaults(asked: StudyOptions) -> StudyOptions:
     usual["modality"] = ["symbolic" if one == STATES and asked.flip == "outcome-only" else one for one in shown]
     seen = asked.modality or usual["modality"]
     usual["agent"] = [one for one in usual["agent"] if taken_in(one, seen)] or usual["agent"]
-    return asked.model_copy(update={name: value for name, value in usual.items() if getattr(asked, name) is None})
-
-
-def with_boxes_of_people(asked: StudyOptions) -> StudyOptions:
-    """A request on several boxes of one difficulty where people play and it names none: nobody meets one box twice."""
-    if PEOPLE not in (asked.agent or ()) or asked.box is not None or asked.boxes is not None or asked.as_paper:
-        return asked
-    return asked.model_copy(update={"box": ", ".join(ALIKE)}) if plant_of(asked).lays_out else asked
-
-
-def own_conditions(asked: StudyOptions) -> list[NamedCondition]:
-    """The conditions that a study has by its name, which are played before those that are asked for."""
-    own = preset(asked.study)
-    parts = own.when["parts"].conditions_named if asked.parts and "parts" in own.when else []
-    return own.conditions_named + parts
+    unsaid = {name: value for name, value in usual.items() if getattr(asked, name) is None}
+    return asked.model_copy(update=unsaid), cases

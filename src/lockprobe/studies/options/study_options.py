@@ -23,6 +23,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, ValidationError
 
+from lockprobe.agents.local import portable
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.foundation.inputs import PRESETS, read_toml
@@ -30,7 +31,6 @@ from lockprobe.foundation.plugins import refuse_python
 from lockprobe.foundation.spec import named_spec
 from lockprobe.foundation.validation import plain
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.trial.condition import Contrast
 from lockprobe.trial.record import Ask
 
@@ -46,19 +46,16 @@ def _listed(given: object) -> object:
     return [given] if isinstance(given, str) else given
 
 
+def _parts(given: object) -> object:
+    """One alone, or a list, in which a text may have several with commas between, as a list."""
+    found = given if isinstance(given, list | tuple) else [given] * (given is not None)
+    return [part for one in found for part in (map(str.strip, one.split(",")) if isinstance(one, str) else [one])]
+
+
 def _number(given: object) -> object:
     """A number; Python counts true as 1, and nobody means that."""
     if isinstance(given, bool):
         raise ValueError("expected a number, not true or false")  # noqa: TRY004 - which pydantic does not take
-    return given
-
-
-def _box(given: object) -> object:
-    if isinstance(given, list | tuple) and not given:
-        raise ValueError("expected at least one box")
-    for one in given if isinstance(given, list | tuple) else [given]:
-        if one is not None and not isinstance(one, str | Path | Lockbox):
-            raise ValueError("expected a name, a Lockbox or the path of a TOML file")
     return given
 
 
@@ -68,40 +65,41 @@ def _option(words: str, default: object = None) -> Any:
 
 
 class NamedCondition(BaseModel):
-    """What acts in a condition of a study file, with plus signs between, and the experimenter's name for it."""
+    """What acts in a condition, with plus signs between, and the experimenter's name for it; from ``NAME=SPEC`` too."""
 
     model_config = ConfigDict(extra="forbid")
 
-    spec: str
+    spec: str = Field(max_length=1000)
     name: str = ""
+
+    @classmethod
+    def parsed(cls, given: object) -> object:
+        """A text as a condition; all else as it is."""
+        if not isinstance(given, str):
+            return given
+        name, spec = named_spec(given, "condition", "lies=flip?p=0.4")
+        return {"spec": spec, "name": name}
 
 
 Spec = Annotated[str, Field(max_length=1000)]
-"""The spec of an agent, a condition or a plant."""
+"""The spec of an agent or a plant."""
 
 Several = Annotated[list[Spec], Field(max_length=64), BeforeValidator(_listed)]
 """One, or a list of them."""
 
-Conditions = Annotated[list[NamedCondition | Spec], Field(max_length=1000), BeforeValidator(_listed)]
-
+Parts = Annotated[list[str], Field(max_length=64), BeforeValidator(_parts)]
+"""Words with commas between, or a list of them."""
 
 Whole = Annotated[int, BeforeValidator(_number)]
-Number = Annotated[float, BeforeValidator(_number)]
-_OneBox = str | Path | InstanceOf[Lockbox]
-Box = Annotated[_OneBox | list[_OneBox], BeforeValidator(_box)]
-"""A name, the path of a file, or a box, or a list of them; in a file of text only the first two."""
+Rates = Annotated[list[Annotated[float, BeforeValidator(_number)]], Field(max_length=1000), BeforeValidator(_parts)]
+Boxes = Annotated[list[str | Path | InstanceOf[Lockbox]], Field(min_length=1), BeforeValidator(_parts)]
+"""Names, paths of files, or boxes; in a file of text only the first two."""
 
-
-def _words(given: object) -> object:
-    """Words with commas between, or a list of them, as a list of words."""
-    texts = [given] if isinstance(given, str) else given
-    if not isinstance(texts, list | tuple) or not all(isinstance(text, str) for text in texts):
-        return given
-    return [word.strip() for text in texts for word in text.split(",")]
-
-
-Words = Annotated[list[str], Field(max_length=64), BeforeValidator(_words)]
-"""Words with commas between, or a list of them."""
+Conditions = Annotated[
+    list[Annotated[NamedCondition, BeforeValidator(NamedCondition.parsed)]],
+    Field(max_length=1000),
+    BeforeValidator(_listed),
+]
 
 
 class StudyOptions(BaseModel):
@@ -114,12 +112,12 @@ class StudyOptions(BaseModel):
         "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: a cognitive model, "
         "human-inspired, llm:local and random)."
     )
-    box: Box | None = _option("A box by name, random-N-SEED, or a TOML file (chain-4; several with commas between).")
+    box: Boxes | None = _option("A box by name, random-N-SEED, or a TOML file (chain-4; several with commas between).")
     boxes: Whole | None = _option(
         "So many boxes instead: random-4-SEED from a seed of 1 on, those whose shortest plan has four steps, as "
         "chain-4's; with --box random-N, of N joints, 4 to 8 (none)."
     )
-    p: Annotated[list[Number], Field(max_length=1000)] | None = _option(
+    p: Rates | None = _option(
         "Flip rates, how often reports are inverted (0,0.2,0.4,0.6; 0 to 0.6 by 0.1 with --full, --trials or "
         "--repetitions; 0.4 with why)."
     )
@@ -144,7 +142,7 @@ class StudyOptions(BaseModel):
         "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; independent, "
         "all positions; or outcome-only, without positions (re-observed)."
     )
-    readings: Words | None = _option(
+    readings: Parts | None = _option(
         "What a false report is, several readings side by side: fresh, kept (re-observed, integrated), all, or words "
         "of --flip (fresh,kept in the short study and with --full for strategies, which cost nothing; models play "
         "fresh)."
@@ -195,67 +193,60 @@ class StudyOptions(BaseModel):
     name: str | None = _option("A name for the study, with which keys of records begin (the study's).")
 
     @property
+    def agents(self) -> tuple[list[str], dict[str, str]]:
+        """The specs of its agents, and spec -> name of those that ``NAME=SPEC`` gives one.
+
+        Specs are those of records, without paths of this machine (:func:`lockprobe.agents.local.portable`).
+
+        >>> StudyOptions(agent=["careful=human-inspired?lapse=0.1", "random"]).agents
+        (['human-inspired?lapse=0.1', 'random'], {'human-inspired?lapse=0.1': 'careful'})
+        """
+        found = [named_spec(one, "agent", "careful=human-inspired?lapse=0.1") for one in self.agent or ()]
+        named = [(name, portable(spec)) for name, spec in found]
+        return [spec for _, spec in named], {spec: name for name, spec in named if name}
+
+    @property
     def specs(self) -> dict[str, list[str]]:
         """The specs that can name code, by option."""
         found: dict[str, Iterable[object]] = {
-            "agent": named_agents(self.agent or ())[0],
-            "condition": [one.spec for one in self.conditions_named],
+            "agent": self.agents[0],
+            "condition": [one.spec for one in self.condition or ()],
             "sweep": self.sweep or (),
             "plant": [self.plant],
-            "box": self.boxes_named,
+            "box": self.box or (),
         }
         return {what: [spec for spec in specs if isinstance(spec, str)] for what, specs in found.items()}
 
-    @property
-    def boxes_named(self) -> list[str | Path | Lockbox]:
-        """The boxes that it names, each alone: a text may have several with commas between."""
-        if isinstance(self.box, str):
-            return [name.strip() for name in self.box.split(",")]
-        return [] if self.box is None else [*self.box] if isinstance(self.box, list) else [self.box]
 
-    @property
-    def conditions_named(self) -> list[NamedCondition]:
-        """Its conditions, those without a name too."""
-        found = []
-        for one in self.condition or ():
-            if isinstance(one, str):
-                name, spec = named_spec(one, "condition", "lies=flip?p=0.4")
-                one = NamedCondition(spec=spec, name=name)  # noqa: PLW2901 - the same, parsed
-            found.append(one)
-        return found
-
-
-def study_options(given: Mapping[str, Any]) -> StudyOptions:
-    """Options given in Python or to another tool.
+def read_options(asked: StudyOptions | str | Path, given: Mapping[str, Any]) -> StudyOptions:
+    """What is asked for: a bare name, the path of a TOML file or options, and options that go before those.
 
     Raises:
-        UnknownName: If one does not exist; the message lists those that do.
-        BadValue: If one has a value that it cannot have.
+        UnknownName: If an option or a study does not exist; the message lists those that do.
+        BadValue: If an option has a value that it cannot have.
+        BadFile: If there is no such file, or it is none of a study.
     """
+    if isinstance(asked, str | Path):
+        asked = _read_file(Path(asked)) if str(asked).endswith(".toml") else StudyOptions(study=str(asked))
+    if not isinstance(asked, StudyOptions):
+        raise BadValue("study", asked, f"options, the path of a TOML file, or one of {', '.join(STUDIES)}")
     try:
-        return StudyOptions.model_validate(given)
+        more = StudyOptions.model_validate(given)
     except ValidationError as error:
-        where = str(error.errors()[0]["loc"][0])
+        first = error.errors()[0]
+        where, expected = str(first["loc"][0]), plain(first["msg"]).removeprefix("expected ")
         if where not in StudyOptions.model_fields:
             raise UnknownName("option", where, StudyOptions.model_fields) from None
-        raise refusal_of(error, where, given.get(where)) from None
+        got = given.get(where)
+        raise BadValue(where, got if len(str(got)) <= 1000 else f"{str(got)[:40]}…", expected) from None
+    said = asked.model_copy(update={name: getattr(more, name) for name in given})
+    if said.study not in STUDIES:
+        raise UnknownName("study", said.study, [*STUDIES, *SHIPPED, "FILE.toml"])
+    return said
 
 
-def refusal_of(error: ValidationError, name: str, got: object) -> BadValue:
-    """The first mistake in the value of an option, in one line; ``name`` is the option as its user calls it."""
-    first = error.errors()[0]
-    expected = plain(first["msg"]).removeprefix("expected ")
-    if first["type"] == "literal_error":
-        expected = "one of " + expected.replace("'", "").replace(" or ", ", ")
-    return BadValue(name, got if len(str(got)) <= 1000 else f"{str(got)[:40]}…", expected)
-
-
-def read_options_file(path: Path) -> StudyOptions:
-    """The options in a TOML file: a user's, or one that ships (:data:`SHIPPED`), by its bare name.
-
-    Raises:
-        BadFile: If it is not one, with the key that is wrong.
-    """
+def _read_file(path: Path) -> StudyOptions:
+    """The options in a TOML file: a user's, or one that ships (:data:`SHIPPED`), by its bare name."""
     if str(path) in SHIPPED and not path.exists():
         path = PRESETS / path.name
     try:
@@ -270,11 +261,3 @@ def read_options_file(path: Path) -> StudyOptions:
     for what, specs in options.specs.items():
         refuse_python(path, what, specs)
     return options
-
-
-def parse_p(text: str) -> list[float]:
-    """Flip probabilities from ``0,0.1,0.2``."""
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise BadValue("p", text, "numbers from 0 to 1 with commas between, for example 0,0.2,0.4") from None

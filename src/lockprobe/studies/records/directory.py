@@ -20,10 +20,8 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import refuse_links, write_file
 from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
-from lockprobe.studies.options.agent_names import joined_agents
 from lockprobe.studies.records.store import STORE, has_joined, holds_records, last_rows, written
-from lockprobe.studies.study import SIZES, WHO, Study, settings_of, study_from
-from lockprobe.studies.until import EarlierSize
+from lockprobe.studies.study import SIZES, EarlierSize, Study, settings_of, study_from
 
 _LOCK = ".lock"
 """The file that is locked where directories are not."""
@@ -132,20 +130,16 @@ def claim(directory: Path, study: Study) -> None:
     if not (played or (there and has_joined(directory))):  # who has joined plays this study
         write_settings(directory, study)
         return
-    known = read_study(directory)
-    grown = SIZES if len(known.earlier) < len(study.earlier) else ()
-    if different := study.differences(known, but=(*WHO, *grown)) | study.renamed(known):
+    there = read_study(directory)
+    extended = len(there.earlier) < len(study.earlier)
+    if different := study.differences(there, but=SIZES if extended else ()):
         raise SettingsChanged(directory, different)
-    joined = replace(
-        study,
-        agents=joined_agents(known.agents, study.agents),
-        names={**known.names, **study.names},
-        shard=study.shard if study.shard == known.shard else None,  # of several parts it holds the whole
-        contrasts=study.contrasts or known.contrasts,
-        earlier=max(known.earlier, study.earlier, key=len),
-    ).ordered_as(known)
-    if settings_of(joined) != settings_of(known):
-        write_settings(directory, joined)
+    agents = there.joined(study.agents)
+    part = study.shard if study.shard == there.shard else None  # of several parts it holds the whole
+    asks = study.contrasts and study.contrasts != there.contrasts
+    if extended or asks or agents != there.agents or part != there.shard:
+        joined = replace(study, agents=agents, names={**there.names, **study.names}, shard=part)
+        write_settings(directory, joined.ordered_as(there))
 
 
 def extended(planned: Study, directory: Path) -> Study:

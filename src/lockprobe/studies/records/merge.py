@@ -31,7 +31,6 @@ from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.picture_store import ALBUM, keep_picture
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import INSERT, checksum, read, row_of, trial_in, unpacked, written
-from lockprobe.studies.study import WHO
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.trial_json import TrialReader
 
@@ -88,7 +87,7 @@ def gather(
     earlier = max((one.earlier for one in studies), key=len)  # of the study that was extended most often
     joined = replace(studies[0], agents=agents, names=names, shard=None, earlier=earlier)
     for source, study in zip(sources, theirs, strict=True):
-        for name, values in (joined.differences(study, but=WHO) | joined.renamed(study)).items():
+        for name, values in joined.differences(study).items():
             there, asked = (repr(one)[:200] for one in values)
             why = f"trials of another study than {directory} ({name} is {there}, not {asked})"
             raise BadFile(source, why)

@@ -15,7 +15,7 @@ from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import refuse_blind, taken_in
-from lockprobe.studies.options.studyfile import OF_A_TRIAL, trial_study
+from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.records.picture_store import keep_picture
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.condition import Condition
@@ -72,12 +72,12 @@ def run_trial(
     Raises:
         UserMistake: If a name does not exist, a value is out of range, or something is missing.
     """
-    given = locals()
+    given = {name: value for name, value in locals().items() if name not in ("agent", "pictures")}
     player = "human-inspired" if agent is None else agent
     if not isinstance(player, str | Agent):
         raise BadValue("agent", player, "an agent spec, or an object with facts and decide()")
     spec = player if isinstance(player, str) else type(player).__name__
-    study = trial_study({name: given[name] for name in given if name in OF_A_TRIAL}, agent=spec)
+    study = trial_study(spec, **given)
     plan = study.plan(spec, study.conditions[0], study.repetitions, study.trials)
     if isinstance(player, str) and spec_kind(player) in (PEOPLE, MCP):
         raise BadValue("agent", player, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
