@@ -82,7 +82,7 @@ def test_mistakes_end_in_one_line(lockprobe, labs, tmp_path):
         ((*labs, "--paper"), "cannot be combined with several studies"),
         ((labs[0], tmp_path / "none"), "no study.json here"),
         ((labs[0], labs[0]), "given twice"),
-        ((labs[0], boxed), "the budget of steps (max_steps) is 9, not 20"),
+        ((labs[0], boxed), "max_steps is 9, not 20"),
         ((*labs, "--agent", "nobody"), "no agent of these studies is called 'nobody'"),
         ((*labs, "--out", labs[0] / "report.html"), "belongs to the study"),
         ((*labs, "--out", tmp_path / "none" / "page.html"), "cannot be written"),

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from lockprobe.foundation.formatting import count, points
 from lockprobe.report.questions.stopping import decided_said, progress_said
-from lockprobe.studies.decisions import Answer, answers_by_agent
+from lockprobe.studies.decisions import Decision, answers_by_agent
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -41,7 +41,7 @@ def decided(study: Study, trials: Iterable[Trial]) -> tuple[list[str], list[dict
     return lines, facts
 
 
-def _plain(one: Answer) -> dict[str, object]:
+def _plain(one: Decision) -> dict[str, object]:
     course = one.course
     return {
         "difference": one.question.name,

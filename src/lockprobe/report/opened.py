@@ -28,7 +28,7 @@ from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, outco
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Rules
 from lockprobe.studies.branch import read_forks
-from lockprobe.studies.decisions import Answer, answers_by_agent, block_orders, broken_by_agent, counted
+from lockprobe.studies.decisions import Decision, answers_by_agent, block_orders, broken_by_agent, counted
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load, replaced_records
@@ -298,7 +298,7 @@ class OpenedStudy:
         return rules_broken_said(*map(sum, zip(*self.broken_rules.values(), strict=True)))
 
     @cached_property
-    def decisions(self) -> Mapping[str, tuple[Answer, ...]]:
+    def decisions(self) -> Mapping[str, tuple[Decision, ...]]:
         """Agent -> what is decided, of a study that stops when it is; empty for others."""
         return answers_by_agent(self.study, self.trials) if self.study.until else {}
 

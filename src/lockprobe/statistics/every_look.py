@@ -91,7 +91,7 @@ class AtEveryLook:
 
 
 def at_every_look(
-    family: Sequence[Numbers], *, agents: float = 1, margin: float | None = None, intervals: bool = True
+    family: Sequence[Numbers], *, agents: float = 1, margin: float | None = None
 ) -> tuple[AtEveryLook, ...]:
     """Judge several means together.
 
@@ -100,12 +100,8 @@ def at_every_look(
         agents: Number of such families that are judged together (Bonferroni).
         margin: With a margin it is also tested whether a mean is smaller than it, either way. Any statement of the two
             kinds is then false in at most 5 % of studies.
-        intervals: Whether there are intervals, which take most of the time; a decision at a block depends on no later
-            one.
     """
     p_values, small, limits = _tested(family, agents, margin)
-    if not intervals:
-        limits = np.full_like(limits, np.inf)
     return tuple(_judged(one, p_values[:, i], limits[:, i], small[:, i]) for i, one in enumerate(family))
 
 

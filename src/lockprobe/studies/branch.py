@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, UnknownName
@@ -37,9 +36,6 @@ from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import ForkName, Trial
 from lockprobe.trial.source import false_reports
 
-if TYPE_CHECKING:
-    pass
-
 FORKS = "forks"
 """The directory of forks in that of their study."""
 
@@ -54,12 +50,6 @@ TOLD: Mapping[str, str] = {
     "withheld": "drop?p=1&at={at}",
 }
 """Report at a fork -> the interventions that give it."""
-
-_PICTURED = ("truth", "lie", "remark")
-"""Reports that pictures can give."""
-
-_MOST = 1000
-"""Continuations of one arm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,54 +98,46 @@ class Branching:
 
 def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:
     """The plan of a fork of a recorded trial."""
-    condition = study.labelled(trial.condition)
-    plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
+    plan = study.plan(trial.agent, study.labelled(trial.condition), trial.repetition, trial.trial)
     changes = _changed if takes_rates(plan.condition.specs) else _changed_for_all
     acting, changed = changes(plan.condition, name.arm, name.at)
-    fork = Fork(name=name, condition=condition.label, acting=acting, recorded=trial.steps)
+    fork = Fork(name=name, condition=trial.condition, acting=acting, recorded=trial.steps)
     return replace(plan, condition=changed, fork=fork)
 
 
 def _changed(condition: Condition, arm: str, at: int) -> tuple[tuple[Intervention, ...], Condition]:
-    """The interventions of an arm, and the condition that includes them."""
-    acting = arm_interventions(arm, at, condition)
-    interventions = (*interventions_in(condition), *acting)
-    return acting, replace(condition, interventions=interventions, name=f"fork: {arm}")
+    """The interventions of an arm, and the condition that includes them; ``at`` is the step whose report is changed.
 
-
-_changed_for_all = lru_cache(maxsize=1024)(_changed)
-"""The same, made once; not for conditions that are equal and yet have their rates under other labels in each."""
-
-
-def arm_interventions(arm: str, at: int, condition: Condition) -> tuple[Intervention, ...]:
-    """The interventions of an arm. What a false report is stays that of the condition, because of its later effects.
-
-    Args:
-        arm: One of :data:`TOLD`.
-        at: The step whose report is changed.
-        condition: The condition of the trial.
+    What a false report is stays that of the condition, because of its later effects.
 
     Raises:
         BadValue: If there is no such arm, or the condition cannot tell it.
     """
     check_choice("told", arm, TOLD)
-    if is_pictured(condition.modality) and arm not in _PICTURED:
-        raise BadValue("told", arm, f"{', '.join(_PICTURED)} with {condition.modality}: a picture cannot be {arm}")
-    flips = [one for one in interventions_in(condition) if isinstance(one, OutcomeFlip)]
+    own = interventions_in(condition)
+    flips = [one for one in own if isinstance(one, OutcomeFlip)]
     like = flips[0] if flips else OutcomeFlip()
     if like.part == "position" and like.inverts == "outcome":
         expected = "one without part=position, whose false positions the true report of an arm would take back"
         raise BadValue("a condition to fork", condition.label, expected)
+    if is_pictured(condition.modality) and arm not in ("truth", "lie", "remark"):
+        raise BadValue("told", arm, f"truth, lie or remark with {condition.modality}")
     if like.others == "noisy":
         like = replace(like, others="fresh")  # a lie is on the attempted joint, not on all of them
-    if arm == "lie":
-        return (like.at_rate(1.0, at=(at,)),)
-    made = tuple(
+    acting: tuple[Intervention, ...] = tuple(
         replace(one, inverts=like.inverts) if isinstance(one, Correction) else one
         for one in interventions_of(TOLD[arm].format(at=at))
     )
     forgetful = like.inverts == "position" and like.keep == 0  # a true report then owes nothing to those before it
-    return made if not flips or forgetful else (like.at_rate(0.0), *made)
+    if arm == "lie":
+        acting = (like.at_rate(1.0, at=(at,)),)
+    elif flips and not forgetful:
+        acting = (like.at_rate(0.0), *acting)
+    return acting, replace(condition, interventions=(*own, *acting), name=f"fork: {arm}")
+
+
+_changed_for_all = lru_cache(maxsize=1024)(_changed)
+"""The same, made once; not for conditions that are equal and yet have their rates under other labels in each."""
 
 
 def branching(
@@ -183,7 +165,7 @@ def branching(
         BadValue: If there is no such fork point or arm, or nothing is left to fork.
         UnknownName: If there is no such trial.
     """
-    check_whole("times", times, 1, _MOST)
+    check_whole("times", times, 1, 1000)
     for rule in at:
         check_rule(rule)
     chosen = {} if keys else {trial.key: trial for trial in records}
@@ -200,9 +182,7 @@ def branching(
         raise BadValue("at", ", ".join(at), expected)
     arms = tuple(dict.fromkeys([TRUTH, *told]))
     for label, arm in product({trial.condition for trial in forked.values()}, arms):
-        condition = study.labelled(label)
-        acting = (*interventions_in(condition), *arm_interventions(arm, 1, condition))
-        interventions_for(replace(condition, interventions=acting, name=""))
+        interventions_for(_changed(study.labelled(label), arm, 1)[1])
     return Branching(study=study, trials=forked, at=tuple(at), arms=arms, truthful=truthful, times=times)
 
 

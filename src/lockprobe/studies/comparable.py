@@ -7,7 +7,7 @@ interventions and modality, never by name. A condition is compared if at least t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, KeysView, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import chain
@@ -24,15 +24,8 @@ from lockprobe.trial.condition import Condition, Recorded
 _LONGEST = 180
 """The most characters of a spec that names a condition; of a longer one a hash says the rest."""
 
-_ALIKE = {
-    "max_steps": "the budget of steps",
-    "plant": "the plant",
-    "layout": "the layout",
-    "shuffle": "how often labels are drawn",
-    "assessment": "whether agents are asked what their last action did",
-    "hypothesis": "when agents are asked how the box works",
-}
-"""Settings that have to be equal, in words; so has the box."""
+_ALIKE = ("max_steps", "plant", "layout", "shuffle", "assessment", "hypothesis")
+"""Settings that have to be equal; so has the box."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,50 +59,37 @@ def check_comparable(studies: Mapping[Path, Study]) -> None:
     """
     if len(studies) < 2:
         raise BadValue("directories", len(studies), "two or more, each with a study")
-    (first, ours), *rest = studies.items()
-    for directory, theirs in rest:
-        if why := _another_task(ours, theirs):
-            raise BadFile(directory, f"it cannot be compared with {first}: {why}")
-    for directory, study in studies.items():
-        others = [_names(other) for place, other in studies.items() if place != directory]
-        if not _names(study) & set().union(*others):
-            here, there = (listed([*names], named=6) for names in (_names(study), dict.fromkeys(chain(*others))))
-            why = f"it shares no condition with the other studies: it has {here}; they have {there}"
-            raise BadFile(directory, why)
-
-
-def _another_task(ours: Study, theirs: Study) -> str:
-    """The first difference between the tasks of two studies, in words; empty if there is none."""
-    if ours.boxes != theirs.boxes:
-        here, there = (listed([box.name for box in one.boxes], named=3) for one in (ours, theirs))
-        return f"its boxes, in their order, are {there}, not {here}{', or are others of these names' * (here == there)}"
-    if len(ours.boxes) > 1 and ours.seed != theirs.seed:
-        seeds = f"the seed is {theirs.seed}, not {ours.seed}"
-        return f"{seeds}: studies of several boxes are compared in pairs of equal luck"
-    for setting, said in _ALIKE.items():
-        there, here = getattr(theirs, setting), getattr(ours, setting)
-        if there != here:
-            return f"{said} ({setting}) is {there}, not {here}"
-    return ""
-
-
-def _names(study: Study) -> KeysView[str]:
-    return dict.fromkeys(one.name for one in shared_names(study).values()).keys()
+    first, ours = next(iter(studies.items()))
+    names = {directory: [one.name for one in shared_names(study).values()] for directory, study in studies.items()}
+    for directory, theirs in studies.items():
+        unlike = {name: (getattr(theirs, name), getattr(ours, name)) for name in _ALIKE}
+        if theirs.boxes != ours.boxes:
+            there, here = (", ".join(box.name for box in one.boxes) for one in (theirs, ours))
+            unlike = {"box": (f"{'another ' * (there == here)}{there}", here)}
+        elif len(ours.boxes) > 1:  # they are compared in pairs of equal luck
+            unlike["seed"] = theirs.seed, ours.seed
+        for name, (there, here) in unlike.items():
+            if there != here:
+                raise BadFile(directory, f"it cannot be compared with {first}: {name} is {there}, not {here}")
+    for directory, own in names.items():
+        others = dict.fromkeys(chain(*(names[other] for other in names if other != directory)))
+        if others.keys().isdisjoint(own):
+            has, have = (listed([*of], named=6) for of in (own, others))
+            raise BadFile(directory, f"it shares no condition with the other studies: it has {has}; they have {have}")
 
 
 def shared_names(study: Study) -> dict[Condition, SharedCondition]:
     """The conditions of a study under their shared names."""
-    return {condition: _shared(condition) for condition in study.conditions}
-
-
-def _shared(condition: Condition) -> SharedCondition:
-    prompts = [spec for spec in condition.specs if spec_name(spec) == OwnPrompt.name]
-    acting = tuple(Recorded(spec=spec, doses=doses) for spec, doses in condition.acting if spec not in prompts)
-    files = (Spec.parse(spec, "intervention").options.get("file", spec) for spec in prompts)
-    whole = " + ".join((*(one.spec for one in acting), *filter(None, [condition.plant.spec]), condition.modality))
-    name = f"{whole[:_LONGEST]}\N{HORIZONTAL ELLIPSIS} {sha256(whole.encode()).hexdigest()[:8]}"
-    bare = replace(condition, interventions=acting, name=name if len(whole) > _LONGEST else "")
-    return SharedCondition(bare, " + ".join(files))
+    found = {}
+    for one in study.conditions:
+        prompts = [spec for spec in one.specs if spec_name(spec) == OwnPrompt.name]
+        acting = tuple(Recorded(spec=spec, doses=doses) for spec, doses in one.acting if spec not in prompts)
+        whole = " + ".join((*(one.spec for one in acting), *filter(None, [one.plant.spec]), one.modality))
+        short = f"{whole[:_LONGEST]}\N{HORIZONTAL ELLIPSIS} {sha256(whole.encode()).hexdigest()[:8]}"
+        bare = replace(one, interventions=acting, name=short if len(whole) > _LONGEST else "")
+        files = (Spec.parse(spec, "intervention").options.get("file", spec) for spec in prompts)
+        found[one] = SharedCondition(bare, " + ".join(files))
+    return found
 
 
 def families(conditions: Iterable[SharedCondition]) -> dict[str, str]:

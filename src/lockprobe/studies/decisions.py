@@ -8,7 +8,7 @@ or on where a run was interrupted. The runner, the page and ``lockprobe status``
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -86,7 +86,7 @@ class Family:
 Finished = Trial | OnRecord
 """A trial that ended, whole or as the store says it; an agent, a place and an ending are all that is asked for."""
 
-_One = TypeVar("_One", Trial, OnRecord, Finished)
+_One = TypeVar("_One", bound=Finished)
 
 GIVE_UP_AFTER = 10
 """Trials broken in a row, by something outside the agent, after which a run gives the agent up."""
@@ -101,19 +101,14 @@ class Decision:
         verdict: What was decided; None if nothing was.
         at: The block (from 1) with which it was decided; None if it was not.
         way: Sign of the difference where it is an effect.
+        course: Its estimate after each block, whatever became of broken trials.
     """
 
     question: Question
     verdict: Verdict | None
     at: int | None
     way: int = 0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Answer(Decision):
-    """What was decided on a question, and its estimate after each block, the ``course``."""
-
-    course: AtEveryLook
+    course: AtEveryLook = field(compare=False)
 
 
 def decisions(families: Iterable[Family], outcomes: Outcomes, until: Until) -> tuple[Decision, ...]:
@@ -125,67 +120,56 @@ def decisions(families: Iterable[Family], outcomes: Outcomes, until: Until) -> t
             ends of what these can have become.
         until: When the study stops.
     """
-    found = [(family, [*_decided(family, outcomes, until)]) for family in families]
-    every = [one for _, own in found for one in own]
-    return tuple(_settled(one, every, family.after) if family.after else one for family, own in found for one in own)
+    found = list[tuple[Family, Decision]]()
+    for family in families:
+        tried = [
+            at_every_look(_numbers(family, *case), agents=family.choices, margin=until.margin)
+            for case in _cases(outcomes)
+        ]
+        for question, *courses in zip(family.questions, *tried, strict=True):
+            ended, *ends = courses
+            course = held_at_both_ends(ended, *ends) if ends else ended
+            found.append((family, _decided(question, courses, course, until)))
+    every = {one.question.name: one for _, one in found}
+    return tuple(_settled(one, every, family.after) if family.after else one for family, one in found)
 
 
-def _settled(one: Decision, found: Sequence[Decision], after: str) -> Decision:
+def _decided(question: Question, courses: Sequence[AtEveryLook], course: AtEveryLook, until: Until) -> Decision:
+    """How closely a difference is known, or that it is an effect or small in every case."""
+    if until.rule == "width" or question.of_share:  # a share is asked for on a scale from -1 to 1
+        at = courses[0].narrow_at((2 if question.of_share else 1) * until.points)
+        return Decision(question=question, verdict=None if at is None else "narrow", at=at, course=course)
+    effect, small = (
+        max(blocks) if all(blocks := [getattr(one, name) or 0 for one in courses]) else None
+        for name in ("effect_at", "small_at")
+    )
+    if effect is not None and effect <= (small or effect) and len({one.way for one in courses}) == 1:
+        return Decision(question=question, verdict="effect", at=effect, way=courses[0].way, course=course)
+    return Decision(question=question, verdict=None if small is None else "small", at=small, course=course)
+
+
+def _settled(one: Decision, found: Mapping[str, Decision], after: str) -> Decision:
     """A contrast of arms is settled with the total effect, if that is small: there is nothing to explain.
 
-    If it is an effect, it is settled as soon as a mechanism is named.
+    If it is an effect, it is settled as soon as a claim on the mechanism has all of its contrasts. That two false
+    statements do what one does ("falsity") names none yet.
     """
-    premise = next(other for other in found if other.question.name == after)
-    small = premise.verdict == "small"
-    at = premise.at if small else _named_at(premise, found)
-    if at is None or (one.at is not None and one.at <= at):
-        return one
-    return replace(one, verdict="small" if small else "not needed", at=at)
-
-
-def _named_at(total: Decision, found: Sequence[Decision]) -> int | None:
-    """The block with which a claim on the mechanism has all of its contrasts; None if none has.
-
-    That two false statements do what one does ("falsity") names none yet.
-    """
-    if total.verdict != "effect" or total.at is None:
-        return None
-    ways = {one.question.name: one.way * total.way for one in found if one.verdict == "effect"}
-    ends = {one.question.name: one.at or 0 for one in found}
-    claims = [
-        [(need.lstrip("-"), -1 if need[0] == "-" else 1) for need in NEEDS[claim]]
-        for claim in NEEDS
-        if claim != "falsity"
-    ]
-    held = [[ends[name] for name, _ in needs] for needs in claims if all(ways.get(name) == way for name, way in needs)]
-    return min((max(total.at, *blocks) for blocks in held), default=None)
-
-
-def _decided(family: Family, outcomes: Outcomes, until: Until) -> Iterator[Decision]:
-    """What is decided of each question: how closely it is known, or that it is an effect or small in every case."""
-    closely = until.rule == "width" or family.questions[0].of_share
-    tried = [
-        at_every_look(numbers_of(family, *case), agents=family.choices, margin=until.margin, intervals=closely)
-        for case in cases(outcomes)[: 1 if closely else None]
-    ]
-    for question, *courses in zip(family.questions, *tried, strict=True):
-        if closely:  # a share is asked for on a scale from -1 to 1
-            at = courses[0].narrow_at((2 if question.of_share else 1) * until.points)
-            yield Decision(question=question, verdict=None if at is None else "narrow", at=at)
-            continue
-        effect = _last([one.effect_at for one in courses]) if len({one.way for one in courses}) == 1 else None
-        small = _last([one.small_at for one in courses])
-        if effect is not None and effect <= (small or effect):
-            yield Decision(question=question, verdict="effect", at=effect, way=courses[0].way)
-        else:
-            yield Decision(question=question, verdict=None if small is None else "small", at=small)
+    premise = found[after]
+    verdict: Verdict = "small" if premise.verdict == "small" else "not needed"
+    ends = [premise.at] if verdict == "small" else []
+    for claim in NEEDS if premise.verdict == "effect" else ():
+        needed = [(found.get(need.lstrip("-")), -1 if need[0] == "-" else 1) for need in NEEDS[claim]]
+        if claim != "falsity" and all(of and of.way * premise.way == way for of, way in needed):
+            ends.append(max(of.at or 0 for of in (premise, *(of for of, _ in needed if of))))
+    at = min((end for end in ends if end), default=None)
+    return one if at is None or (one.at is not None and one.at <= at) else replace(one, verdict=verdict, at=at)
 
 
 _Solved = Mapping[str, Array]
 """Condition -> 1 where a block was solved, 0 where it was not, NaN where that is not known."""
 
 
-def cases(outcomes: Outcomes) -> list[tuple[_Solved, _Solved]]:
+def _cases(outcomes: Outcomes) -> list[tuple[_Solved, _Solved]]:
     """The outcomes of what counts for a difference and of what counts against it: those of trials that ended.
 
     If trials broke, also with them unsolved in the one and solved in the other, and the reverse.
@@ -199,12 +183,7 @@ def cases(outcomes: Outcomes) -> list[tuple[_Solved, _Solved]]:
     return [(ended, ended), (failed, opened), (opened, failed)]
 
 
-def _last(blocks: Sequence[int | None]) -> int | None:
-    """The last of these blocks, if all are known."""
-    return max(block for block in blocks if block) if all(blocks) else None
-
-
-def numbers_of(family: Family, up: _Solved, down: _Solved) -> list[Numbers]:
+def _numbers(family: Family, up: _Solved, down: _Solved) -> list[Numbers]:
     """The differences that each question asks for, by block: what is subtracted is of ``down``, all else of ``up``."""
     found = []
     for question in family.questions:
@@ -264,83 +243,53 @@ def families(study: Study, agent: str) -> tuple[Family, ...]:
 
     The families are those of the report. With a single condition its success is asked for.
     """
-    found = _families(study, agent)
+    asked = _questions(study, agent)
     alike = [one for one in study.run_agents if is_baseline(one) == is_baseline(agent)]
-    many = len(found) * sum(bool(_families(study, one)) for one in alike)
-    if not found:
-        only = [Question(one.label, ((one.label, ""),)) for one in study.conditions_of(agent)]
-        return tuple(Family((one,), 1) for one in only)
-    return tuple(
-        part
-        for family in found
-        for part in (_of_why(family, many) if family[0].name == "total" else [Family(family, many)])
-    )
+    many = len(asked) * sum(bool(_questions(study, one)) for one in alike)
+    if not asked:
+        return tuple(Family((Question(one.label, ((one.label, ""),)),), 1) for one in study.conditions_of(agent))
+    found = []
+    for of in asked:
+        if (total := of[0]).name == "total":  # at the usual level, and each contrast of arms at its own
+            each = many * ALPHA / PART
+            found += [Family((total,), many), *(Family((one,), each, after=total.name) for one in of[1:])]
+        else:
+            found.append(Family(of, many))
+    return tuple(found)
 
 
-def _families(study: Study, agent: str) -> list[tuple[Question, ...]]:
+def _questions(study: Study, agent: str) -> list[tuple[Question, ...]]:
     design, played = design_of(study), {one.label for one in study.conditions_of(agent)}
     found: list[tuple[Question, ...]] = []
     for modality in design.modalities:
         if arms := arms_of(design.shown(modality)):
-            parts = _parts(arms[1])
+            of, pairs = arms[1], {"total": (("lie", "truth"),), **CONTRASTS}
+            parts = tuple(
+                Question(name, tuple((of[more], of[less]) for more, less in terms))
+                for name, terms in pairs.items()
+                if all(arm in of for pair in terms for arm in pair)
+            )
             asked_for = {label for one in parts for label in one.labels}
             more = [one.label for one in design.shown(modality) if one.label not in asked_for and one.label in played]
-            found += [parts, *([tuple(Question(one, ((one, arms[1]["truth"]),)) for one in more)] if more else [])]
+            found += [parts, tuple(Question(one, ((one, of["truth"]),)) for one in more)]
             continue
-        of = design.comparisons[modality]
-        axes = [[label for label in axis.doses if label != of.control] for axis in of.axes]
-        for labels in (of.flips, *axes, of.others, of.controls):
-            asked = tuple(Question(one, ((one, of.control),)) for one in labels if {one, of.control} <= played)
-            found += [asked] if asked else []
-    return found
-
-
-def _parts(arms: Mapping[str, str]) -> tuple[Question, ...]:
-    """The total effect, and the contrasts of arms that are played."""
-    pairs = {"total": (("lie", "truth"),), **CONTRASTS}
-    return tuple(
-        Question(name, tuple((arms[more], arms[less]) for more, less in of))
-        for name, of in pairs.items()
-        if all(arm in arms for pair in of for arm in pair)
-    )
-
-
-def _of_why(parts: Sequence[Question], many: int) -> Iterator[Family]:
-    """The total effect at the usual level, and each contrast at its own, as the rule of the study has it."""
-    yield Family(tuple(parts[:1]), many)
-    for one in parts[1:]:
-        yield Family((one,), many * ALPHA / PART, after=parts[0].name)
-
-
-def answers(study: Study, agent: str, trials: Iterable[Finished]) -> tuple[Answer, ...]:
-    """What the trials of an agent have answered, of a study that stops when it is decided.
-
-    Args:
-        study: The study.
-        agent: Spec of the agent.
-        trials: Trials on record, of other agents too; a statement must hold whatever became of broken ones.
-    """
-    assert study.until is not None
-    asked, seen = families(study, agent), outcomes_of(study, agent, trials)
-    at_ends = (
-        [
-            at_every_look(numbers_of(family, *case), agents=family.choices, margin=study.until.margin)
-            for case in cases(seen)
+        against = design.comparisons[modality]
+        axes = [[label for label in axis.doses if label != against.control] for axis in against.axes]
+        found += [
+            tuple(Question(one, ((one, against.control),)) for one in labels if {one, against.control} <= played)
+            for labels in (against.flips, *axes, against.others, against.controls)
         ]
-        for family in asked
-    )
-    courses = (
-        held_at_both_ends(found, *ends) if ends else found for of in at_ends for found, *ends in zip(*of, strict=True)
-    )
-    found = decisions(asked, seen, study.until)
-    return tuple(
-        Answer(question=one.question, verdict=one.verdict, at=one.at, way=one.way, course=course)
-        for one, course in zip(found, courses, strict=True)
-    )
+    return [of for of in found if of]
 
 
-def answers_by_agent(study: Study, trials: Iterable[Finished]) -> dict[str, tuple[Answer, ...]]:
-    """What is decided of each agent, by its name, of a study that stops when it is decided."""
+def answers(study: Study, agent: str, trials: Iterable[Finished]) -> tuple[Decision, ...]:
+    """What trials on record, of other agents too, have decided of an agent. The study stops when it is decided."""
+    assert study.until is not None
+    return decisions(families(study, agent), outcomes_of(study, agent, trials), study.until)
+
+
+def answers_by_agent(study: Study, trials: Iterable[Finished]) -> dict[str, tuple[Decision, ...]]:
+    """The same of every agent that is run, by its name."""
     found = list(trials)
     return {study.label_of(agent): answers(study, agent, found) for agent in study.run_agents}
 
@@ -378,15 +327,13 @@ def at_most(study: Study, agent: str, trials: Iterable[Finished]) -> list[Plan]:
 
 def _owed_by_look(study: Study, agent: str, trials: Iterable[Finished]) -> Iterator[list[Plan]]:
     """Yield the trials that are owed between two looks, as far as the trials on record leave them open."""
-    assert study.until is not None
-    trials = [one for one in trials if one.group == study.label_of(agent)]
-    found = decisions(families(study, agent), outcomes_of(study, agent, trials), study.until)
-    finished = {one.key for one in trials if not one.owed_again}
-    places, conditions = own_places(study, agent), study.conditions_of(agent)
+    name, conditions = study.label_of(agent), study.conditions_of(agent)
+    trials = [one for one in trials if one.group == name]
+    found, finished = answers(study, agent, trials), {one.key for one in trials if not one.owed_again}
+    places = _places(study, agent, block_orders(study)[name])
+    places = [one for one in places if study.in_shard(agent, conditions[0], *one[1])]
     for start in range(0, len(places), LOOK_EVERY):
         kept = wanted(found, places[start][0])
-        if not kept:
-            return
         plans = [
             study.plan(agent, condition, *place)
             for _, place in places[start : start + LOOK_EVERY]
@@ -395,13 +342,6 @@ def _owed_by_look(study: Study, agent: str, trials: Iterable[Finished]) -> Itera
         ]
         if owed := [plan for plan in plans if plan.key not in finished]:
             yield owed
-
-
-def own_places(study: Study, agent: str) -> list[tuple[int, tuple[int, int]]]:
-    """The blocks that an agent plays here, in their order, each with its rank in the whole study."""
-    first = study.conditions_of(agent)[0]
-    found = _places(study, agent, block_orders(study)[study.label_of(agent)])
-    return [one for one in found if study.in_shard(agent, first, *one[1])]
 
 
 def broken_by_agent(study: Study, trials: Iterable[Trial]) -> dict[str, int]:

@@ -17,7 +17,7 @@ from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.contrast import against_control
 from lockprobe.statistics.differences import each_difference
 from lockprobe.statistics.every_look import AtEveryLook
-from lockprobe.studies.decisions import Answer
+from lockprobe.studies.decisions import Decision
 from lockprobe.studies.study import Study
 
 _HOLDS = "Success and differences in success are shown as they hold at every look"
@@ -27,7 +27,7 @@ _ONE_LOOK = "as it holds for one look, at a number of people that was fixed befo
 _NAMED = 3
 """Conditions or agents that a sentence names."""
 
-_Answers = Mapping[str, Sequence[Answer]]
+_Answers = Mapping[str, Sequence[Decision]]
 """Agent -> what is decided, of a study that stops when it is."""
 
 
