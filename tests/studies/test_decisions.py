@@ -45,17 +45,17 @@ PARTS = [
 
 
 @pytest.mark.parametrize(
-    ("asked", "success", "until", "broken"),
+    ("asked", "success", "until", "broken", "blocks"),
     [
-        (ONE_FAMILY, (0.2, 0.9, 0.5, 0.2), DECIDED, 0.0),
-        (ONE_FAMILY, (0.99, 0.99, 0.8, 0.5), DECIDED, 0.03),
-        (PARTS, (0.2, 0.8, 0.3, 0.5), DECIDED, 0.0),
-        (ONE_FAMILY, (0.2, 0.99, 0.5, 0.2), WIDTH, 0.0),
+        (ONE_FAMILY, (0.2, 0.9, 0.5, 0.2), DECIDED, 0.0, 77),
+        (ONE_FAMILY, (0.99, 0.99, 0.8, 0.5), DECIDED, 0.03, 77),
+        (PARTS, (0.2, 0.8, 0.3, 0.5), DECIDED, 0.0, 132),
+        (ONE_FAMILY, (0.2, 0.99, 0.5, 0.2), WIDTH, 0.0, 77),
     ],
 )
-def test_what_is_decided_stays_whatever_the_later_blocks_hold(asked, success, until, broken):
+def test_what_is_decided_stays_whatever_the_later_blocks_hold(asked, success, until, broken, blocks):
     """Conditions are dropped at different looks; what would have been played of them changes nothing."""
-    whole = outcomes(success, 92 if until is WIDTH else 132, 0, broken)
+    whole = outcomes(success, blocks, 0, broken)
     found, bought = look_by_look(asked, whole, until)
     assert len({*bought.values()}) > 1
     for label, end in bought.items():

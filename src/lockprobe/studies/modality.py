@@ -8,13 +8,12 @@ which makes pictures false.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import fields
 from functools import lru_cache
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.foundation.errors import BadValue, Missing, UnknownName, UserMistake
-from lockprobe.foundation.spec import Spec, spec_name, with_options
+from lockprobe.foundation.errors import BadValue, Missing, UnknownName
+from lockprobe.foundation.spec import Spec, arguments_from, spec_name, with_options
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import MODALITIES, interventions_in, tells_positions, with_words
 from lockprobe.interventions.flip import OutcomeFlip
@@ -40,31 +39,23 @@ def shows_places(modality: str) -> bool:
     return isinstance(channel := shown(modality), CameraChannel) or channel.places
 
 
-def _words(spec: Spec) -> TextChannel:
-    """The channel of a modality in words; its option ``source`` is the trial's (:mod:`lockprobe.trial.source`)."""
-    known = (*(field.name for field in fields(TextChannel)), "source")
-    for option in spec.options:
-        if option not in known:
-            raise UnknownName(f"option of {spec.full_name}", option, known)
-    source_of(str(spec))
-    return with_options(TextChannel, spec.full_name, spec.without(["source"]).options)
-
-
 @lru_cache(maxsize=64)
 def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
-    """The channel of a modality, and its rate of false pictures."""
+    """The channel of a modality, and its rate of false pictures.
+
+    The option ``source`` of words is the trial's (:mod:`lockprobe.trial.source`).
+    """
     spec = Spec.parse(modality, "modality")
-    name, options = spec.full_name, spec.options
+    name = spec.full_name
     if name not in MODALITIES:
         raise UnknownName("modality", name, MODALITIES)
     if name == "symbolic":
-        return _words(spec), 0.0
-    known = [field.name for field in fields(CameraChannel) if name == "rgbd" or field.name not in _OF_DEPTH]
-    for option in options:
-        if option not in (*known, "p"):
-            raise UnknownName(f"option of {name}", option, (*known, "p"))
-    flips = with_options(OutcomeFlip, name, {"p": options.get("p", "0")})
-    found = with_options(CameraChannel, name, spec.without(["p"]).options, {"depth": _DEPTH[name]})
+        source_of(modality)
+        return with_options(TextChannel, name, spec.without(["source"]).options), 0.0
+    flips = with_options(OutcomeFlip, name, {"p": spec.options.get("p", "0")})
+    taken = _OF_DEPTH if name == "rgb" else ()
+    options: dict[str, Any] = arguments_from(CameraChannel, name, spec.without(["p"]).options, taken)
+    found = CameraChannel(**{"depth": _DEPTH[name], **options})
     if name == "rgbd" and found.depth == "none":
         raise BadValue("modality", modality, "rgbd with a kind of depth")
     return found, flips.p
@@ -137,20 +128,11 @@ def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:
 
 
 def refuse_blind(agent: str, modality: str, instead: str) -> NoReturn:
-    """Refuse pictures for an agent that reads reports; the message names the viewer that plays as it does.
-
-    Args:
-        agent: Its spec.
-        modality: The pictures.
-        instead: The modality that it plays.
-    """
-    looks = f"viewer:{agent}"
-    try:
-        resolve(looks)
-    except UserMistake:  # no strategy that reads reports: a language model, a class of a user
-        looks = "viewer, or a model that takes pictures,"
-    why = f"{agent}, which reads reports and looks at no pictures; {looks} plays by what it sees"
-    raise BadValue("modality", modality, f"{instead} for {why}")
+    """Refuse pictures for an agent that reads reports; ``instead`` is the modality that it plays."""
+    looks = "viewer, viewer:STRATEGY, and models that take pictures do"
+    raise BadValue(
+        "modality", modality, f"{instead} for {agent}, which reads reports and looks at no pictures; {looks}"
+    )
 
 
 @lru_cache(maxsize=256)
