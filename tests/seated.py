@@ -270,7 +270,7 @@ def diaries_of(directory: Path):
 
 def without_page(study: Study, trial, spec: str):
     """The same trial as a strategy plays it without a page."""
-    plan = study.plan(trial.agent, study.condition_of(trial), trial.repetition, trial.trial)
+    plan = study.plan(trial.agent, study.labelled(trial.condition), trial.repetition, trial.trial)
     return asyncio.run(play_timed(plan, resolve(spec).make()))[0]
 
 

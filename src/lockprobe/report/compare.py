@@ -131,9 +131,8 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         )
         played: dict[tuple[str, Side], list[Trial]] = {}
         for trial in one.trials:
-            condition = one.study.condition_of(trial)
-            shared = conditions[condition] if condition else None
-            if shared and shared.name in family and trial.group in (agents or known):
+            shared = conditions[one.study.labelled(trial.condition)]
+            if shared.name in family and trial.group in (agents or known):
                 played.setdefault((shared.name, Side(name, trial.group, shared.prompt)), []).append(trial)
         samples += [
             Sample(side=side, condition=condition, luck=one.study.seed, trials=trials, family=family[condition])

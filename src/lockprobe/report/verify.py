@@ -115,8 +115,7 @@ class _PlayedAgain:
         self.again, kept = list[ReplayedTrial](), _kept(self.directory)
         with asyncio.Runner() as runner:
             for done, trial in enumerate(opened.trials, 1):
-                condition = self.study.condition_of(trial)
-                assert condition is not None  # only trials that the settings ask for are opened
+                condition = self.study.labelled(trial.condition)
                 plan = self.study.plan(trial.agent, condition, trial.repetition, trial.trial)
                 self.again.append(runner.run(played_again(plan, trial, kept.get(trial.key, ()))))
                 tell(done, len(opened.trials))

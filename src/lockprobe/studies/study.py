@@ -11,7 +11,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cache
+from functools import cache, cached_property, partial
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, get_args
@@ -27,7 +27,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import parse_json
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
-from lockprobe.foundation.validation import AS_WRITTEN, Text, check_choice, check_whole, plain
+from lockprobe.foundation.validation import AS_WRITTEN, Text, check_choice, check_probability, check_whole, plain
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import with_rates
@@ -72,12 +72,7 @@ class Until:
     __pydantic_config__ = AS_WRITTEN
 
     rule: Literal["decided", "width"]
-    points: float = 0.1
-
-    def __post_init__(self) -> None:
-        if self.rule not in ("decided", "width") or not 0.01 <= self.points <= 0.5:
-            expected = "decided, ±10 or another number of points, from 1 to 50"
-            raise BadValue("until", f"{self.rule} {100 * self.points:g}", expected)
+    points: Annotated[float, Field(ge=0.01, le=0.5)] = 0.1
 
     @classmethod
     def parse(cls, text: str) -> Self:
@@ -89,7 +84,7 @@ class Until:
         if text.strip() == "decided":
             return cls(rule="decided")
         found = re.fullmatch(r"\s*(?:±|\+-|\+/-)?\s*([0-9]{1,2}(?:\.[0-9]{1,3})?)\s*", text)
-        if found is None:
+        if found is None or not 1 <= float(found[1]) <= 50:
             raise BadValue("until", text, "decided, ±10 or another number of points, from 1 to 50")
         return cls(rule="width", points=float(found[1]) / 100)
 
@@ -123,11 +118,14 @@ def _read_box(data: object) -> Lockbox:
         raise UserMistake(f"boxes: {error}") from None
 
 
+_json_sorted = partial(json.dumps, sort_keys=True)
+"""A value as JSON, the same for equal values."""
+
 _Box = Annotated[Lockbox, PlainValidator(_read_box), PlainSerializer(Lockbox.as_data)]
 _Shard = Annotated[Shard, BeforeValidator(lambda said: Shard.parse(said) if isinstance(said, str) else said)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Study:
     """Every setting that changes what is played; beside them what it asks, and how it grew or is shared out.
 
@@ -156,8 +154,6 @@ class Study:
         contrasts: What it asks, by its name; no setting, since it changes no trial.
         earlier: The sizes that it had before it was extended; no setting, since they change no trial.
         shard: The part of its trials that is played; None for all. It is no setting either.
-        flip_axis: Those of its conditions that differ in flip rate and modality alone, the truth among them: flips of
-            one kind, each rate once in each modality.
 
     Raises:
         UnknownName: If there is no such plant or modality.
@@ -187,22 +183,17 @@ class Study:
     contrasts: Mapping[Text, Contrast] = field(default_factory=dict, compare=False)
     earlier: tuple[EarlierSize, ...] = field(default=(), compare=False)
     shard: Annotated[_Shard | None, PlainSerializer(lambda one: one and str(one))] = field(default=None, compare=False)
-    flip_axis: Annotated[tuple[Condition, ...], Field(exclude=True)] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         for setting, known in (("layout", LayoutKind), ("shuffle", Shuffle), ("hypothesis", Ask)):
             check_choice(setting, getattr(self, setting), get_args(known))
-        object.__setattr__(self, "flip_axis", flip_axis(self.conditions))
         names = {agent: name for agent in self.agents if (name := self.names.get(agent)) and name != agent}
         object.__setattr__(self, "names", names)
         object.__setattr__(self, "strategy_conditions", tuple(sorted(self.strategy_conditions)))
         labels, boxes = [one.label for one in self.conditions], [one.name for one in self.boxes]
-        for what, values in (
-            *(("agents", self.agents), ("agents", self.labels)),
-            *(("condition", labels), ("box", boxes)),
-        ):
-            written = [value.replace("/", "%2F") for value in values]
-            if not values or len(set(written)) != len(values):
+        several = (("agents", self.agents), ("agents", self.labels), ("condition", labels), ("box", boxes))
+        for what, values in several:
+            if not values or len({value.replace("/", "%2F") for value in values}) != len(values):
                 raise BadValue(what, list(values), "at least one, and every one once")
         for label in self.labels:
             if not label.isprintable() or label != label.strip() or len(label) > _LONGEST_LABEL:
@@ -224,6 +215,11 @@ class Study:
         """What keys, tables and pages call the agent of a spec."""
         return self.names.get(agent, agent)
 
+    @cached_property
+    def flip_axis(self) -> tuple[Condition, ...]:
+        """Those of its conditions that differ in flip rate and modality alone (:func:`flip_axis`)."""
+        return flip_axis(self.conditions)
+
     @property
     def p(self) -> tuple[float, ...]:
         """The flip rates of those conditions in which nothing else acts, each once."""
@@ -242,7 +238,9 @@ class Study:
     @property
     def flip(self) -> OutcomeFlip:
         """What a false report is in those conditions: a flip at rate 0."""
-        return _reading_of(self.flip_axis)
+        return next(
+            (flip.at_rate(0) for one in self.flip_axis if one.specs and (flip := flip_alone(one))), OutcomeFlip()
+        )
 
     @property
     def flip_kind(self) -> str:
@@ -286,9 +284,8 @@ class Study:
                 there, here = (", ".join(box.name for box in boxes) for boxes in (there, here))
                 here = f"{'another ' * (there == here)}{here}"
             elif name == "conditions":
-                there, here = (
-                    "; ".join(f"{f'{one.name}=' * bool(one.name)}{one.spec}" for one in own) for own in (there, here)
-                )
+                called = {one: f"{one.name}={one.spec}" if one.name else one.spec for one in (*there, *here)}
+                there, here = ("; ".join(map(called.__getitem__, own)) for own in (there, here))
             elif name == "until":
                 there, here = (str(one or "never") for one in (there, here))
             found[name] = there, here
@@ -315,8 +312,8 @@ class Study:
         so they are too many to find two studies with equal ones by trying.
         """
         settings = self.settings()
-        settings |= {name: sorted(settings[name], key=_as_json) for name in ("agents", "conditions")}
-        return hashlib.sha256(_as_json(settings).encode()).hexdigest()[:32]
+        settings |= {name: sorted(settings[name], key=_json_sorted) for name in ("agents", "conditions")}
+        return hashlib.sha256(_json_sorted(settings).encode()).hexdigest()[:32]
 
     @property
     def identity(self) -> str:
@@ -332,7 +329,7 @@ class Study:
         beside = {"name", "conditions", "strategy_conditions", *_WHO, *SIZES}
         acting = {name: value for name, value in self.settings().items() if name not in beside}
         acting |= {"specs": list(condition.specs), "modality": condition.modality}
-        return hashlib.sha256(_as_json(acting).encode()).hexdigest()[:12]
+        return hashlib.sha256(_json_sorted(acting).encode()).hexdigest()[:12]
 
     @property
     def has_pictures(self) -> bool:
@@ -433,10 +430,6 @@ class Study:
             return redealt(box, generator(seed, "study", "layout"), neutral=True)
         return box
 
-    def condition_of(self, trial: Trial) -> Condition | None:
-        """The condition of a trial on record; None if the study has none of its label."""
-        return next((one for one in self.conditions if one.label == trial.condition), None)
-
     def labelled(self, label: str) -> Condition:
         """The condition of a label."""
         for one in self.conditions:
@@ -483,21 +476,14 @@ class Study:
 
 
 def flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
-    """Flips of one reading and the truth: each rate once in each modality. Of several, that of the first flip."""
-    flips = [one for one in conditions if one.p is not None]
-    reading = _reading_of(flips)
+    """Flips of one reading, that of the first, and the truth: each rate once in each modality."""
+    flips = [(one, flip) for one in conditions if one.p is not None and (flip := flip_alone(one)) is not None]
+    reading = next((flip.at_rate(0) for one, flip in flips if one.specs), None)
     found: dict[tuple[str, float | None], Condition] = {}
-    for one in flips:
-        if not one.specs or ((flip := flip_alone(one)) is not None and flip.at_rate(0) == reading):
+    for one, flip in flips:
+        if not one.specs or flip.at_rate(0) == reading:
             found.setdefault((one.modality, one.p), one)
     return tuple(found.values())
-
-
-def _reading_of(flips: Sequence[Condition]) -> OutcomeFlip:
-    """What a false report is in the first of these conditions that flips reports: a flip at rate 0."""
-    return next(
-        (flip.at_rate(0) for one in flips if one.specs and (flip := flip_alone(one)) is not None), OutcomeFlip()
-    )
 
 
 def _check_sizes(study: Study) -> None:
@@ -522,6 +508,8 @@ def _check_conditions(study: Study, labels: Sequence[str]) -> None:
             raise UnknownName(f"condition of {what}", unknown[0], labels)
         if len({*known}) < len(known):
             raise BadValue(what, list(known), "every condition once, and on one side alone")
+    for rate in study.p:
+        check_probability("flip rate p", rate)
     for one in study.conditions:
         if unfit := {name: dose for name, dose in one.doses.items() if not can_be_fitted(dose)}:
             raise BadValue(f"a dose of {one.label}", unfit, DOSES_SAID)
@@ -597,8 +585,3 @@ def study_from(text: bytes, path: Path) -> Study:
     if other := [name for name, value in settings_of(study).items() if said.get(name) != value]:
         raise BadFile(path, f"{other[0]}: is missing, or not as lockprobe writes it")
     return study
-
-
-def _as_json(value: object) -> str:
-    """A value as JSON with sorted names, the same for equal values."""
-    return json.dumps(value, sort_keys=True)
