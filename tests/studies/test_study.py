@@ -13,7 +13,7 @@ from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, SettingsChanged
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.merge import gather, source_of_directory
+from lockprobe.studies.records.merge import gather
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import settings_of
 from lockprobe.trial.condition import Condition
@@ -202,10 +202,10 @@ def test_another_name_is_told_as_one(tmp_path, other):
 
 def test_named_agents_that_were_played_apart_are_one_study(tmp_path):
     sources = [write_study(tmp_path / str(i), small(one)) for i, one in enumerate((f"careful={SPEC}", "b=random"))]
-    gathered = gather(tmp_path / "both", [source_of_directory(one) for one in sources])
+    gathered = gather(tmp_path / "both", sources)
     assert (gathered.taken, gathered.agents) == (8, ("careful", "b"))
     both = read_study(tmp_path / "both")
     assert both == small(f"careful={SPEC}", "b=random")
     assert {trial.key for trial in load(tmp_path / "both")} == {one.key for one in play_study(both)}
     with pytest.raises(BadFile, match="name of random is 'c', not 'b'"):
-        gather(tmp_path / "both", [source_of_directory(write_study(tmp_path / "c", small("c=random")))])
+        gather(tmp_path / "both", [write_study(tmp_path / "c", small("c=random"))])
