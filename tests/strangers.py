@@ -106,7 +106,6 @@ POINTS = {
     "interventions": {"hush": "Hush"},
     "measures": {"untold": "untold"},
     "plants": {"plain": "Plain"},
-    "commands": {"shout": "shout"},
     "plant_sources": {"seen": "seen"},
 }
 

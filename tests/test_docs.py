@@ -101,7 +101,7 @@ def test_every_command_line_parses():
     groups = cache(lambda command: typer.main.get_command(build([command])))
     for line in LINES:
         words = [word for word in shlex.split(line) if word not in PLACEHOLDERS]
-        if words[0].startswith("-") or words[0] in ("NAME", "lateness") or "--help" in words:
+        if words[0].startswith("-") or words[0] == "NAME" or "--help" in words:
             continue
         command, rest = groups(words[0]).commands[words[0]], words[1:]
         if hasattr(command, "commands") and rest:

@@ -158,7 +158,6 @@ TAKING: dict[str, list[list[str]]] = {
     "loops": [["loops", "DIR/study.db"]],
     "list measures": [["list", "measures", "DIR"], ["list", "measures", "DIR", "--json"]],
     "box show": [["box", "show", "FILE"]],
-    "box solve": [["box", "solve", "FILE"]],
     "box check": [["box", "check", "FILE"]],
     "box view": [["box", "view", "FILE"]],
 }

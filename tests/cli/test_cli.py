@@ -95,7 +95,7 @@ def test_lists():
         (["fly"], "No such command 'fly'."),
         (
             ["box", "chain-4"],
-            "No such command 'chain-4' of lockprobe box; there are check, list, show, view, solve, generate",
+            "No such command 'chain-4' of lockprobe box; there are check, list, show, view, generate",
         ),
         (["run", "flips", "--trials", "ten"], "Invalid value for '--trials': expected a whole number"),
         (["run", "flips", "--workers", "0"], "Invalid value for '--workers': expected at least 1"),

@@ -30,9 +30,9 @@ def test_what_is_sent_stands_beside_what_is_known_and_the_price_has_its_date():
     lines = [line.split(maxsplit=2) for line in show("llm:openai/gpt-4o?temperature=0.5").splitlines()]
     assert ["sent", "temperature", "0.5"] in lines
     assert ["known", "most_output", "16384"] in lines
-    assert ["known", "reasons", "no"] in lines
+    assert ["known", "reasons", "false"] in lines
     (price,) = (value for _, what, value in lines[1:] if what == "price")
-    assert price.startswith("input 2.5, cached 1.25, output 10.0, stored 2.5, date genai-prices ")
+    assert price.startswith('{"input": 2.5, "cached": 1.25, "output": 10.0, "stored": 2.5, "date": "genai-prices ')
 
 
 def test_of_an_unknown_model_it_says_that_nothing_is_known():

@@ -11,9 +11,9 @@ from typed import typed
 from visitor import server
 
 from lockprobe.cli import build
-from lockprobe.cli.serve import EXAMPLES, _experiment, _planned, _study_and_people
+from lockprobe.cli.serve import EXAMPLES, study_and_people
 from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
-from lockprobe.people.experiment import Experiment, read_experiment, read_words, words_file
+from lockprobe.people.experiment import Experiment, read_experiment, read_words
 from lockprobe.studies.records.directory import read_study
 
 
@@ -24,6 +24,11 @@ def refused(*arguments):
     (line,) = done.stderr.splitlines()
     assert not done.stdout
     return line
+
+
+def settings(people, own, directory):
+    """How people take part in a study in this directory, by a file or as before."""
+    return study_and_people("flips", {}, [str(people)] if people else [], own, directory)[2]
 
 
 def test_it_says_where_it_is_and_what_is_kept(tmp_path):
@@ -59,23 +64,23 @@ def test_people_join_a_study_that_others_have_played(tmp_path):
 def test_a_file_s_agents_play_beside_people(tmp_path):
     study = tmp_path / "mine.toml"
     study.write_text('study = "flips"\nagent = ["random"]\np = [0, 0.5]\ntrials = 4\n')
-    planned, directory = _planned(str(study), {"seed": 9}, None)
+    planned, directory = study_and_people(str(study), {"seed": 9}, [], {}, None)[:2]
     assert (planned.agents, planned.p, planned.trials, planned.seed) == (("random", "participant"), (0.0, 0.5), 32, 9)
     assert directory.name == f"flips-{planned.identity}"
-    assert _planned("flips", {}, tmp_path)[1] == tmp_path
+    assert study_and_people("flips", {}, [], {}, tmp_path)[1] == tmp_path
 
 
 def test_how_people_take_part_is_asked_for_or_stays_as_it_was(tmp_path):
     people = tmp_path / "people.toml"
     people.write_text("feedback = true\ntrials_each = 3\n")
-    assert _experiment(None, {}, tmp_path) == Experiment()
-    asked = _experiment(people, {"trials_each": 5, "language": "en"}, tmp_path)
+    assert settings(None, {}, tmp_path) == Experiment()
+    asked = settings(people, {"trials_each": 5, "language": "en"}, tmp_path)
     assert (asked.feedback, asked.trials_each, asked.language) == (True, 5, "en")
     (tmp_path / "people").mkdir()
     (tmp_path / "people" / "experiment.json").write_text(asked.model_dump_json())
-    assert _experiment(None, {}, tmp_path) == asked
-    assert _experiment(None, {"trials_each": 2}, tmp_path) == asked.model_copy(update={"trials_each": 2})
-    assert _experiment(people, {}, tmp_path) == Experiment(feedback=True, trials_each=3)
+    assert settings(None, {}, tmp_path) == asked
+    assert settings(None, {"trials_each": 2}, tmp_path) == asked.model_copy(update={"trials_each": 2})
+    assert settings(people, {}, tmp_path) == Experiment(feedback=True, trials_each=3)
 
 
 def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
@@ -85,12 +90,9 @@ def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
     assert [line.split(":")[0] for line in done.stdout.splitlines()] == ["Written", "Written"]
     assert read_words(str(texts)) == read_words("en")
     assert people.read_bytes() == EXAMPLES["en"].read_bytes()
-    mine = tmp_path / "mine.toml"
-    mine.write_bytes(words_file("de").read_bytes())
-    for language, name in (("de", "a.toml"), (str(mine), "b.toml")):
-        assert not typed("serve", "--write-people", tmp_path / name, "--texts", language).returncode
-        german = read_experiment(tmp_path / name)
-        assert (german.language, german.checks[0].right) == (language, "Blau")
+    assert not typed("serve", "--write-people", tmp_path / "a.toml", "--texts", "de").returncode
+    german = read_experiment(tmp_path / "a.toml")
+    assert (german.language, german.checks[0].right) == ("de", "Blau")
     assert "is not overwritten" in refused("--write-texts", texts)
     for arguments, said in (
         (("--write-people", people), "is not overwritten"),
@@ -121,7 +123,6 @@ def test_the_example_has_every_setting_as_it_is_by_default(language):
         ((), "study: got None"),
         (("",), "study: got ''"),
         (("flips", "--out", ""), "out: got '', expected a directory"),
-        (("flips", "--host", ""), "host: got '', expected a name or IP address"),
         (("flips", "--p", "2"), "p"),
         (("flips", "--texts", "xx"), "no language is called 'xx'"),
         (("flips", "--texts", "none.toml"), "cannot be read"),
@@ -151,10 +152,10 @@ def test_mistakes_are_one_line_and_nothing_is_made(tmp_path, monkeypatch, argume
 
 def test_a_number_of_people_is_enough_and_the_same_command_goes_on(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    planned, directory, experiment = _study_and_people("flips", {}, None, {"participants": 40}, None)
+    planned, directory, experiment = study_and_people("flips", {}, ["40"], {}, None)
     assert (len(planned.p), planned.trials, planned.repetitions, experiment.participants) == (4, 40, 1, 40)
-    assert _study_and_people("flips", {}, None, {"participants": 40}, None)[1] == directory
-    planned, _, _ = _study_and_people("flips", {"p": [0.0, 0.4], "repetitions": 3}, None, {"participants": 40}, None)
+    assert study_and_people("flips", {}, ["40"], {}, None)[1] == directory
+    planned, _, _ = study_and_people("flips", {"p": [0.0, 0.4], "repetitions": 3}, ["40"], {}, None)
     assert (len(planned.p), planned.trials, planned.repetitions) == (2, 16, 3)
 
 
@@ -162,7 +163,7 @@ def test_a_number_of_people_is_enough_for_every_condition(tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
 
     def planned(name="flips", people=12, **asked):
-        found, _, _ = _study_and_people(name, asked, None, {"participants": people}, None)
+        found, _, _ = study_and_people(name, asked, [str(people)], {}, None)
         return [one.label for one in found.conditions], found.trials, found.repetitions
 
     asked = {"condition": ["flip?p=0.4 + nudge"], "sweep": ["tremble?p=0,0.1,0.2"]}
@@ -190,6 +191,6 @@ def test_a_damaged_experiment_is_said(tmp_path):
     (tmp_path / "people").mkdir()
     (tmp_path / "people" / "experiment.json").write_text("{")
     with pytest.raises(BadFile):
-        _experiment(None, {}, tmp_path)
+        settings(None, {}, tmp_path)
     with pytest.raises(Conflict, match="--trials cannot be combined with the directory"):
-        _planned(str(tmp_path), {"trials": 1}, None)
+        study_and_people(str(tmp_path), {"trials": 1}, [], {}, None)

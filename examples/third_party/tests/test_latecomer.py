@@ -92,6 +92,5 @@ def test_a_sweep_over_the_lag_is_reported_with_all_of_them(tmp_path):
     assert "higher doses of late" in found.answer
     shares = [row.value for row in found.where("measures.untold")]
     assert shares[0] == 0 < shares[1] < shares[2]
-    assert command("lateness", str(out)).split()[::2] == ["late?lag=1", "late?lag=2", "truth"]
     command("report", str(out))
     assert "come from lockprobe-latecomer 0.1.0" in command("verify", str(out))

@@ -19,7 +19,7 @@ from lockprobe.foundation.safe_path import safe_path
 if TYPE_CHECKING:
     from typer import Typer
 
-__all__ = ["COMMANDS", "STUDIES", "build", "every_command", "main", "overview"]
+__all__ = ["COMMANDS", "STUDIES", "build", "every_command", "main"]
 
 COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
@@ -46,7 +46,6 @@ COMMANDS = {
 _OF_ROBOT = {"rig": "Prepare a robot: calibrate, check."}
 """Name of a command that lockprobe-robot adds -> help."""
 
-
 _COMPLETING = "_LOCKPROBE_COMPLETE"
 """Environment variable that a shell sets to ask for completions."""
 
@@ -55,73 +54,23 @@ STUDIES = ("flips", "modalities", "why", "looks", "mechanisms.toml")
 
 
 def every_command() -> list[str]:
-    """The names of all commands: Lockprobe's, and those that installed packages add (``lockprobe.commands``)."""
-    from lockprobe.foundation.plugins import find_plugin, plugin_names
+    """The names of all commands that are installed."""
+    from lockprobe.foundation.plugins import find_plugin
 
-    robot = [name for name in _OF_ROBOT if (plugin := find_plugin("command", name)) is not None and plugin.ships]
-    return [*COMMANDS, *robot, *(name for name in plugin_names("command") if name not in {*COMMANDS, *_OF_ROBOT})]
+    return [
+        *COMMANDS,
+        *(name for name in _OF_ROBOT if (plugin := find_plugin("command", name)) is not None and plugin.ships),
+    ]
 
 
-def build(names: Iterable[str]) -> Typer:
+def build(names: Iterable[str], *, listed: bool = False) -> Typer:
     """The ``lockprobe`` command with these subcommands; only their modules are imported.
+
+    If they are only ``listed``, with a line of help each, no module is.
 
     Raises:
         Missing: If one is of lockprobe-robot, which is not installed.
-        UserMistake: If one is of a package that breaks.
     """
-    from typer import Typer
-
-    from lockprobe.cli.command import Command, as_ours
-    from lockprobe.foundation.docstrings import docstring
-
-    app = _without_subcommands()
-    for name in names:
-        found, text = _subcommand(name)
-        if isinstance(found, Typer):
-            as_ours(found)
-            app.add_typer(found, name=name, help=text)
-        else:
-            app.command(name, cls=Command, help=(docstring(found) or text).replace("``", ""), short_help=text)(found)
-    return app
-
-
-def _subcommand(name: str) -> tuple[Any, str]:
-    """A subcommand, a function or a group, with its help in one line."""
-    if name in COMMANDS:
-        module, attribute, text = COMMANDS[name]
-        return getattr(import_module(f"lockprobe.cli.{module}"), attribute), text
-    from typer import Typer
-
-    from lockprobe.foundation.docstrings import docstring
-    from lockprobe.foundation.errors import BadValue, UnknownName
-    from lockprobe.foundation.plugins import find_plugin, robot_plugin
-
-    if name in _OF_ROBOT:
-        return robot_plugin("command", name, f"lockprobe {name} needs").load(), _OF_ROBOT[name]
-    if (plugin := find_plugin("command", name)) is None:
-        raise UnknownName("command", name, every_command())
-    found = plugin.load()
-    if not isinstance(found, Typer) and not callable(found):
-        raise BadValue("command", name, "a function or a Typer application")
-    said = found.info.help if isinstance(found, Typer) else docstring(found)
-    return found, (said or "").partition("\n")[0].replace("``", "")
-
-
-def overview() -> Typer:
-    """The ``lockprobe`` command with the names and help of all subcommands; no module of Lockprobe's is imported."""
-    from lockprobe.foundation.errors import UserMistake
-
-    app = _without_subcommands()
-    for name in every_command():
-        try:
-            text = COMMANDS[name][2] if name in COMMANDS else _OF_ROBOT.get(name) or _subcommand(name)[1]
-        except UserMistake as mistake:
-            text = f"Cannot be used. {mistake}"
-        app.command(name, help=text)(lambda: None)
-    return app
-
-
-def _without_subcommands() -> Typer:
     import typer
 
     app = typer.Typer(
@@ -131,23 +80,45 @@ def _without_subcommands() -> Typer:
         pretty_exceptions_enable=False,
         rich_markup_mode=None,  # plain help: half the time, and any screen reader reads it
     )
-    asked = typer.Option(False, "--version", callback=_print_version, is_eager=True, help="Print the version.")
+
+    def print_version(asked: bool) -> None:
+        if asked:
+            from importlib.metadata import version
+
+            print(f"lockprobe {version('lockprobe')}")
+            raise typer.Exit
+
+    asked = typer.Option(False, "--version", callback=print_version, is_eager=True, help="Print the version.")
 
     @app.callback()  # so that a single subcommand still has a name
     def _command(version: bool = asked) -> None:
         pass
 
+    for name in names:
+        text = COMMANDS[name][2] if name in COMMANDS else _OF_ROBOT[name]
+        if listed:
+            app.command(name, help=text)(lambda: None)
+            continue
+        from lockprobe.cli.command import Command, as_ours
+        from lockprobe.foundation.docstrings import docstring
+
+        found = _subcommand(name)
+        if isinstance(found, typer.Typer):
+            as_ours(found)
+            app.add_typer(found, name=name, help=text)
+        else:
+            app.command(name, cls=Command, help=docstring(found).replace("``", ""), short_help=text)(found)
     return app
 
 
-def _print_version(asked: bool) -> None:
-    if asked:
-        from importlib.metadata import version
+def _subcommand(name: str) -> Any:
+    """A subcommand: a function, or a group."""
+    if name in COMMANDS:
+        module, attribute, _ = COMMANDS[name]
+        return getattr(import_module(f"lockprobe.cli.{module}"), attribute)
+    from lockprobe.foundation.plugins import robot_plugin
 
-        import typer
-
-        print(f"lockprobe {version('lockprobe')}")
-        raise typer.Exit
+    return robot_plugin("command", name, f"lockprobe {name} needs").load()
 
 
 def main() -> None:
@@ -170,10 +141,18 @@ def _run_command() -> int | None:
 
     from lockprobe.foundation.errors import UserMistake
 
-    _writable_streams()
+    for name in ("stdout", "stderr"):  # what goes to a closed stream is dropped; "?" for what a terminal cannot show
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - for the whole run
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:
-        status = _command_for(asked)(standalone_mode=False)
+        known = asked in COMMANDS or asked in _OF_ROBOT
+        whole = _COMPLETING in os.environ  # which needs the options of all
+        app = build([asked] if known and not whole else every_command(), listed=not (known or whole))
+        status = app(standalone_mode=False)
         return status if isinstance(status, int) else None
     except UserMistake as mistake:
         return _complain(str(mistake), mistake.to_copy)
@@ -191,42 +170,20 @@ def _run_command() -> int | None:
         return _complain(f"{error.filename or 'writing'}: {error.strerror or error}")
 
 
-def _command_for(asked: str) -> Typer:
-    """The ``lockprobe`` command with only the modules that this command line needs; completion needs all."""
-    if _COMPLETING in os.environ:
-        return build(every_command())
-    if asked in COMMANDS or asked in _OF_ROBOT or (asked and not asked.startswith("-") and asked in every_command()):
-        return build([asked])
-    return overview()
-
-
 def _error_text(message: str, asked: str) -> str:
     """The error message for a wrong command line, in plain words."""
     from lockprobe.foundation.validation import plain
 
     if message.startswith("No such command") and asked in every_command():  # a group has no such command
-        group = _subcommand(asked)[0]
-        known = ", ".join(str(one.name or one.callback.__name__) for one in group.registered_commands)
-        return f"{message.rstrip('.')} of lockprobe {asked}; there are {known}"
+        known = (str(one.name or one.callback.__name__) for one in _subcommand(asked).registered_commands)
+        return f"{message.rstrip('.')} of lockprobe {asked}; there are {', '.join(known)}"
     if message.startswith("No such command"):
-        meant = next(iter(difflib.get_close_matches(asked, [*every_command(), *STUDIES], n=1)), "")
-        if asked in STUDIES or asked.endswith(".toml"):
-            meant = asked
+        names = [asked] if asked.endswith(".toml") else [*every_command(), *STUDIES]
+        meant = next(iter(difflib.get_close_matches(asked, names, n=1)), "")
         command = f"lockprobe run {meant}" if meant in STUDIES or meant.endswith(".toml") else meant
-        hint = f" Did you mean {command!r}?" if command else ""
-        return f"No such command {asked!r}.{hint}"
+        return f"No such command {asked!r}." + f" Did you mean {command!r}?" * bool(command)
     head, colon, rest = message.partition(": ")
     return f"{head}{colon}{plain(rest)}"
-
-
-def _writable_streams() -> None:
-    """Discard output to closed streams, and print a question mark for characters that a terminal cannot show."""
-    for name in ("stdout", "stderr"):
-        stream = getattr(sys, name)
-        if stream is None:
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - for the whole run
-        elif isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
 
 
 def _complain(message: str, to_copy: Sequence[str] = ()) -> int:

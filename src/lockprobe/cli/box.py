@@ -1,11 +1,11 @@
-"""``lockprobe box``: lists, shows, solves, generates and checks boxes."""
+"""``lockprobe box``: lists, shows, generates and checks boxes."""
 
 from __future__ import annotations
 
 import json as json_
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated
@@ -17,14 +17,11 @@ from lockprobe.boxes.families import DEFAULT_BOX, box, find_box, named_boxes, si
 from lockprobe.boxes.generate import Recipe
 from lockprobe.boxes.generate import generate as make
 from lockprobe.boxes.layouts import LayoutName
-from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
-from lockprobe.boxes.solve import (
-    difficulty,
-    optimal_plans,
-    optimum,
-)
+from lockprobe.boxes.sketch import interlock_lines, panel_lines
+from lockprobe.boxes.solve import difficulty, optimal_plans
 from lockprobe.boxes.state_space import space_of
 from lockprobe.cli import options
+from lockprobe.cli.printing import say
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
 from lockprobe.foundation.formatting import count as counted
 from lockprobe.foundation.inputs import read_input
@@ -42,8 +39,8 @@ _PARTS = tuple(Recipe.__dataclass_fields__)
 _FIXED = tuple(name for name in _PARTS if name not in ("alternatives", "literals", "negative"))
 """The parts of a recipe that are no options of a family."""
 
-_PLANS = 100
-"""The most plans that are listed."""
+_PLANS, _SAID = 100, 6
+"""The most plans that JSON lists, and words."""
 
 _TRIES = 100
 """Seeds tried for each box that was asked for."""
@@ -63,8 +60,9 @@ def check(
     """
     found = find_box(box)
     print(
-        f"{box}: can be played. {len(found.joints)} joints, target {found.target}, optimum {optimum(found)} steps, "
-        f"{counted(len(space_of(found).reachable), 'configuration')} before {found.target} moves"
+        f"{box}: can be played. {len(found.joints)} joints, target {found.target}, optimum "
+        f"{difficulty(found).optimum} steps, {counted(len(space_of(found).reachable), 'configuration')} before "
+        f"{found.target} moves"
     )
     if model is None:
         return
@@ -76,34 +74,29 @@ def check(
 
 @app.command("list")
 def list_boxes(json: options.AsJson = False) -> None:
-    """List the named boxes and their difficulty."""
+    """List the named boxes and their difficulty, also those of installed packages."""
+    rows: list[tuple[str, str, Lockbox | str]] = [(name, "", box(name)) for name in named_boxes()]
+    for row in listed_plugins("box", named_boxes()):
+        try:
+            rows.append((row.name, row.package, row.what if row.found is None else find_box(row.name)))
+        except UserMistake as mistake:
+            rows.append((row.name, row.package, f"Cannot be used. {mistake}"))
     if not json:
         print(f"{'name':16} joints  optimum  random  no-repeat")
-    for row in (*((name, "", box(name)) for name in named_boxes()), *_packaged()):
-        name, package, found = row
-        owner = {"package": package} if package else {}
-        if isinstance(found, str):
-            print(json_.dumps({"error": found, "name": name} | owner) if json else f"{name:16} {found}")
-        elif json:
-            print(json_.dumps(_facts(found) | {"name": name} | owner))
+    for name, package, found in rows:
+        facts = {"error": found} if isinstance(found, str) else _facts(found)
+        if json:
+            print(json_.dumps(facts | {"name": name} | ({"package": package} if package else {})))
+        elif isinstance(found, str):
+            print(f"{name:16} {found}")
         else:
             says = f"  ({package})" if package else "  (default)" if name == DEFAULT_BOX else ""
-            facts = difficulty(found)
             print(
-                f"{name:16} {len(found.joints):6}  {facts.optimum:7}"
-                f"  {facts.random_success:6.3f}  {facts.random_no_repeat_success:9.3f}{says}"
+                f"{name:16} {len(found.joints):6}  {facts['optimum']:7}"
+                f"  {facts['random_success']:6.3f}  {facts['random_no_repeat_success']:9.3f}{says}"
             )
     if not json:
         print("Also: random-N-SEED, an interlock of N joints drawn from the seed, as random-5-17; and TOML files.")
-
-
-def _packaged() -> Iterator[tuple[str, str, Lockbox | str]]:
-    """The boxes of installed packages: name, package, and the box or the reason why it cannot be used."""
-    for row in listed_plugins("box", named_boxes()):
-        try:
-            yield row.name, row.package, row.what if row.found is None else find_box(row.name)
-        except UserMistake as mistake:
-            yield row.name, row.package, f"Cannot be used. {mistake}"
 
 
 @app.command("show")
@@ -118,18 +111,25 @@ def show(
     arm: Annotated[bool, typer.Option("--arm", help="With the robot arm (in a model for MuJoCo).")] = False,
     json: options.AsJson = False,
 ) -> None:
-    """Show a box: its panel, its interlock and its difficulty."""
+    """Show a box: its panel, its interlock, its difficulty and its optimal plans."""
     box = find_box(name)
     if arm and (out is None or out.suffix != ".xml"):
         raise BadValue("--arm", True, "--out FILE.xml with it, a model for MuJoCo")
-    if out:
-        _draw(box, out, arm=arm)
+    if out and out.suffix == ".xml":
+        robot_plugin("tool", "box-model", "MuJoCo models of boxes need").load()(box, out, arm=arm)
+    elif out and out.suffix in (".svg", ".png"):
+        from lockprobe.report.figures.boxes import box_figure
+        from lockprobe.report.figures.drawing import render
+
+        write_file(out, render(box_figure(box), "svg" if out.suffix == ".svg" else "png"))
+    elif out:
+        raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml")
     if json:
-        print(json_.dumps(_facts(box)))
+        print(json_.dumps(_facts(box) | {"plans": optimal_plans(box, _PLANS).listed}))
     elif out:
         print(out)
     else:
-        _print(_in_words(box))
+        say("\n".join(_in_words(box)))
 
 
 @app.command("view")
@@ -139,24 +139,6 @@ def view(
 ) -> None:
     """Open a box in MuJoCo's viewer: its joints can be pulled with the mouse, and lock each other."""
     robot_plugin("tool", "box-view", "MuJoCo models of boxes need").load()(find_box(name), arm=arm)
-
-
-@app.command("solve")
-def solve(
-    name: Name = DEFAULT_BOX,
-    json: options.AsJson = False,
-) -> None:
-    """List all optimal plans of a box."""
-    box = find_box(name)
-    plans, steps = optimal_plans(box, _PLANS), optimum(box)
-    if json:
-        print(json_.dumps({"name": box.name, "optimum": steps, "optimal_plans": plans.count, "plans": plans.listed}))
-        return
-    print(f"{box.name}: optimum {steps} steps, {plans.count} optimal plan{'s' * (plans.count != 1)}")
-    for plan in plans.listed:
-        print("  " + ", ".join(plan))
-    if plans.count > len(plans.listed):
-        print(f"  and {plans.count - len(plans.listed)} more")
 
 
 @app.command("generate")
@@ -175,6 +157,8 @@ def generate(
     ] = None,
 ) -> None:
     """Generate boxes, from --seed on. Seeds that give no valid box are skipped and counted, with the reasons."""
+    from lockprobe.boxes.boxfile import toml_of
+
     spec = Spec.parse(family, "family")
     name = sized(spec.full_name, joints)
     drawn = arguments_from(Recipe, name, spec.options, taken=_FIXED if name.startswith("random-") else _PARTS)
@@ -183,12 +167,19 @@ def generate(
     for tried in range(seed, seed + _TRIES * count):
         found = make(replace(recipe, seed=tried))
         if isinstance(found, str):
-            kind = found.partition(":")[0]
-            refused[kind] += 1
+            refused[found.partition(":")[0]] += 1
             continue
-        file, facts = _write(found, out) if out else None, difficulty(found)
+        said, facts = found.name, difficulty(found)
+        if out:
+            path, text = out / f"{found.name}.toml", toml_of(found)
+            refuse_links(out)
+            out.mkdir(parents=True, exist_ok=True)
+            if path.exists() and read_input(path) != text.encode():
+                raise BadFile(path, "already exists with other content: give another --out")
+            write_file(path, text)
+            said = str(path)
         print(
-            f"{file or found.name}  optimum {facts.optimum}, random {facts.random_success:.3f}, "
+            f"{said}  optimum {facts.optimum}, random {facts.random_success:.3f}, "
             f"no-repeat {facts.random_no_repeat_success:.3f}"
         )
         made += 1
@@ -200,46 +191,11 @@ def generate(
         raise BadValue("count", count, f"at most {made}: all other seeds of {_TRIES * count} were refused")
 
 
-def _write(box: Lockbox, directory: Path) -> Path:
-    """Write the box to a file named after it; refuse to replace a file with other content."""
-    from lockprobe.boxes.boxfile import toml_of
-
-    refuse_links(directory)
-    directory.mkdir(parents=True, exist_ok=True)
-    path, text = directory / f"{box.name}.toml", toml_of(box)
-    if path.exists() and read_input(path) != text.encode():
-        raise BadFile(path, "already exists with other content: give another --out")
-    write_file(path, text)
-    return path
-
-
-def _draw(box: Lockbox, out: Path, *, arm: bool) -> None:
-    if out.suffix == ".xml":
-        robot_plugin("tool", "box-model", "MuJoCo models of boxes need").load()(box, out, arm=arm)
-        return
-    if out.suffix not in (".svg", ".png"):
-        raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml")
-    from lockprobe.report.figures.boxes import box_figure
-    from lockprobe.report.figures.drawing import render
-
-    write_file(out, render(box_figure(box), "svg" if out.suffix == ".svg" else "png"))
-
-
-def _print(lines: Iterable[str]) -> None:
-    """Print lines in characters that the terminal can show."""
-    text = "\n".join(lines)
-    try:
-        text.encode(sys.stdout.encoding or "ascii")
-    except UnicodeEncodeError:
-        text = ascii_only(text)
-    print(text)
-
-
 def _in_words(box: Lockbox) -> Iterator[str]:
-    """The panel with the legend of its numbers, the interlock, and the difficulty."""
-    found, wide = difficulty(box), max(map(len, box.names))
-    plans = f"{found.optimal_plans} optimal plan{'s' * (found.optimal_plans != 1)}"
-    yield f"{box.name}: {len(box.joints)} joints, target {box.target}, optimum {found.optimum} steps, {plans}"
+    """The panel with the legend of its numbers, the interlock, the difficulty, and some optimal plans."""
+    found, wide, plans = difficulty(box), max(map(len, box.names)), optimal_plans(box, _SAID)
+    optimal = counted(plans.count, "optimal plan")
+    yield f"{box.name}: {len(box.joints)} joints, target {box.target}, optimum {found.optimum} steps, {optimal}"
     yield from panel_lines(box)
     for i, (joint, position) in enumerate(zip(box.joints, box.initial, strict=True), 1):
         target, start = "*" if joint.name == box.target else " ", "open" if position else "closed"
@@ -251,6 +207,9 @@ def _in_words(box: Lockbox) -> Iterator[str]:
         f"random without repeats {found.random_no_repeat_success:.4f}"
     )
     yield f"solved in 20 steps by a fixed order of all joints, repeated: {found.cycle_success:.4f} of all orders"
+    yield from (f"plan: {', '.join(plan)}" for plan in plans.listed)
+    if plans.count > len(plans.listed):
+        yield f"and {counted(plans.count - len(plans.listed), 'more plan')}"
 
 
 def _facts(box: Lockbox) -> dict[str, object]:

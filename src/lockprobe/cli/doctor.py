@@ -8,7 +8,7 @@ import importlib.util
 import json as json_
 import os
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 import typer
@@ -34,45 +34,34 @@ class Finding(NamedTuple):
     detail: str
 
 
+_PACKAGES = (
+    ("runtime of local models", "xllamacpp", "pip install 'lockprobe[local]'"),
+    ("participants' page", "starlette", "pip install 'lockprobe[web]'"),
+    ("agents with tools", "mcp", "pip install 'lockprobe[mcp]'"),
+)
+"""What needs a package -> the package, and the command that installs it."""
+
+
 def examine() -> Iterator[Finding]:
     """Examine everything that a study may need."""
     yield Finding("python", ok=True, detail=f"{platform.python_version()}, {os.cpu_count()} cores")
-    yield _found("runtime of local models", _runtime)
-    yield _found("embedded model", lambda: f"{local.locate('llm:local').name}, hash as expected")
-    yield _found("participants' page", lambda: _version("starlette", "pip install 'lockprobe[web]'"))
-    yield _found("agents with tools", lambda: _version("mcp", "pip install 'lockprobe[mcp]'"))
+    for what, package, remedy in _PACKAGES:
+        there = importlib.util.find_spec(package) is not None
+        detail = f"{package} {importlib.metadata.version(package)}" if there else advice(remedy)
+        try:
+            if there and package == "xllamacpp":
+                local.runtime()  # it may not load
+            yield Finding(what, ok=there, detail=detail)
+        except UserMistake as mistake:
+            yield Finding(what, ok=False, detail=str(mistake))
+    try:
+        yield Finding("embedded model", ok=True, detail=f"{local.locate('llm:local').name}, hash as expected")
+    except UserMistake as mistake:
+        yield Finding("embedded model", ok=False, detail=str(mistake))
     try:
         yield from robot_plugin("tool", "doctor", "physical boxes need").load()()
     except UserMistake as mistake:
         yield Finding("physical lockbox", ok=False, detail=str(mistake))
-
-
-def _found(what: str, look: Callable[[], str]) -> Finding:
-    try:
-        return Finding(what, ok=True, detail=look())
-    except UserMistake as mistake:
-        return Finding(what, ok=False, detail=str(mistake))
-
-
-def _runtime() -> str:
-    version = _version("xllamacpp", "pip install 'lockprobe[local]'")
-    local.runtime()  # it may not load
-    return version
-
-
-def _version(package: str, remedy: str) -> str:
-    if importlib.util.find_spec(package) is None:
-        raise UserMistake(advice(remedy))
-    return f"{package} {importlib.metadata.version(package)}"
-
-
-def _asked(model: str) -> Iterator[Finding]:
-    if resolve(model).engine != "network":
-        raise BadValue("model", model, "a model that is served, such as llm:openai/gpt-4o or llm:ollama/llama3.2")
-    from lockprobe.agents.llm.probe import probe
-
-    for what, ok, detail in asyncio.run(probe(model)):
-        yield Finding(what, ok=ok, detail=detail)
 
 
 def doctor(
@@ -80,8 +69,14 @@ def doctor(
     json: options.AsJson = False,
 ) -> None:
     """Check what works on this machine, and how to repair the rest; or ask a model once, and say what it shows."""
-    for finding in _asked(model) if model else examine():
+    if model and resolve(model).engine != "network":
+        raise BadValue("model", model, "a model that is served, such as llm:openai/gpt-4o or llm:ollama/llama3.2")
+    if model:
+        from lockprobe.agents.llm.probe import probe
+
+        found = iter(asyncio.run(probe(model)))
+    for what, ok, detail in found if model else examine():
         if json:
-            print(json_.dumps({"what": finding.what, "ok": finding.ok, "detail": finding.detail}))
+            print(json_.dumps({"what": what, "ok": ok, "detail": detail}))
         else:
-            print(f"{'ok     ' if finding.ok else 'wrong  ' if model else 'missing'}  {finding.what}: {finding.detail}")
+            print(f"{'ok     ' if ok else 'wrong  ' if model else 'missing'}  {what}: {detail}")

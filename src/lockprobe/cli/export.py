@@ -46,30 +46,27 @@ def export(
     A table FILE comes with its data dictionary, FILE-metadata.json, which describes every column. Records are what the
     hash of the results covers: everything of a trial in one JSON object, in the order of their keys.
     """
-    if format == "frames":
-        _export_frames(directory, out, trial)
-        return
-    if trial:
+    out = None if str(out) == "-" else out
+    if trial and format != "frames":
         raise BadValue("--trial", trial, "--format frames with it")
+    if format == "frames":
+        if out is None:
+            raise BadValue("--out", None, "a directory for the pictures")
+        write_frames = robot_plugin("tool", "frames", "frames need").load()
+        count = write_frames(directory, out, only=trial, tell=lambda said: print(f"Frames: {said}", file=sys.stderr))
+        print(f"{out} ({count} frames)")
+        return
+    if out is not None:
+        refuse_study_file(out)
     if table == "records":
         _export_records(directory, format, out)
-        return
-    if out is None or str(out) == "-":
-        if format == "parquet":
-            raise BadValue("--out", None, "a file to write, because parquet is not text")
+    elif out is not None:
+        for path in table_of(directory, table, platform_ids=platform_ids).write(out, format):
+            print(path)
+    elif format == "parquet":
+        raise BadValue("--out", None, "a file to write, because parquet is not text")
+    else:
         table_of(directory, table, platform_ids=platform_ids).write_text(sys.stdout, format)
-        return
-    refuse_study_file(out)
-    for path in table_of(directory, table, platform_ids=platform_ids).write(out, format):
-        print(path)
-
-
-def _export_frames(directory: Path, out: Path | None, trial: str) -> None:
-    if out is None or str(out) == "-":
-        raise BadValue("--out", None, "a directory for the pictures")
-    write_frames = robot_plugin("tool", "frames", "frames need").load()
-    count = write_frames(directory, out, only=trial, tell=lambda said: print(f"Frames: {said}", file=sys.stderr))
-    print(f"{out} ({count} frames)")
 
 
 def _export_records(directory: Path, format: Format, out: Path | None) -> None:  # noqa: A002
@@ -77,10 +74,9 @@ def _export_records(directory: Path, format: Format, out: Path | None) -> None: 
         raise BadValue("--format", format, "jsonl, because a record is a JSON object")
     with read(directory) as store:
         records = (record + b"\n" for record in stored_records(store))
-        if out is None or str(out) == "-":
+        if out is None:
             sys.stdout.buffer.writelines(records)
             return
-        refuse_study_file(out)
         with atomic_files(out) as (draft,), draft.open("wb") as file:
             file.writelines(records)
     print(out)

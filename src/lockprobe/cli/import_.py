@@ -25,12 +25,10 @@ from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.merge import check_source, gather, save_sound_rows
 from lockprobe.studies.records.picture_store import ALBUM
 
-_SOURCES = "The directory of another study."
-
 
 def take(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study; created if missing.")],
-    sources: Annotated[list[Path], typer.Argument(metavar="SOURCE...", help=_SOURCES)],
+    sources: Annotated[list[Path], typer.Argument(metavar="SOURCE...", help="The directory of another study.")],
     json: options.AsJson = False,
 ) -> None:
     """Import trials that DIR does not have from other study directories.
@@ -39,7 +37,24 @@ def take(
     taken.
     """
     with ExitStack() as held:
-        found, coming = [_sound(path, directory, held) for path in sources], list[str]()
+        found, coming = list[Path](), list[str]()
+        for path in sources:
+            if path.resolve() == directory.resolve():
+                raise BadValue("SOURCE", str(path), "a directory other than DIR")
+            if not (path / SETTINGS).is_file():
+                raise BadFile(path, "not a study directory" if path.exists() else "no such file or directory")
+            try:
+                read_diaries(path)
+                check_source(path)
+                found.append(path)
+            except Damaged as damaged:
+                sound = Path(held.enter_context(TemporaryDirectory()))
+                saved = save_sound_rows(path, sound)
+                _copy_settings_for_people(path, sound)
+                (sound / ALBUM).symlink_to((path / ALBUM).absolute())
+                for line in (damaged.found, f"Sound in {path}: {count(saved, 'trial')}."):
+                    print(printable(line), file=sys.stderr)
+                found.append(sound)
         gathered = gather(directory, found, beside=lambda journal: coming.extend(take_diaries(journal.store, found)))
         if coming:
             make_private(directory)
@@ -61,28 +76,6 @@ def take(
     ]
     said += [f"New agents: {', '.join(gathered.agents)}."] if gathered.agents else []
     print(printable(" ".join([*said, f"Report: lockprobe report {directory}"])))
-
-
-def _sound(path: Path, directory: Path, held: ExitStack) -> Path:
-    """A directory from which everything can be taken: the one that is named, or what is sound of it."""
-    if path.resolve() == directory.resolve():
-        raise BadValue("SOURCE", str(path), "a directory other than DIR")
-    if not path.exists():
-        raise BadFile(path, "no such file or directory")
-    if not (path / SETTINGS).is_file():
-        raise BadFile(path, "not a study directory")
-    try:
-        read_diaries(path)
-        check_source(path)
-    except Damaged as damaged:
-        sound = Path(held.enter_context(TemporaryDirectory()))
-        saved = save_sound_rows(path, sound)
-        _copy_settings_for_people(path, sound)
-        (sound / ALBUM).symlink_to((path / ALBUM).absolute())
-        print(printable(damaged.found), file=sys.stderr)
-        print(printable(f"Sound in {path}: {count(saved, 'trial')}."), file=sys.stderr)
-        return sound
-    return path
 
 
 def _copy_settings_for_people(source: Path, into: Path) -> None:

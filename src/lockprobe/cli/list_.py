@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import json as json_
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.printing import print_rows
 from lockprobe.foundation.docstrings import first_line
-from lockprobe.foundation.plugins import Kind, listed_plugins
+from lockprobe.foundation.plugins import Listed, listed_plugins
 from lockprobe.foundation.spec import options_of
-
-if TYPE_CHECKING:
-    pass
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 
@@ -28,7 +25,7 @@ def agents(json: options.AsJson = False) -> None:
     """List the agents by spec."""
     from lockprobe.agents.catalogue import KNOWN
 
-    _list("agent", KNOWN, 24, json=json)
+    _list(KNOWN, 24, listed_plugins("agent", KNOWN), json=json)
 
 
 @app.command()
@@ -36,7 +33,8 @@ def plants(json: options.AsJson = False) -> None:
     """List the plants by spec: the boxes and robots that agents act on."""
     from lockprobe.plants.catalogue import known_plants
 
-    _list("plant", known_plants(), 9, json=json)
+    known = known_plants()
+    _list(known, 9, listed_plugins("plant", known) + listed_plugins("plant source", known), json=json)
 
 
 @app.command()
@@ -49,11 +47,11 @@ def interventions(json: options.AsJson = False) -> None:
     found = [(name, kind, "", "") for name, kind in shipped().items()]
     found += [(row.name, row.found, row.package, row.what) for row in packaged()]
     places, rows = [*PLACES, None], []
-    for name, kind, package, what in found:
-        doses = list(InterventionTraits.of(kind).doses)
+    for name, kind, package, why in found:
+        doses, what = list(InterventionTraits.of(kind).doses), why
         if kind:
             taken = [option + " (dose)" * (one.name in doses) for option, one in options_of(kind).items()]
-            what = f"{first_line(kind).replace('``', '')} Options: {', '.join(taken) or 'none'}."  # noqa: PLW2901
+            what = f"{first_line(kind).replace('``', '')} Options: {', '.join(taken) or 'none'}."
         row = {"place": place_of(kind) if kind else None, "spec": name, "doses": doses, "what": what}
         rows.append(row | ({"package": package} if package else {}))
     for row in sorted(rows, key=lambda row: places.index(row["place"])):  # type: ignore[arg-type]
@@ -79,8 +77,8 @@ def measures(
     from lockprobe.statistics.measures import MEASURES, find_measure, measured
 
     if directory is None:
-        _list("measure", {one.name: one.what for one in map(find_measure, measure or MEASURES)}, 14, json=json,
-              packaged=not measure)  # fmt: skip
+        known = {one.name: one.what for one in map(find_measure, measure or MEASURES)}
+        _list(known, 14, () if measure else listed_plugins("measure", known), json=json)
         return
     from lockprobe.studies.records.read_records import load
 
@@ -124,39 +122,27 @@ def models(
             price = price_of(entry.match[0])
             cost = f"{price.input:g} in, {price.output:g} out" if price else "not known"
             known[f"llm:{entry.match[0]}"] = f"US dollars per million tokens: {cost}."
-        _list("agent", known, 40, json=json, packaged=False)
+        _list(known, 40, (), json=json)
         return
     model = Model.parse(spec)
-    name, facts = model.name, replace(model.facts, price=price_of(model.name))
+    facts = asdict(replace(model.facts, price=price_of(model.name)))
     if json:
-        print(json_.dumps({"model": name, "facts": asdict(facts), "sent": model.sent()}))
+        print(json_.dumps({"model": model.name, "facts": facts, "sent": model.sent()}))
         return
-    print(name)
-    for title, found in (("sent", model.sent()), ("known", asdict(facts))):
+    print(model.name)
+    for title, found in (("sent", model.sent()), ("known", facts)):
         for what, value in found.items():
-            print(f"  {title:5}  {what:14}  {_in_words(value)}")
+            said = value if isinstance(value, str) else "not known" if value is None else json_.dumps(value)
+            print(f"  {title:5}  {what:14}  {said}")
 
 
-def _in_words(value: object) -> str:
-    if isinstance(value, dict):  # the price
-        return ", ".join(f"{name} {part}" for name, part in value.items() if part is not None)
-    if isinstance(value, tuple):
-        return ", ".join(value) or "none"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return "not known" if value is None else str(value)
+def _list(known: Mapping[str, str], width: int, added: Iterable[Listed], *, json: bool) -> None:
+    """Print a line for each: Lockprobe's own specs with what they are, and what installed packages add.
 
-
-def _list(kind: Kind, known: Mapping[str, str], width: int, *, json: bool, packaged: bool = True) -> None:
-    """Print one line for each agent, plant or intervention.
-
-    ``known`` maps Lockprobe's own specs to descriptions; ``width`` is the width of the spec column. ``packaged`` adds
-    what installed packages provide.
+    ``width`` is that of the column of specs.
     """
     rows: list[dict[str, object]] = [{"spec": spec, "what": what} for spec, what in known.items()]
-    if packaged:
-        added = listed_plugins(kind, known) + (listed_plugins("plant source", known) if kind == "plant" else [])
-        rows += [{"spec": row.name, "what": row.what, "package": row.package} for row in added]
+    rows += [{"spec": row.name, "what": row.what, "package": row.package} for row in added]
     for row in rows:
         _print_row(row, f"{row['spec']:{width}}", json=json)
 

@@ -8,7 +8,7 @@ import sys
 from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -18,12 +18,6 @@ from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import LARGEST_INPUT
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.statistics.loops import Solver
-
-if TYPE_CHECKING:
-    from lockprobe.statistics.loops import LoopCover
-
-MOST_ACTIONS = 64
-"""The largest value of ``--actions``."""
 
 
 def loops(
@@ -41,12 +35,20 @@ def loops(
             found = cover(sequence, solver=solver)
         except BadValue as error:
             raise BadFile(file, f"line {number}: {error}") from None
-        print(json_.dumps(_row(found)) if json else _sentence(found))
+        if json:
+            facts = {"any_loop": found.any_loop, "coverage": found.covered, "share": found.share}
+            print(json_.dumps({"n": found.n, **facts, "words": found.words, "intervals": found.intervals}))
+        elif not found.any_loop:
+            print(f"{found.n} actions: no loop")
+        else:
+            words = printable(", ".join(" ".join(map(str, word)) for word in found.words))
+            places = ", ".join(f"{start}+{length}" for start, length in found.intervals)
+            print(f"{found.n} actions: {found.covered} in loops ({found.share:.0%}): {words} at {places}")
 
 
 def chance(
     length: Annotated[int | None, typer.Option(min=0, max=10_000, help="Length of the trial in steps (20).")] = None,
-    actions: Annotated[int, typer.Option(min=1, max=MOST_ACTIONS, help=options.ACTIONS)] = 4,
+    actions: Annotated[int, typer.Option(min=1, max=64, help=options.ACTIONS)] = 4,
     null: Annotated[
         Literal["uniform", "no-repeat"], typer.Option(help="Any action, or any except the one before.")
     ] = "uniform",
@@ -91,8 +93,6 @@ def _sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
     try:
         with nullcontext(sys.stdin.buffer) if file == "-" else Path(file).open("rb") as source:
             content = source.read(LARGEST_INPUT + 1)  # a pipe is welcome here: cat FILE |, <(command)
-        if len(content) > LARGEST_INPUT:
-            raise BadFile(file, f"larger than {LARGEST_INPUT} bytes")
         lines = re.split(r"\r\n|\n|\r", content.decode("utf-8-sig"))
     except AttributeError:
         raise BadFile(file, "standard input is closed") from None
@@ -100,6 +100,8 @@ def _sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
         raise BadFile(file, f"cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise BadFile(file, "not text in UTF-8") from None
+    if len(content) > LARGEST_INPUT:
+        raise BadFile(file, f"larger than {LARGEST_INPUT} bytes")
     found = []
     for number, line in enumerate(lines if lines[-1] else lines[:-1], 1):
         try:
@@ -134,22 +136,3 @@ def parse_sequence(line: str) -> tuple[str, ...]:
             return tuple(found)
     expected = 'actions with blanks or commas between them, or a JSON array such as ["A", "B"]'
     raise BadValue("sequence", text if len(text) <= 40 else f"{text[:39]}…", expected)
-
-
-def _row(found: LoopCover) -> dict[str, object]:
-    return {
-        "n": found.n,
-        "any_loop": found.any_loop,
-        "coverage": found.covered,
-        "share": found.share,
-        "words": [list(word) for word in found.words],
-        "intervals": [list(piece) for piece in found.intervals],
-    }
-
-
-def _sentence(found: LoopCover) -> str:
-    if not found.any_loop:
-        return f"{found.n} actions: no loop"
-    words = printable(", ".join(" ".join(map(str, word)) for word in found.words))
-    places = ", ".join(f"{start}+{length}" for start, length in found.intervals)
-    return f"{found.n} actions: {found.covered} in loops ({found.share:.0%}): {words} at {places}"

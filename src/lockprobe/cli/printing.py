@@ -9,9 +9,6 @@ from collections.abc import Callable, Sequence
 from itertools import zip_longest
 from textwrap import wrap
 
-from rich.console import Console
-from rich.text import Text
-
 from lockprobe.boxes.sketch import ascii_only
 from lockprobe.foundation.terminal_text import printable
 
@@ -40,21 +37,14 @@ def print_rows(rows: Sequence[Sequence[str]]) -> None:
             print((" " * _GAP).join(cells).rstrip())
 
 
-class Screen:
-    """Standard output, with colours only on a terminal and without ``NO_COLOR``."""
-
-    def __init__(self) -> None:
-        self._console = Console(highlight=False, emoji=False, soft_wrap=True)
-
-    def say(self, line: str = "", style: str = "", *, end: str = "\n") -> None:
-        """Print one line."""
-        line = printable(line)
-        try:
-            line.encode(sys.stdout.encoding or "ascii")
-        except UnicodeEncodeError:
-            line = ascii_only(line)
-        self._console.print(Text(line, style), end=end)
-        sys.stdout.flush()
+def say(text: str = "", *, end: str = "\n") -> None:
+    """Print text in characters that the terminal can show, at once."""
+    text = "\n".join(map(printable, text.split("\n")))
+    try:
+        text.encode(sys.stdout.encoding or "ascii")
+    except UnicodeEncodeError:
+        text = ascii_only(text)
+    print(text, end=end, flush=True)
 
 
 def time_left(noun: str) -> Callable[[int, int], None]:

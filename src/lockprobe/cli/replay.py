@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json as json_
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -19,9 +18,6 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.records.read_records import load
 from lockprobe.trial.record import Trial, in_words
 from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes, wrong_source
-
-_PATIENCE = 2.0
-"""Seconds between two lines of progress."""
 
 
 def replay(
@@ -45,39 +41,17 @@ def replay(
         return
     make_film = robot_plugin("tool", "film", "films need").load()
     try:
-        film = make_film(directory, trial, out, tell=_Progress())
+        film = make_film(directory, trial, out, tell=lambda said: print(f"Film: {said}", file=sys.stderr, flush=True))
     except TrialFault as fault:
         raise UserMistake(f"the film ends where the trial breaks when it is played again ({fault})") from None
     if film.note:
         print(printable(film.note), file=sys.stderr)
-    _announce(film, trial, json=json)
-
-
-class _Progress:
-    """Prints a line of progress at most every few seconds."""
-
-    def __init__(self) -> None:
-        self._last = time.monotonic()
-
-    def __call__(self, said: str) -> None:
-        if (now := time.monotonic()) - self._last >= _PATIENCE:
-            print(f"Film: {said}", file=sys.stderr, flush=True)
-            self._last = now
-
-
-def _announce(film: Any, trial: Trial, *, json: bool) -> None:
-    size = film.path.stat().st_size
-    facts: dict[str, object] = {
-        "film": str(film.path),
-        "pictures": film.pictures,
-        "bytes": size,
-        "plant": film.plant or None,
-        "differs": film.differs,
-    }
     if film.differs is not None:
         print(printable(f"lockprobe: {film.differs}"), file=sys.stderr)
+    size = film.path.stat().st_size
     if json:
-        print(json_.dumps(facts))
+        facts = {"pictures": film.pictures, "bytes": size, "plant": film.plant or None, "differs": film.differs}
+        print(json_.dumps({"film": str(film.path), **facts}))
         return
     agrees = f", every one of {len(trial.steps)} steps as recorded" if film.plant and film.differs is None else ""
     megabytes = f"{size / 1e6:.2g} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json as jsonlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from math import ceil
@@ -103,44 +103,18 @@ def serve(
     preview_url and directory.
     """
     if write_texts or write_people:
-        _write(write_texts, write_people, texts)
+        _write_examples(texts or Experiment().language, write_texts, write_people)
         return
     options.permit(allow)
-    if not host:
-        raise BadValue("host", host, "a name or IP address of this machine")
     if not what:
         raise BadValue("study", what, f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study")
-    file, number = _people(people or [])
-    own = {"language": texts, "participants": number, "join_code": join_code}
-    own = {key: value for key, value in own.items() if value is not None}
-    planned, directory, experiment = _study_and_people(what, asked, file, own, out)
+    given = {"language": texts, "join_code": join_code}
+    own_settings: dict[str, object] = {key: value for key, value in given.items() if value is not None}
+    planned, directory, experiment = study_and_people(what, asked, people or (), own_settings, out)
     if planned.attended:
         raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal: several people play at once")
-    door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
-    _serve(planned, directory, experiment, door, json=json)
-
-
-def _study_and_people(
-    name: str, asked: Mapping[str, object], file: Path | None, own: Mapping[str, object], out: Path | None
-) -> tuple[Study, Path, Experiment]:
-    """The study, its directory, and the settings for people. A number of people sets the number of trials."""
-    planned, directory = _planned(name, asked, out)
-    experiment = _experiment(file, own, directory)
-    if isinstance(number := own.get("participants"), int) and not _is_directory(name) and "trials" not in asked:
-        repetitions = planned.repetitions if "repetitions" in asked else 1
-        luck = trials_for(number, len(conditions_of(planned)), repetitions, experiment)
-        enough: dict[str, object] = {"trials": ceil(luck / len(planned.boxes)), "repetitions": repetitions}
-        if planned.conditions == flips(planned.p, planned.flip, planned.modalities):
-            enough["p"] = list(planned.p)  # conditions stay, though default rates depend on whether trials are set
-        planned, directory = _planned(name, {**asked, **enough}, out)
-        experiment = _experiment(file, own, directory)
-    return planned, directory, experiment
-
-
-def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mapping[str, object], *, json: bool) -> None:
-    for package in ("starlette", "uvicorn"):
-        if find_spec(package) is None:
-            raise Missing(f"lockprobe serve needs the package {package}", "pip install 'lockprobe[web]'")
+    if find_spec("starlette") is None:
+        raise Missing("lockprobe serve needs the package starlette", "pip install 'lockprobe[web]'")
     from lockprobe.people.web.address import Address
     from lockprobe.people.web.app import serve as until_stopped
 
@@ -150,37 +124,73 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
         """Say that people can join, and the address to paste into a recruitment platform, with its placeholders."""
         parts = [f"{name}={PLACEHOLDERS.get(name, '…')}" for name in experiment.recruitment]
         parts += [f"{CODE}={experiment.join_code}"] if experiment.join_code else []
-        url, preview = where.url, f"{where.url}?{PREVIEW}={state.preview}"
-        given = url + ("?" + "&".join(parts) if parts else "")
+        preview, address = f"{where.url}?{PREVIEW}={state.preview}", where.url + "?" * bool(parts) + "&".join(parts)
         if json:
-            said = {"url": url, "study_url": given, "preview_url": preview, "directory": str(directory)}
+            said = {"url": where.url, "study_url": address, "preview_url": preview, "directory": str(directory)}
             print(jsonlib.dumps(said), flush=True)
             return
         size, each = planned.size // len(planned.agents), boxes_each(planned, experiment)
-        lines = (
-            f"{planned.name} on {planned.boxes_in_words} for people: {size} trials, {each} for each person",
-            f"Participants  {url}",
-            *([f"To paste      {given}  (placeholders of the recruitment platform)"] if parts else []),
-            f"Preview       {preview}  (nothing is kept, and no place taken)",
-            f"Kept in       {directory}",
-            *(f"Note          {line}" for line in _reminders(planned, words, experiment)),
-            f"Ctrl-C stops; the same command resumes. Hash of the settings: {planned.settings_hash}",
-        )
-        print("\n".join(lines), flush=True)
+        print(f"{planned.name} on {planned.boxes_in_words} for people: {size} trials, {each} for each person")
+        print(f"Participants  {where.url}")
+        print(f"To paste      {address}  (placeholders of the recruitment platform)")
+        print(f"Preview       {preview}  (nothing is kept, and no place taken)")
+        print(f"Kept in       {directory}")
+        for line in _reminders(words, experiment):
+            print(f"Note          {line}")
+        print(f"Ctrl-C stops; the same command resumes. Hash of the settings: {planned.settings_hash}", flush=True)
 
-    address = Address(**door)  # type: ignore[arg-type] # named as its fields are
-    asyncio.run(until_stopped(directory, planned, experiment, words, address, announce=announce))
+    door = Address(host=host, port=port, public=public_url.rstrip("/"), allowed=tuple(allow_host or ()))
+    asyncio.run(until_stopped(directory, planned, experiment, words, door, announce=announce))
     if not json:
         print("Stopped. The same command resumes; everybody continues where they were.")
 
 
-def _reminders(planned: Study, words: Words, experiment: Experiment) -> Iterator[str]:
+def study_and_people(
+    name: str, asked: Mapping[str, object], people: Sequence[str], own: Mapping[str, object], out: Path | None
+) -> tuple[Study, Path, Experiment]:
+    """The study, people among its agents, its directory, and the settings for people: as given, or as stored there.
+
+    ``people`` are a file of settings, a number of people, or both; a number sets that of trials. ``own`` are settings
+    that count before those of the file.
+    """
+    files, numbers = [[one for one in people if one.isdecimal() == decimal] for decimal in (False, True)]
+    if len(files) > 1 or len(numbers) > 1:
+        raise BadValue("people", " ".join(people), "one file, one number, or one of each")
+    number = int(numbers[0][:9]) if numbers else None
+
+    def experiment(directory: Path) -> Experiment:
+        kept = read_experiment(Path(files[0])) if files else kept_experiment(directory) or Experiment()
+        given = {**own, "participants": number} if numbers else own
+        return checked(Experiment, {**kept.model_dump(), **given})
+
+    if Path(name).is_dir() and name not in STUDIES:
+        if asked or out is not None:
+            given = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
+            raise Conflict(given, f"the directory {name}", "its study already has its settings")
+        there = read_study(Path(name))
+        joined = replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE))))
+        return joined, Path(name), experiment(Path(name))
+    request = read_options(name, asked)
+    agents = list(dict.fromkeys((*(request.agent or ()), PEOPLE)))
+
+    def planned(**enough: object) -> tuple[Study, Path, Experiment]:
+        found = study(request, **enough, agent=agents)
+        directory = out or Path("lockprobe-runs") / f"{found.name}-{found.identity}"
+        return found, directory, experiment(directory)
+
+    first, directory, settings = planned()
+    if number is None or "trials" in asked:
+        return first, directory, settings
+    repetitions = first.repetitions if "repetitions" in asked else 1
+    luck = trials_for(number, len(conditions_of(first)), repetitions, settings)
+    rates: dict[str, object] = {}
+    if first.conditions == flips(first.p, first.flip, first.modalities):
+        rates["p"] = list(first.p)  # conditions stay, though default rates depend on whether trials are set
+    return planned(trials=ceil(luck / len(first.boxes)), repetitions=repetitions, **rates)
+
+
+def _reminders(words: Words, experiment: Experiment) -> Iterator[str]:
     """Tasks left for the experimenter before people come."""
-    if planned.layout == "fixed":
-        yield (
-            "Every box lies on one panel, so people can go by places and labels alone. --layout shuffled deals the "
-            "joints anew in every trial; a study that has begun stays as it is."
-        )
     if any(words.consent == read_words(language).consent for language in LANGUAGES):
         yield (
             "The shipped consent text names nobody as responsible and does not say how long the study takes. "
@@ -188,57 +198,14 @@ def _reminders(planned: Study, words: Words, experiment: Experiment) -> Iterator
         )
     if not (experiment.join_code or experiment.require_id):
         yield "Anyone with the link can join. --join-code CODE, or require_id in people.toml, keeps others out."
-    if experiment.completion_code and not (experiment.left_code or experiment.left_url):
-        yield "completion_code is set, but nothing for those who do not finish. In people.toml set left_code."
 
 
-def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
-    """The study, people among its agents, and its directory."""
-    directory = Path(name)
-    if _is_directory(name):
-        if asked or out is not None:
-            given = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
-            raise Conflict(given, f"the directory {name}", "its study already has its settings")
-        there = read_study(directory)
-        return replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE)))), directory
-    request = read_options(name, asked)
-    planned = study(request, agent=list(dict.fromkeys((*(request.agent or ()), PEOPLE))))
-    return planned, out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
-
-
-def _is_directory(name: str) -> bool:
-    return Path(name).is_dir() and name not in STUDIES
-
-
-def _people(given: list[str]) -> tuple[Path | None, int | None]:
-    """A file, a number of people, or both."""
-    files, numbers = [one for one in given if not one.isdecimal()], [one for one in given if one.isdecimal()]
-    if len(files) > 1 or len(numbers) > 1:
-        raise BadValue("people", " ".join(given), "one file, one number, or one of each")
-    return (Path(files[0]) if files else None), (int(numbers[0][:9]) if numbers else None)
-
-
-def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
-    """The settings for people: as given, or as stored in this directory."""
-    given = read_experiment(path) if path is not None else kept_experiment(directory) or Experiment()
-    return checked(Experiment, {**given.model_dump(), **asked})
-
-
-def _write(texts: Path | None, people: Path | None, language: str | None) -> None:
-    """Write the examples, in a language or in that of a file of texts, to where an experimenter edits them."""
-    asked = language or Experiment().language
-    spoken = read_words(asked).language
-    if texts is not None:
-        _copy(read_input(words_file(asked)), texts, "--texts")
-    if people is not None:
-        of = spoken if spoken in EXAMPLES else Experiment().language
-        example = read_input(EXAMPLES[of]).decode()
-        said = f"language = {jsonlib.dumps(asked, ensure_ascii=False)}"
-        _copy(example.replace(f'language = "{of}"', said).encode(), people, "--people")
-
-
-def _copy(content: bytes, target: Path, option: str) -> None:
-    if os.path.lexists(target):
-        raise BadFile(target, "already exists, and is not overwritten")
-    write_file(target, content)
-    print(f"Written: {target}. Edit it, then use it: lockprobe serve STUDY {option} {target}")
+def _write_examples(language: str, texts: Path | None, people: Path | None) -> None:
+    """Write a language's texts, and its example of settings, to where an experimenter edits them."""
+    example = EXAMPLES.get(language, EXAMPLES[Experiment().language])
+    for target, source, option in ((texts, words_file(language), "texts"), (people, example, "people")):
+        if target is not None and os.path.lexists(target):
+            raise BadFile(target, "already exists, and is not overwritten")
+        if target is not None:
+            write_file(target, read_input(source))
+            print(f"Written: {target}. Edit it, then use it: lockprobe serve STUDY --{option} {target}")

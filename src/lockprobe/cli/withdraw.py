@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from lockprobe.cli.command import Directory
 from lockprobe.foundation.errors import BadValue
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
@@ -15,7 +15,6 @@ from lockprobe.people.withdrawal import withdraw as delete_all
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of the study.")]
 Participant = Annotated[
     str, typer.Argument(metavar="PARTICIPANT", help="The participant: the ID in the study, or a platform's ID.")
 ]
