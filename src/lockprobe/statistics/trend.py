@@ -81,15 +81,19 @@ def trend(points: Sequence[Point], quantity: Quantity, draws: Array) -> Trend | 
     )
 
 
+FEWEST = 5
+"""Points of which a correlation is given: of three, r is near -1 or 1 by chance, and its P value as small as rounding."""
+
+
 def correlation(
     x: Array, y: Array, drawn: tuple[Array, Array]
 ) -> tuple[float, float | None, float | None, float] | None:
-    """Pearson's r over points (Fig. 5a), the ends of its 95 % interval, its P value; None of a constant or two points.
+    """Pearson's r over points (Fig. 5a), the ends of its 95 % interval, its P value; None of a constant or few points.
 
     The ends are percentiles over resamples of both, shape (resamples, points), None without any. The P value is from
     Student's t, as if points were independent and trials of equal length.
     """
-    r = float(_pearson(x[None], y[None])[0]) if len(x) >= 3 else math.nan
+    r = float(_pearson(x[None], y[None])[0]) if len(x) >= FEWEST else math.nan
     if not math.isfinite(r):
         return None
     free = len(x) - 2

@@ -2,7 +2,7 @@
 
 Sizes are those of print: a panel is one column (3.5 inches) wide and no text is smaller than 9 points. What is computed
 without a trial is grey, dotted or dashed, without any marker. An agent has one colour and one mark in all figures of a
-study, and a dash for each way to see the box; thick lines and filled markers are agents that the study is about.
+study, for each way in which it is shown the box; thick lines and filled markers are agents that the study is about.
 Nothing here touches global state.
 """
 
@@ -79,21 +79,11 @@ class Style:
 
 
 def style_of(course: Course) -> Style:
-    """The look of an agent: by its place among those of the study, so no two share colour and mark.
-
-    The dash is that of the way in which it is shown the box.
-    """
-    players = course.found.design.players
-    agents = list(dict.fromkeys(one.agent for one in players))
-    ways = [one.modality for one in players if one.agent == course.agent]
-    place = agents.index(course.agent) if course.agent in agents else 0
-    way = ways.index(course.modality) if course.modality in ways else 0
-    return Style(
-        colour=COLOURS[place % len(COLOURS)],
-        marker=MARKERS[place % len(MARKERS)],
-        dash=DASHES[way % len(DASHES)],
-        lead=course.subject,
-    )
+    """The look of an agent that is shown the box in one way: by its place in the study; no two share colour and mark."""
+    players = [(one.agent, one.modality) for one in course.found.design.players]
+    own = course.agent, course.modality
+    place = players.index(own) if own in players else 0
+    return Style(colour=COLOURS[place % len(COLOURS)], marker=MARKERS[place % len(MARKERS)], lead=course.subject)
 
 
 def lighter(colour: str, white: float) -> str:
@@ -129,7 +119,7 @@ def counts(sizes: Iterable[int | None]) -> str:
 def agent_label(agent: Course, longest: int = 30) -> str:
     """The agent's name, safe to set, with what tells it apart from others of this name."""
     extra = f" ({agent.shown})" if agent.shown else ""
-    return safe_name(shortened(who(agent.agent), max(15, longest - len(extra))) + extra)
+    return safe_name(shortened(who(agent.agent), max(20, longest - len(extra))) + extra)
 
 
 def heading(agent: Course) -> str:

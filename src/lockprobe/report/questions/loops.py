@@ -128,7 +128,7 @@ def _by_dose(axes: Any, course: Course) -> None:
     from lockprobe.report.figures import drawing as figures
 
     style, fit = figures.style_of(course), course.curve("loop_fit")
-    figures.by_dose(axes, course.played, "loop_rate", style, linestyle="none" if fit else style.dash)
+    figures.by_dose(axes, course.played, "loop_rate", style, linestyle="none" if fit else "-")
     if fit:
         axes.plot(fit.x, figures.numbers(fit.value), color=style.colour, linewidth=1.4)
     figures.share_axis(axes, "trials with an action loop")
@@ -151,7 +151,7 @@ def _against_success(axes: Any, course: Course) -> None:
     if slope is not None:
         start, ends = course.value("loop_success", "intercept") or 0.0, [min(shares)[0], max(shares)[0]]
         axes.plot(ends, [start + slope * x for x in ends], color=style.colour, linewidth=1.4)
-    said = f"r = {entry_text(r)}" if r else "r is not defined"
+    said = f"r = {entry_text(r)}" if r else "no r of so few or equal dots"
     figures.title(axes, figures.heading(course), f"{said}; {len(shares)} dots")
     figures.share_axis(axes, "trials with an action loop", "x", grid=False)
     figures.share_axis(axes, "success rate")
