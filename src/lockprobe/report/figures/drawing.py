@@ -79,7 +79,7 @@ class Style:
 
 
 def style_of(course: Course) -> Style:
-    """The look of an agent that is shown the box in one way: by its place in the study; no two share colour and mark."""
+    """The look of an agent that is shown the box in one way: by its place in the study, which no two share."""
     players = [(one.agent, one.modality) for one in course.found.design.players]
     own = course.agent, course.modality
     place = players.index(own) if own in players else 0
