@@ -162,7 +162,7 @@ def test_people_stand_above_agents_under_each_condition(tmp_path):
     assert [share for _, share, *_ in sorted(drawn)] == [1.0, 1.0, 0.0, 1.0]
     assert [text.get_text() for text in axes.texts[:2]] == ["told the truth", "flip rate 0.4"]
     assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
-    clustered = found.one("success", agent="participant", condition="truth", of="by person")
+    clustered = found.one("success", agent="participant", condition="truth", of="")
     assert min(drawn)[2:] == pytest.approx((clustered.low, clustered.high))
 
 

@@ -34,7 +34,7 @@ from matplotlib.transforms import Bbox
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.labels import placed
 from lockprobe.report.prose import who
-from lockprobe.report.rows import Cell, Course, Curve, Estimate
+from lockprobe.report.rows import Cell, Course, Curve, Estimate, Player
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.published import PEAK
@@ -78,12 +78,12 @@ class Style:
         }
 
 
-def style_of(course: Course) -> Style:
+def style_of(shown: Course | Cell) -> Style:
     """The look of an agent that is shown the box in one way: by its place in the study, which no two share."""
-    players = [(one.agent, one.modality) for one in course.found.design.players]
-    own = course.agent, course.modality
-    place = players.index(own) if own in players else 0
-    return Style(colour=COLOURS[place % len(COLOURS)], marker=MARKERS[place % len(MARKERS)], lead=course.subject)
+    own, players = (shown.agent, shown.modality), shown.found.design.players
+    places = ((i, one.subject) for i, one in enumerate(players) if (one.agent, one.modality) == own)
+    place, lead = next(places, (0, True))
+    return Style(colour=COLOURS[place % len(COLOURS)], marker=MARKERS[place % len(MARKERS)], lead=lead)
 
 
 def lighter(colour: str, white: float) -> str:
@@ -116,7 +116,7 @@ def counts(sizes: Iterable[int | None]) -> str:
     return f"n = {said} trial" + "s" * (said != "1")
 
 
-def agent_label(agent: Course, longest: int = 30) -> str:
+def agent_label(agent: Course | Player, longest: int = 30) -> str:
     """The agent's name, safe to set, with what tells it apart from others of this name."""
     extra = f" ({agent.shown})" if agent.shown else ""
     return safe_name(shortened(who(agent.agent), max(20, longest - len(extra))) + extra)

@@ -14,21 +14,18 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import count, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.report.format import entry_text
+from lockprobe.report.format import alone, entry_text
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import condition_words
-from lockprobe.report.rows import Course, Estimate, Results, Row, share_rows
+from lockprobe.report.rows import Estimate, Results, Row, share_rows
 from lockprobe.report.section import Block, Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import alike_weights, share_of
-from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.outcomes import ended, outcomes
 from lockprobe.statistics.proportions import proportion
 from lockprobe.trial.record import Trial
 
 _BY_PERSON = "by person"
 """Marks numbers whose interval is clustered by person and block."""
-
-_BEYOND = "beyond the budget"
 
 _FLOW = {
     "withdrawn": "withdrew (their data are deleted)",
@@ -65,11 +62,9 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
             yield _people(quantity="people", of="attention checks", **right)
     if own:
         yield from _all_people(begun, own, sizes)
-    cells = [cell for cell in numbers.cells if cell.agent == PEOPLE and len(cell.ended)]
-    for cell in cells:
-        yield from _at(cell.trials, modality=cell.modality, condition=cell.condition, doses=cell.doses)
-    for modality, of_all in grouped(cells, lambda cell: cell.modality).items():
-        yield from _at([trial for cell in of_all for trial in cell.trials], modality=modality)
+    for cell in numbers.cells:
+        if cell.agent == PEOPLE and len(cell.ended):
+            yield cell.estimate("people", len({*cell.ended.player.tolist()}), unit="people")
 
 
 def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str]) -> Iterator[Estimate]:
@@ -85,22 +80,6 @@ def _all_people(begun: Sequence[Trial], own: Sequence[Trial], sizes: Counter[str
     for at, those in sorted(grouped(placed, itemgetter(0)).items()):  # one box of each person: Wilson's interval
         found = proportion(sum(solved for _, solved in those), len(those))
         yield from share_rows("success", found, agent=PEOPLE, of=f"position={at}")
-
-
-def _at(begun: Sequence[Trial], **place: Any) -> Iterator[Estimate]:
-    """People under one condition, or in one modality over all conditions."""
-    every = outcomes(begun)
-    yield _people(quantity="people", **place, value=len({*every.ended.player.tolist()}), unit="people")
-    yield from share_rows(
-        "success", share_of(every.known, every.player, every.luck), agent=PEOPLE, **place, of=_BY_PERSON
-    )
-    curve = success_curve(every)
-    of = {**place, "of": _BY_PERSON, "unit": "steps", "n": curve.n}
-    median, (low, high) = curve.steps_to(0.5), curve.steps_to_interval(0.5)
-    note = _BEYOND if median is None else "open high" if high is None and low is not None else ""
-    half = {"of": f"half, {_BY_PERSON}", "value": median, "low": low, "high": high, "note": note}
-    yield _people(quantity="steps_to_solve", **of | half)
-    yield _people(quantity="mean_steps_all", **of, value=curve.restricted_mean_steps)
 
 
 def _flow_said(found: Results) -> Iterator[str]:
@@ -136,22 +115,16 @@ def _opened_said(found: Results) -> Iterator[str]:
 
 
 def _table(found: Results) -> Lines:
-    """People by condition, in each modality over all conditions, and by the position of the box."""
-    words, rows = condition_words(found), found.where("success", agent=PEOPLE, of=_BY_PERSON)
-    at, over = ([row for row in rows if row.modality and bool(row.condition) == one] for one in (True, False))
-    yield ["condition", "people", "trials", "solved", "success", "median steps", "mean steps"]
-    for row in [*at, *(over if len(at) > len(over) else [])]:
-        own = {"agent": PEOPLE, "modality": row.modality, "condition": row.condition}
-        steps = found.one("steps_to_solve", **own, of=f"half, {_BY_PERSON}")
-        median, *ends = (_BEYOND if one is None else f"{one:g}" for one in (steps.value, steps.low, steps.high))
-        half = median if steps.low is None and steps.high is None else f"{median} [{', '.join(ends)}]"
-        name = words[row.condition] if row.condition else f"all, {row.modality}" if len(over) > 1 else "all"
-        many, mean = found.one("people", **own), found.one("mean_steps_all", **own, of=_BY_PERSON)
-        yield [name, f"{many.value:g}", str(row.n), str(row.count), row, half, mean]
+    """People by condition, and by the position of the box."""
+    yield ["condition", "people", "boxes", "success", "mean steps"]
+    for cell in found.cells:
+        if cell.agent == PEOPLE and (many := cell.get("people")):
+            name = condition_words(found)[cell.condition]
+            steps = alone(cell.get("mean_steps_all"))
+            yield [name, f"{many.value:g}", str(cell.trials), cell.get("success"), steps]
     positions = [row for row in found.where("success", agent=PEOPLE) if row.of.startswith("position=")]
     for row in positions if len(positions) > 1 else ():
-        name = f"box {row.of.removeprefix('position=')} of a person"
-        yield [name, str(row.n), str(row.n), str(row.count), row, None, None]
+        yield [f"box {row.of.removeprefix('position=')} of a person", str(row.n), str(row.n), row, None]
 
 
 _TABLE = Table("people", _table, 1)
@@ -167,32 +140,31 @@ def draw(found: Results) -> Any:
     """Success of people and of agents beside them, a group of rows for each condition; None without people."""
     from lockprobe.report.figures import drawing as figures
 
-    words, groups = condition_words(found), dict[str, list[tuple[Estimate, Any]]]()
-    courses = [
-        Course(found=found, **player.named, axis="", name="condition", cells=tuple(cells))
-        for player in found.design.players
-        if (cells := [one for one in found.cells if (one.agent, one.modality) == (player.agent, player.modality)])
-    ]
-    looks = [
-        (one, figures.style_of(one)) for one in sorted(courses, key=lambda one: (one.agent != PEOPLE, not one.subject))
-    ]
-    looks = looks[:_MOST]
-    for cell, style in ((cell, style) for course, style in looks for cell in course.cells):
-        if row := cell.get("success", _BY_PERSON if cell.agent == PEOPLE else ""):
-            groups.setdefault(words[cell.condition], []).append((row, style))
+    players = sorted(found.design.players, key=lambda one: (one.agent != PEOPLE, not one.subject))[:_MOST]
+    shown = [(one.agent, one.modality) for one in players]
+    cells = sorted(
+        (cell for cell in found.cells if (cell.agent, cell.modality) in shown),
+        key=lambda cell: shown.index((cell.agent, cell.modality)),
+    )
+    groups = {
+        words: own
+        for name, words in condition_words(found).items()
+        if (own := [(cell, row) for cell in cells if cell.condition == name and (row := cell.get("success"))])
+    }
 
     def on(axes: Any, everyone: Estimate) -> None:
         y, across = 0.0, axes.get_yaxis_transform()
         for name, rows in groups.items():
             axes.text(0.0, y + 0.17, figures.safe_name(name, 44), transform=across, va="baseline", color=figures.INK)
             y += _HEAD
-            for row, style in rows:
-                figures.estimates(axes, [y], [row], style, across=True)
+            for cell, row in rows:
+                figures.estimates(axes, [y], [row], figures.style_of(cell), across=True)
                 y += _ROW
         axes.set_ylim(y, 0.0)
         figures.share_axis(axes, "success", "x")
-        for course, style in looks:
-            axes.plot([], [], label=figures.agent_label(course), **style.line)
+        for player in players:
+            style = next(figures.style_of(cell) for cell in cells if cell.agent == player.agent)
+            axes.plot([], [], label=figures.agent_label(player), **style.line)
         said = count(int(everyone.value or 0), *_WHO)
         figures.title(axes, f"{said} beside agents; bars: 95 % intervals")
 
@@ -214,11 +186,10 @@ _FIGURE = Figure(
 )
 
 _NOTE = Note(
-    "Median steps: Kaplan-Meier estimates with unsolved trials censored at the budget; in means they count with the "
-    "whole budget. Later boxes include only people who stayed; those who left early have no trials for the others.",
-    "Intervals of success are clustered by person and block, and so is the band of the curve by which half of the "
-    "trials are solved. Of the first, second, … box they are Wilson intervals; all are of the boxes that were played, "
-    "not of others like them.",
+    "In mean steps an unsolved box counts with the whole budget. Later boxes include only people who stayed; those who "
+    "left early have no trials for the others.",
+    "Intervals of success are clustered by person and block; of the first, second, … box they are Wilson intervals. "
+    "All are of the boxes that were played, not of others like them.",
     Markup(
         "<p>In other tables, people are one agent, <code>participant</code>. Each trial was played by one person, and "
         "another person may have played the same trial under another condition. Tests of conditions cluster trials by "
