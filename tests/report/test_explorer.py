@@ -11,13 +11,20 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from lockprobe import run_trial
 from lockprobe.boxes.families import box
 from lockprobe.report.explorer import explorer_data
+from lockprobe.report.rows import Design, Results
 from lockprobe.report.write import write_report
 
 ATTACK = "</script><script>document.title='owned'</script><img src=x onerror=\"document.title='owned'\">\u202e<!--"
 
 
+def explored(*trials):
+    """What the page holds of trials on a box."""
+    of = {"study": {"boxes": [box("chain-4").as_data()]}, "design": Design(conditions=(), players=())}
+    return explorer_data(trials, Results.model_construct(**of))
+
+
 def data_of(*trials):
-    return json.loads(explorer_data(trials, [box("chain-4").as_data()]))
+    return json.loads(explored(*trials))
 
 
 @pytest.mark.parametrize("condition", ["flip?p=0.4", "flip?p=0.5&others=kept", "tremble?p=0.5", "drop?p=0.5"])
@@ -49,7 +56,7 @@ def test_a_report_that_takes_back_the_first_is_marked_and_a_repeated_one_is_not(
 def test_broken_trials_are_left_out_people_are_numbered_and_no_text_of_an_agent_ends_the_script():
     person = {"agent": "participant:abc", "facts": {"position": 1}}
     evil = make_trial(SOLUTION, trial=2, hypothesis=ATTACK, agent="llm:evil/<b>")
-    said = explorer_data([make_trial([0], broken="model"), make_trial(SOLUTION, **person), evil], [])
+    said = explored(make_trial([0], broken="model"), make_trial(SOLUTION, **person), evil)
     data = json.loads(said)["trials"]
     assert [one.get("person") for one in data] == [1, None]
     assert "abc" not in said

@@ -5,12 +5,13 @@ import sys
 
 import pytest
 from builders import write_study
+from threadpoolctl import threadpool_limits
 
 from lockprobe.foundation import left_out as sections
 from lockprobe.report import write
 from lockprobe.report.opened import open_study
-from lockprobe.report.processor import one_thread
 from lockprobe.report.questions import all_sections
+from lockprobe.report.results import ONE_THREAD
 from lockprobe.report.rows import Results
 from lockprobe.report.verify import verify
 from lockprobe.report.write import write_report
@@ -39,7 +40,7 @@ def report_of(monkeypatch, directory, missing=()):
         called[name] = None
         return real(name, broken if name in missing else make, instead)
 
-    with monkeypatch.context() as patched, one_thread():
+    with monkeypatch.context() as patched, threadpool_limits(ONE_THREAD):
         for module in [*sys.modules.values()]:
             if getattr(module, "__name__", "").startswith("lockprobe") and vars(module).get("section") is real:
                 patched.setattr(module, "section", instead)

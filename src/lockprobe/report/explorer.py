@@ -13,13 +13,15 @@ import json
 import re
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import accumulate
-from types import MappingProxyType
 from typing import Any
 
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interventions.words import CORRECTION
+from lockprobe.report.prose import condition_words
+from lockprobe.report.rows import Results
+from lockprobe.report.rows.primary import primary_lines
 from lockprobe.statistics.loops import cover
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.outcomes import ended
@@ -33,42 +35,40 @@ _STEPS = 60_000
 """Steps of trials that a page holds, about 0.6 MB; of more, it holds a sample."""
 
 
-def explorer_data(
-    trials: Sequence[Trial],
-    boxes: Sequence[Mapping[str, Any]],
-    *,
-    budget: int = 0,
-    start: tuple[str, ...] = (),
-    called: Mapping[str, str] = MappingProxyType({}),
-) -> str:
+def explorer_data(trials: Sequence[Trial], found: Results) -> str:
     """The trials as JSON that may stand within a script element: it holds no ``<``.
+
+    The joints of each box have the letters from A on, in its order. The page begins with the first effect that was
+    detected.
 
     Args:
         trials: Those of a study; broken ones are left out, and of many, those of later blocks.
-        boxes: The boxes as in the settings of the study; the joints of each have the letters from A on, in its order.
-        budget: Steps of a trial.
-        called: Condition -> what a reader calls it.
-        start: Agent, modality, and the two conditions that the page shows first; empty for the first ones.
+        found: Its results.
     """
     counted = ended(trials)
     shown = _sample(counted)
     agents = list(dict.fromkeys((trial.group, trial.modality) for trial in shown))
     several = len({modality for _, modality in agents}) > 1
     conditions = list(dict.fromkeys(trial.condition for trial in shown))
-    joints = {str(box.get("name")): [joint.get("name") for joint in box.get("joints", [])] for box in boxes}
+    joints = {str(box.get("name")): [joint.get("name") for joint in box.get("joints", [])] for box in found.boxes}
     for trial in shown:
         own = joints.setdefault(trial.box, [])
         own += [joint for joint in trial.joints if joint not in own]
-    places = {name: place for place, name in enumerate(joints)}
+    places, called = {name: place for place, name in enumerate(joints)}, condition_words(found)
     people = list(dict.fromkeys(trial.player for trial in shown if trial.player))
     words = sum(len(step.decision.hypothesis[:_WORDS]) for trial in shown for step in trial.steps) <= _ALL_WORDS
-    start = start if set(start[2:]) <= {*conditions} else ()
-    first = [(agents.index(one), *map(conditions.index, start[2:])) for one in agents if one == start[:2]]
+    lines = [line for line in primary_lines(found) if line.second] or primary_lines(found)
+    first = sorted(lines, key=lambda line: not (line.change and line.change.detected))[:1]
+    start = [
+        (agents.index((line.agent, line.modality)), *map(conditions.index, line.conditions))
+        for line in first
+        if (line.agent, line.modality) in agents and {*line.conditions} <= {*conditions}
+    ]
     data = {
         "agents": [_text(f"{agent} ({spoken(modality)})" if several else agent) for agent, modality in agents],
         "conditions": [_text(called.get(condition, condition)) for condition in conditions],
         "boxes": [{"name": _text(name), "joints": [_text(str(one)) for one in own]} for name, own in joints.items()],
-        **_there(budget=budget, start=first[0] if first else ()),
+        **_there(budget=int(found.study.get("max_steps", 0)), start=start[0] if start else ()),
         "trials": [
             {
                 "a": agents.index((trial.group, trial.modality)),

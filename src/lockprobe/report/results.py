@@ -7,9 +7,10 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
+from threadpoolctl import threadpool_limits
+
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.opened import OpenedStudy, open_study, players_of
-from lockprobe.report.processor import one_thread
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.rows import (
@@ -27,6 +28,9 @@ from lockprobe.report.rows import (
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.read_records import in_order, results_hash
 from lockprobe.studies.study import settings_of
+
+ONE_THREAD = 1
+"""Of products of matrices: the last digits of sums depend on their number, and are now the same on every machine."""
 
 _ONE_LOOK = "its P value holds for one look, when all planned trials are played"
 
@@ -129,6 +133,6 @@ def results(directory: Path | str) -> Results:
     Raises:
         BadFile: If it is none.
     """
-    with one_thread(), leaving_out() as left_out:
+    with threadpool_limits(ONE_THREAD), leaving_out() as left_out:
         found = results_of(open_study(Path(directory)))
     return with_left_out(found, left_out)

@@ -7,12 +7,15 @@ trials says when it was made.
 
 from __future__ import annotations
 
+import gc
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Literal
+
+from threadpoolctl import threadpool_limits
 
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
@@ -21,13 +24,10 @@ from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.page import Page, figures_of, image
-from lockprobe.report.processor import one_thread, uncollected
-from lockprobe.report.prose import condition_words
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.trials import embedded
-from lockprobe.report.results import results_of, with_left_out
+from lockprobe.report.results import ONE_THREAD, results_of, with_left_out
 from lockprobe.report.rows import Results
-from lockprobe.report.rows.primary import primary_lines
 from lockprobe.report.section import Figure
 
 File = tuple[str, str | bytes | None]
@@ -64,14 +64,18 @@ def write_report(
         BadFile: If the directory is not that of a study, or its records cannot be analysed together.
     """
     directory = Path(directory)
-    with uncollected(), one_thread():
-        for name, content in report_files(open_study(directory), tell=tell, left_out=left_out):
-            path = directory / name
-            if content is None:
-                remove_file(path)
-            else:
-                make_directory(path.parent)
-                write_file(path, content)
+    gc.disable()  # the collector would look through all trials again and again and find little
+    try:
+        with threadpool_limits(ONE_THREAD):
+            for name, content in report_files(open_study(directory), tell=tell, left_out=left_out):
+                path = directory / name
+                if content is None:
+                    remove_file(path)
+                else:
+                    make_directory(path.parent)
+                    write_file(path, content)
+    finally:
+        gc.enable()
     return directory / "report.html"
 
 
@@ -85,9 +89,7 @@ def report_files(
         found = results_of(opened)
         tell("drawing the figures")
         page = Page(found=found, made=time_said() if found.progress.partial else "")
-        page.trials = section(
-            "Trial explorer", partial(_trials, opened, found), partial(explorer_data, (), found.boxes)
-        )
+        page.trials = section("Trial explorer", partial(explorer_data, opened.trials, found), str)
         figures = [*(figure for one in all_sections() for figure in one.figures), *figures_of(page.parts)]
         forms = {
             name: section(f"Figure {name}", partial(drawn_figure, found, figure), dict[str, bytes])
@@ -105,15 +107,6 @@ def report_files(
     for name, made in forms.items():
         yield from ((f"figures/{name}.{form}", made.get(form)) for form in _FORMS)
     yield last
-
-
-def _trials(opened: OpenedStudy, found: Results) -> str:
-    """The data of the trial explorer, which begins with the first effect that was detected."""
-    lines = [line for line in primary_lines(found) if line.second] or primary_lines(found)
-    first = sorted(lines, key=lambda line: not (line.change and line.change.detected))[:1]
-    start = (first[0].agent, first[0].modality, *first[0].conditions) if first else ()
-    words, budget = condition_words(found), opened.study.max_steps
-    return explorer_data(opened.trials, found.boxes, budget=budget, start=start, called=words)
 
 
 def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes]:
