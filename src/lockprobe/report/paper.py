@@ -7,12 +7,10 @@ Every number comes from ``results.json``. The directory ``paper`` of the study h
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib.resources import files
-from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup
 
@@ -20,13 +18,11 @@ from lockprobe.foundation.formatting import count, listed, p_cell
 from lockprobe.foundation.left_out import section
 from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.foundation.storage.atomic_file import make_directory, write_file
-from lockprobe.report.format import tex_text
+from lockprobe.report.format import entry_text, tex_text
 from lockprobe.report.page import tables_of
 from lockprobe.report.prose import false_reports, interval_kind
 from lockprobe.report.questions import all_sections
-from lockprobe.report.rows import Condition, Estimate, Results
-from lockprobe.report.section import Figure
-from lockprobe.report.write import File
+from lockprobe.report.rows import Condition, Results
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.modalities import spoken
 
@@ -64,84 +60,66 @@ def write_paper(found: Results, directory: Path) -> Path:
     """Write the files into the directory of a study, and return the directory that holds them."""
     make_directory(directory / PAPER)
     for name, content in paper_files(found):
-        if content is not None:
-            write_file(directory / PAPER / name, content)
+        write_file(directory / PAPER / name, content)
     return directory / PAPER
 
 
-def paper_files(found: Results) -> Iterator[File]:
+def paper_files(found: Results) -> Iterator[tuple[str, str | bytes]]:
     """Every file, by its name in the directory."""
     from lockprobe.report.figures.drawing import render
 
-    shown = []
-    for figure in (one for of in all_sections() for one in of.figures if one.applies(found)):
-        made: Any = section(f"Figure {figure.name}", partial(figure.draw, found), lambda: None)
-        if made is not None:
-            yield f"{figure.name}.pdf", render(made, "pdf")
-            shown += [_float(found, figure, wide=bool(made.get_figwidth() > _COLUMN))] * (figure.name != "box")
-    tables = {"results.tex": results_tex(found)}
+    shown = list[str]()
+    for figure in (figure for one in all_sections() for figure in one.figures if figure.applies(found)):
+        made = section(f"Figure {figure.name}", partial(figure.draw, found), lambda: None)
+        if made is None:
+            continue
+        yield f"{figure.name}.pdf", render(made, "pdf")
+        said = figure.caption_of(found)
+        text = " ".join(one.striptags() if isinstance(one, Markup) else one for one in (said.shown, said.computed))
+        inside = rf"\includegraphics[width=\linewidth]{{{figure.name}}}"
+        if figure.name != "box":
+            shown.append(_float("figure" + "*" * bool(made.get_figwidth() > _COLUMN), inside, text))
+    tables = {"results": results_tex(found)}
     if table := tables_of(found).get("table1"):
-        head, *rows = (" & ".join(map(tex_text, row)) for row in table)
-        tables["table1.tex"] = _table("l" * len(table[0]), head, rows, _TABLE1)
-    yield from ((name, content) for name, content in tables.items() if content)
+        tables["table1"] = _tabular(table, _TABLE1)
+    yield from ((f"{name}.tex", content) for name, content in tables.items())
     yield "methods.tex", methods_tex(found)
     references = files("lockprobe.report").joinpath("templates/references.bib").read_text(encoding="utf-8")
     yield "references.bib", references.replace("VERSION", found.lockprobe)
-    inputs = [rf"\input{{{name.removesuffix('.tex')}}}" for name, content in tables.items() if content]
+    inputs = [rf"\input{{{name}}}" for name in tables]
     yield "example.tex", _EXAMPLE % "\n\n".join([tex_text(found.answer), *shown, *inputs, ""])
 
 
-def _float(found: Results, figure: Figure, *, wide: bool) -> str:
-    said = figure.caption_of(found)
-    text = " ".join(one.striptags() if isinstance(one, Markup) else one for one in (said.shown, said.computed))
-    lines = (r"\centering", rf"\includegraphics[width=\linewidth]{{{figure.name}}}", rf"\caption{{{tex_text(text)}}}")
-    star = "*" * wide
-    return "\n".join([rf"\begin{{figure{star}}}", *lines, rf"\end{{figure{star}}}"])
+def _float(kind: str, inside: str, caption: str) -> str:
+    """A figure or a table of TeX."""
+    lines = (rf"\begin{{{kind}}}", r"\centering", inside, rf"\caption{{{tex_text(caption)}}}", rf"\end{{{kind}}}", "")
+    return "\n".join(lines)
 
 
-def _table(columns: str, head: str, rows: list[str], caption: str) -> str:
-    lines = [r"\centering", rf"\begin{{tabular}}{{{columns}}}", r"\toprule", rf"{head} \\", r"\midrule"]
-    end = [r"\bottomrule", r"\end{tabular}", rf"\caption{{{tex_text(caption)}}}"]
-    return "\n".join([r"\begin{table*}", *lines, *(rf"{row} \\" for row in rows), *end, r"\end{table*}", ""])
+def _tabular(table: Sequence[Sequence[str]], caption: str) -> str:
+    """A table of TeX, whose first row has the names of columns; a long one is several floats of one number."""
+    head, *rows = (" & ".join(map(tex_text, row)) for row in table)
+    begin = [rf"\begin{{tabular}}{{{'l' * len(table[0])}}}", r"\toprule", rf"{head} \\", r"\midrule"]
+    parts = [rows[i : i + _LINES] for i in range(0, len(rows), _LINES)] or [rows]
+    floats = [
+        "\n".join([*begin, *(rf"{{}}{row} \\" for row in part), r"\bottomrule", r"\end{tabular}"]) for part in parts
+    ]
+    return "\\addtocounter{table}{-1}\n".join(_float("table*", one, caption) for one in floats)
 
 
 def results_tex(found: Results) -> str:
-    """Six columns: who, where, trials, solved, the change, and its P value; a long table in several floats."""
+    """A table of every agent under every condition: trials, success, its change from the control, and P."""
     where = "condition" if found.beside_flips else "flip rate"
-    spread = r"\multicolumn{2}{l}"
-    head = rf"agent & {where} & trials & {spread}{{solved, \%}} & {spread}{{change, points}} & \emph{{P}}"
-    columns = rf"l{'l' if found.beside_flips else 'r'}rr@{{ }}lr@{{ }}lr"
-    floats, every = list[str](), [*_rows(found)]
-    for part in (every[i : i + _LINES] for i in range(0, len(every), _LINES)):
-        both = pairwise([("", ""), *part])  # {} since a bracket would be an option of the row
-        rows = [f"{{}}{agent if agent != last else ''} & {cells}" for (last, _), (agent, cells) in both]
-        again = "\\addtocounter{table}{-1}\n" * bool(floats)  # a long table is several floats of one number
-        floats.append(again + _table(columns, head, rows, _CAPTION))
-    return "\n".join(floats)
-
-
-def _rows(found: Results) -> Iterator[tuple[str, str]]:
-    """Every agent under every condition: its label and the other cells; no change of a control."""
     words: Mapping[str, str] = {one.name: condition_in_words(one) for one in found.design.conditions}
     changes = {(row.agent, row.condition): row for row in reversed(found.against_control()) if row.value is not None}
+    table = [["agent", where, "trials", "solved", "change, points", "P"]]
     for cell in found.cells:
-        success, change, said = cell.get("success"), changes.get((cell.agent, cell.condition)), " & & "
-        if success is not None and success.value is not None:
+        if (success := cell.get("success")) and success.value is not None:
             at = words[cell.condition] if found.beside_flips or cell.p is None else f"{cell.p:g}"
-            solved = f"{success.n} & {100 * success.value:.0f} & {_interval(success, '.0f')}"
-            if change is not None and change.value is not None:
-                said = f"${_points(change.value, '+.0f')}$ & {_interval(change, '+.0f')} & "
-                said += tex_text(p_cell(change.p_value))
-            yield tex_text(cell.label), f"{tex_text(at)} & {solved} & {said}"
-
-
-def _interval(row: Estimate, form: str) -> str:
-    return "" if row.low is None or row.high is None else f"$[{_points(row.low, form)}, {_points(row.high, form)}]$"
-
-
-def _points(value: float, form: str) -> str:
-    said = f"{100 * value:{form}}"
-    return "0" if said in ("+0", "-0") else said
+            change = changes.get((cell.agent, cell.condition))
+            said = [entry_text(change), p_cell(change.p_value)] if change else ["", ""]
+            table.append([cell.label, at, str(success.n), entry_text(success), *said])
+    return _tabular(table, _CAPTION)
 
 
 _LABELS: Mapping[str, str] = {
@@ -199,7 +177,7 @@ def condition_in_words(one: Condition, *, explained: bool = False) -> str:
 
 def methods_tex(found: Results) -> str:
     """Puzzle, agents, models, design, what is left out, intervals and tests, and the hashes."""
-    said = (sentence for part in (_system, _agents, _design, _tested) for sentence in part(found))
+    said = (sentence for part in (_system, _agents, _design, _tested) for sentence in part(found) if sentence)
     hashes = (rf"\texttt{{{tex_text(one)}}}" for one in (found.settings_hash, found.results_hash))
     kept = "The settings of the study have the hash {}, its records {}.".format(*hashes)
     return " ".join((*said, kept)) + "\n"
@@ -222,7 +200,7 @@ def _system(found: Results) -> Iterator[str]:
     plant = str(study.get("plant", "symbolic"))
     on = "" if plant == "symbolic" else f", on the plant {spec_in_words(plant)}"
     yield f"After each action it was shown as {tex_text(f'{shown}{on}')}."
-    yield from filter(None, [_LABELS.get(str(study.get("shuffle")), "")])
+    yield _LABELS.get(str(study.get("shuffle")), "")
 
 
 def _agents(found: Results) -> Iterator[str]:
@@ -248,10 +226,7 @@ def _agents(found: Results) -> Iterator[str]:
     facts, shown = found.facts_about(PEOPLE), {"True": "shown", "False": "not shown"}
     names = ("view", "history", "feedback")
     said = [f"{name} {tex_text(shown.get(facts[name], facts[name]))}" for name in names if name in facts]
-    each = [found.get("boxes", agent=PEOPLE, condition="", of=f"{end} of a person") for end in ("fewest", "most")]
-    said += [f"{' to '.join(f'{row.value:g}' for row in each if row)} boxes finished by each"] if all(each) else []
-    if said:
-        yield f"Participants: {', '.join(said)}."
+    yield f"Participants: {', '.join(said)}." if said else ""
 
 
 def _design(found: Results) -> Iterator[str]:
