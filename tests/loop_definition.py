@@ -23,18 +23,18 @@ def patterns(actions: int, longest: int) -> Iterator[tuple[int, ...]]:
         layer = [(*p, a) for p in layer for a in range(min(len(set(p)) + 1, actions))]
 
 
-def copies(trial: Sequence[int], min_length: int) -> dict[tuple[int, ...], list[int]]:
+def copies(trial: Sequence[int]) -> dict[tuple[int, ...], list[int]]:
     """Every run that stands twice, and all places where it stands."""
     places: dict[tuple[int, ...], list[int]] = {}
     for start, end in combinations(range(len(trial) + 1), 2):
-        if end - start >= min_length:
+        if end - start >= 3:
             places.setdefault(tuple(trial[start:end]), []).append(start)
     return {word: at for word, at in places.items() if at[-1] - at[0] >= len(word)}
 
 
-def truth(trial: tuple[int, ...], min_length: int = 3) -> Truth:
+def truth(trial: tuple[int, ...]) -> Truth:
     """Tries every set of disjoint pieces."""
-    words = copies(trial, min_length)
+    words = copies(trial)
     if not words:
         return Truth(0, 0, 0)
     pieces = sorted((start, start + len(word)) for word, at in words.items() for start in at)

@@ -24,6 +24,9 @@ if TYPE_CHECKING:  # `lockprobe loops --help` does without NumPy
 Solver = Literal["dp", "ilp"]
 """Both are exact. ``dp``: our own dynamic programme. ``ilp``: the paper's linear programme, the reference."""
 
+LENGTH = 3
+"""Fewest actions in a loop."""
+
 LONGEST_ILP = 120
 
 TRIAL_LENGTH = 5000
@@ -34,29 +37,27 @@ Interval = tuple[int, int]
 """A piece of a trial: its first action (from 0) and its length."""
 
 
-def _letters(trial: Sequence[Hashable], min_length: int) -> str:
+def _letters(trial: Sequence[Hashable]) -> str:
     """A string of one letter per action, whose searches run in C."""
-    if min_length < 1:
-        raise BadValue("shortest loop", min_length, "at least 1 action")
     names: dict[Hashable, str] = {}
     return "".join([names.setdefault(action, chr(len(names))) for action in trial])
 
 
-def onset(trial: Sequence[Hashable], *, min_length: int = 3) -> int:
+def onset(trial: Sequence[Hashable]) -> int:
     """The step at which the first loop of a trial is complete, from 1; 0 if it holds none.
 
     >>> onset("ABCDABC")
     7
     """
-    text = _letters(trial, min_length)
+    text = _letters(trial)
     first: dict[str, int] = {}
-    for start in range(len(text) - min_length + 1):
-        if start - first.setdefault(text[start : start + min_length], start) >= min_length:
-            return start + min_length
+    for start in range(len(text) - LENGTH + 1):
+        if start - first.setdefault(text[start : start + LENGTH], start) >= LENGTH:
+            return start + LENGTH
     return 0
 
 
-def onset_batch(trials: NDArray[np.integer[Any]], *, min_length: int = 3) -> NDArray[np.int64]:
+def onset_batch(trials: NDArray[np.integer[Any]]) -> NDArray[np.int64]:
     """:func:`onset` of many trials, integers of shape (trials, n); shape (trials,).
 
     A trial of length L holds a loop exactly if its onset is at most L, so one call answers every length.
@@ -66,13 +67,10 @@ def onset_batch(trials: NDArray[np.integer[Any]], *, min_length: int = 3) -> NDA
     steps = np.ascontiguousarray(trials.T)
     n = len(steps)
     first = np.full(len(trials), n + 1)
-    for distance in range(min_length, n - min_length + 1):
-        run, size = steps[:-distance] == steps[distance:], 1
-        while size < min_length:  # runs of equal steps, each made of two shorter ones
-            more = min(size, min_length - size)
-            run = run[:-more] & run[more:]
-            size += more
-        np.minimum(first, np.where(run.any(axis=0), run.argmax(axis=0) + distance + min_length, n + 1), out=first)
+    for distance in range(LENGTH, n - LENGTH + 1):
+        same = steps[:-distance] == steps[distance:]
+        run = same[:-2] & same[1:-1] & same[2:]
+        np.minimum(first, np.where(run.any(axis=0), run.argmax(axis=0) + distance + LENGTH, n + 1), out=first)
     return np.where(first > n, 0, first)
 
 
@@ -106,7 +104,7 @@ class LoopCover:
         return self.covered / self.n if self.n else 0.0
 
 
-def cover(trial: Sequence[Hashable], *, solver: Solver = "dp", min_length: int = 3) -> LoopCover:
+def cover(trial: Sequence[Hashable], *, solver: Solver = "dp") -> LoopCover:
     """Cover as much of a trial as possible by disjoint copies of its action loops (maximum coverage).
 
     Of several greatest covers it is one of fewest pieces. A piece that is itself a repetition is then written as its
@@ -115,7 +113,6 @@ def cover(trial: Sequence[Hashable], *, solver: Solver = "dp", min_length: int =
     Args:
         trial: The actions in order.
         solver: Our exact solver, or the paper's integer linear programme, of at most ``LONGEST_ILP`` actions.
-        min_length: Fewest actions in a loop (at least 1; 3 in the paper).
 
     >>> found = cover("ABCABCABC")
     >>> found.words, found.intervals, found.share
@@ -123,19 +120,22 @@ def cover(trial: Sequence[Hashable], *, solver: Solver = "dp", min_length: int =
     """
     if solver not in get_args(Solver):
         raise BadValue("solver", solver, "dp or ilp")
-    text = _letters(trial, min_length)
+    text, pieces = _letters(trial), list[Interval]()
     if solver == "ilp" and len(text) > LONGEST_ILP:
         raise BadValue("actions for the solver ilp", len(text), f"at most {LONGEST_ILP}; dp has no limit")
-    chosen = (_programme if solver == "ilp" else _scheduled)(text, min_length)
-    pieces = [part for piece in chosen for part in _copies(text, piece, min_length)]
+    for start, length in (_programme if solver == "ilp" else _scheduled)(text):
+        word = text[start : start + length]
+        periods = (size for size in range(LENGTH, length) if word == word[:size] * (length // size))
+        size = next(periods, length)
+        pieces += [(at, size) for at in range(start, start + length, size)]
     words = dict.fromkeys(tuple(trial[start : start + length]) for start, length in pieces)
     return LoopCover(n=len(text), words=tuple(words), intervals=tuple(pieces))
 
 
-def _loops(text: str, min_length: int, below: int) -> dict[str, list[int]]:
+def _loops(text: str, below: int) -> dict[str, list[int]]:
     """All loops of less than ``below`` actions with the starts of all their copies, short ones first."""
     loops: dict[str, list[int]] = {}
-    for length in range(min_length, min(below, len(text))):
+    for length in range(LENGTH, min(below, len(text))):
         starts: dict[str, list[int]] = {}
         for start in range(len(text) - length + 1):
             starts.setdefault(text[start : start + length], []).append(start)
@@ -146,7 +146,7 @@ def _loops(text: str, min_length: int, below: int) -> dict[str, list[int]]:
     return loops
 
 
-def _programme(text: str, min_length: int) -> list[Interval]:
+def _programme(text: str) -> list[Interval]:
     """The pieces of a greatest cover by the paper's binary integer linear programme, solved by HiGHS: the reference.
 
     Each action is covered at most once. The gain is the covered length, less a bit per piece, plus a smaller bit for
@@ -156,7 +156,7 @@ def _programme(text: str, min_length: int) -> list[Interval]:
     from scipy.optimize import Bounds, LinearConstraint, milp
     from scipy.sparse import csr_array
 
-    n, loops = len(text), _loops(text, min_length, len(text))
+    n, loops = len(text), _loops(text, len(text))
     if not (choices := [(start, len(word)) for word, starts in loops.items() for start in starts]):
         return []
     rows, columns = zip(*((start + k, c) for c, (start, size) in enumerate(choices) for k in range(size)), strict=True)
@@ -174,46 +174,24 @@ def _programme(text: str, min_length: int) -> list[Interval]:
     return sorted(piece for piece, x in zip(choices, solution.x, strict=True) if x > 0.5)
 
 
-def _copies(text: str, piece: Interval, min_length: int) -> list[Interval]:
-    """A piece as the copies of its shortest loop that it repeats; itself if it repeats none."""
-    start, length = piece
-    word = text[start : start + length]
-    for size in range(min_length, length // 2 + 1):
-        if length % size == 0 and word == word[:size] * (length // size):
-            return [(at, size) for at in range(start, start + length, size)]
-    return [piece]
-
-
-def _longest_loops(text: str, min_length: int) -> list[int]:
-    """For each start the length of the longest loop there that may be a piece, 0 for none.
-
-    Every part of a loop (of ``min_length`` or more) is a loop. So as the start goes left the end of the longest never
-    goes right: at most 2 n searches of a trial.
-    """
-    reach, end = [0] * len(text), len(text)
-    if len(text) > TRIAL_LENGTH:
-        for word, starts in _loops(text, min_length, 2 * min_length).items():
+def _scheduled(text: str) -> list[Interval]:
+    """The pieces of a greatest cover of fewest pieces, the first of them as early and as long as they can be."""
+    n = len(text)
+    reach, length, end = [0] * n, [0] * n, n  # the longest loop at each start that may be a piece, and the chosen one
+    if n > TRIAL_LENGTH:
+        for word, starts in _loops(text, 2 * LENGTH).items():
             for start in starts:
                 reach[start] = len(word)
-        return reach
-    for start in range(len(text) - min_length, -1, -1):
-        while end - start >= min_length:
-            word = text[start:end]
-            if text.count(word) > 1:
-                reach[start] = len(word)
-                break
-            end -= 1
-    return reach
-
-
-def _scheduled(text: str, min_length: int) -> list[Interval]:
-    """The pieces of a greatest cover of fewest pieces, the first of them as early and as long as they can be."""
-    reach = _longest_loops(text, min_length)
-    n, length = len(text), [0] * len(text)
+    else:
+        # every part of a loop is a loop, so as the start goes left the end of the longest never goes right
+        for start in range(n - LENGTH, -1, -1):
+            while end - start >= LENGTH and text.count(text[start:end]) < 2:
+                end -= 1
+            reach[start] = end - start if end - start >= LENGTH else 0
     worth = [0] * (n + 1)  # of what is covered from an action on; one action counts more than all pieces together
     for start in range(n - 1, -1, -1):
         worth[start] = worth[start + 1]
-        for size in range(min_length, reach[start] + 1):
+        for size in range(LENGTH, reach[start] + 1):
             found = size * (n + 1) - 1 + worth[start + size]
             if found >= worth[start]:
                 worth[start], length[start] = found, size

@@ -5,7 +5,7 @@ Loops as a Candidate Failure Mode") reports about 80 % as its maximum. A loop ra
 chance level for the same length.
 
 Most levels are exact. ``chance_table.json``, made by ``scripts/make_chance_table.py``, counts loop-free patterns
-(sequences up to the names of their actions). Other levels are enumerated where that is cheap, else simulated.
+(sequences up to the names of their actions). Other levels are simulated.
 """
 
 from __future__ import annotations
@@ -23,13 +23,10 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.loops import onset_batch
+from lockprobe.statistics.loops import LENGTH, onset_batch
 
 Null = Literal["uniform", "no-repeat"]
 """The blind agent: any action with equal probability, or any but the one before."""
-
-ENUMERABLE = 2**18
-"""The largest number of sequences that are enumerated."""
 
 CHUNKS, CHUNK, FEWEST = 20, 20_000, 5
 """20 chunks of 20 000 sequences are simulated; of long trials fewer, but at least 5 in each chunk."""
@@ -53,63 +50,47 @@ class Chance(NamedTuple):
         return "simulation" if self.error else "exact"
 
 
-def chance_level(length: int, actions: int = 4, *, null: Null = "uniform", min_length: int = 3) -> Chance:
+def chance_level(length: int, actions: int = 4, *, null: Null = "uniform") -> Chance:
     """The chance level of an action loop, given the length of the trial.
 
-    Exact for loops of three over 4 actions or fewer up to length 20 (5: 18, 6: 17, more: 16; without repeats
-    5: 20, 6: 19, 7: 18, more: 17), for at most 262 144 sequences, and wherever it is 0 or 1. Otherwise simulated, with
-    the same sequences at every call: 400 000 up to length 40, fewer beyond.
+    Exact over 4 actions or fewer up to length 20 (5: 18, 6: 17, more: 16; without repeats 5: 20, 6: 19, 7: 18, more:
+    17), and wherever it is 0 or 1. Otherwise simulated, with the same sequences at every call: 400 000 up to length 40,
+    fewer beyond.
 
     Args:
         length: Steps in the trial (at least 0).
         actions: Actions to choose from (at least 1; ``no-repeat`` needs 2).
         null: How the blind agent chooses.
-        min_length: Fewest actions in a loop (at least 1; 3 in the paper).
 
     >>> chance_level(20).probability == 1 - 219_018_772_080 / 4**20
     True
     """
     if null not in get_args(Null):
         raise BadValue("null", null, " or ".join(get_args(Null)))
-    fewest = 1 if null == "uniform" else 2
-    for name, value, least in (
-        ("length of the trial", length, 0),
-        ("actions", actions, fewest),
-        ("shortest loop", min_length, 1),
-    ):
+    for name, value, least in (("length of the trial", length, 0), ("actions", actions, 1 + (null == "no-repeat"))):
         if value < least:
             raise BadValue(name, value, f"at least {least}")
-    starts = length - min_length + 1
-    if starts <= min_length:
+    starts, others = length - LENGTH + 1, actions - (null == "no-repeat")
+    if starts <= LENGTH:
         return Chance(0.0)
-    others = actions - (null == "no-repeat")
-    if starts > min_length * actions * others ** (min_length - 1):
-        # Copies of one word in a loop-free trial all start within `min_length` steps of each other.
+    if starts > LENGTH * actions * others ** (LENGTH - 1):
+        # Copies of one word in a loop-free trial all start within three steps of each other.
         return Chance(1.0)
-    total = actions * others ** (length - 1)
-    if min_length == 3 and (free := _loop_free(length, actions, null)) is not None:
+    if (free := _loop_free(length, actions, null)) is not None:
+        total = actions * others ** (length - 1)
         return Chance((total - free) / total)
-    if actions**length <= ENUMERABLE:
-        sequences = np.arange(actions**length)[:, None] // actions ** np.arange(length) % actions
-        if null == "no-repeat":
-            sequences = sequences[(sequences[:, 1:] != sequences[:, :-1]).all(axis=1)]
-        looping = np.count_nonzero(onset_batch(sequences, min_length=min_length))
-        return Chance(looping / total)
     # simulated trials are the same for all lengths up to 20, 40, 80 ... steps; beyond about n = 6.5 sqrt(words) steps,
     # where n^2 / 2 pairs of words match with a probability of 1 / words each, none is without a loop (below 1e-9)
     steps = FIRST
     while steps < length:
         steps *= 2
-    decisive = 2 * min_length + int(6.5 * sqrt(min(actions**min_length, 10**300)))  # a float ends at 10**308
-    onsets = _onsets(min(steps, decisive), actions, null, min_length)
+    onsets = _onsets(min(steps, 2 * LENGTH + int(6.5 * sqrt(actions**LENGTH))), actions, null)
     found = ((onsets > 0) & (onsets <= length)).astype(np.float64)
     error = np.append(found, (0.0, 1.0)).std() / sqrt(len(found))  # with one trial of each kind more: never 0
     return Chance(float(found.mean()), float(error))
 
 
-def expected_loop_rate(
-    sequences: Sequence[Sequence[Hashable]], null: Null, *, actions: int, min_length: int = 3
-) -> Chance:
+def expected_loop_rate(sequences: Sequence[Sequence[Hashable]], null: Null, *, actions: int) -> Chance:
     """The loop rate of a blind agent in trials of exactly these lengths (at least one trial), the mean over them.
 
     Its error is an upper bound where levels of several lengths were simulated together.
@@ -119,7 +100,7 @@ def expected_loop_rate(
     if actions < (seen := len({action for sequence in sequences for action in sequence})):
         raise BadValue("actions", actions, f"at least the {seen} that the trials hold")
     levels = [
-        (count / len(sequences), chance_level(length, actions, null=null, min_length=min_length))
+        (count / len(sequences), chance_level(length, actions, null=null))
         for length, count in Counter(map(len, sequences)).items()
     ]
     probability, error = (sum(share * level[of] for share, level in levels) for of in (0, 1))
@@ -146,8 +127,8 @@ def _loop_free(length: int, actions: int, null: Null) -> int | None:
 
 
 @cache
-def _onsets(steps: int, actions: int, null: Null, min_length: int) -> NDArray[np.int64]:
-    """Steps at which seeded trials complete their first loop. The trials do not depend on the definition of a loop.
+def _onsets(steps: int, actions: int, null: Null) -> NDArray[np.int64]:
+    """Steps at which seeded trials complete their first loop.
 
     Most loop early: of each trial 20 steps are examined, then 40, 80 ...
     """
@@ -161,7 +142,7 @@ def _onsets(steps: int, actions: int, null: Null, min_length: int) -> NDArray[np
         sequences = sequences.astype(np.min_scalar_type(actions))
         onsets, undecided, examined = np.zeros(chunk, dtype=np.int64), np.arange(chunk), FIRST
         while True:
-            onsets[undecided] = onset_batch(sequences[undecided, :examined], min_length=min_length)
+            onsets[undecided] = onset_batch(sequences[undecided, :examined])
             undecided = undecided[onsets[undecided] == 0]
             if examined >= steps or not len(undecided):
                 break
