@@ -25,7 +25,7 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
-from lockprobe.statistics.course import courses
+from lockprobe.statistics.course import cells_of, courses
 from lockprobe.statistics.hazards import ModalityEffect, modality_effects
 from lockprobe.statistics.proportions import ALPHA, proportion
 from lockprobe.studies.running.trial_setup import play_timed
@@ -93,7 +93,10 @@ def main() -> None:
     for trials in chosen.trials:
         for shared in chosen.shared:
             rng = np.random.default_rng([chosen.seed, trials, round(100 * shared)])
-            effects = (modality_effects(courses(dealt(pools, trials, shared, rng))) for _ in range(chosen.studies))
+            effects = (
+                modality_effects(courses(cells_of(dealt(pools, trials, shared, rng)).values()))
+                for _ in range(chosen.studies)
+            )
             counts = np.array([told_apart(effect) for found in effects for effect in found]).sum(axis=0)
             trend, pairs = (proportion(int(count), chosen.studies) for count in counts)
             print(

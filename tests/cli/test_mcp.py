@@ -23,7 +23,7 @@ from tool_player import SPEC, Player, plain_records
 
 from lockprobe.cli.mcp import records_directory
 from lockprobe.interfaces.mcp.server import LONGEST_LINE
-from lockprobe.statistics.course import courses
+from lockprobe.statistics.course import cells_of, courses
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import STORE, read
@@ -258,7 +258,7 @@ def test_the_other_commands_read_what_was_played(lockprobe, project):
     assert "mcp:scripted" in lockprobe("export", out, "--format", "jsonl", "--out", "-")[1]
     status, _, err = lockprobe("run", *OPTIONS, "--agent", "mcp:scripted", "--out", out)
     assert (status, "lockprobe mcp" in err) == (2, True)
-    found = {one.agent: len(one.tested.ended) for one in courses(load(out))}
+    found = {one.agent: len(one.tested.ended) for one in courses(cells_of(load(out)).values())}
     assert found == {"random": 6, "mcp:scripted": 5}  # never pooled
 
 

@@ -11,7 +11,7 @@ from scipy.stats import binomtest
 
 from lockprobe.statistics.agents import STEPS, SUCCESS, changes_of, compared
 from lockprobe.statistics.blocks import blocks_of
-from lockprobe.statistics.course import courses
+from lockprobe.statistics.course import cells_of, courses
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.trial.record import STATES
 
@@ -29,7 +29,7 @@ def trials(agent, solved, of=12, p=(0.0, 0.3), modality=STATES):
 
 def pair(*groups):
     """The only pair; its second agent is that of the first group."""
-    (found,) = compared(courses([trial for group in groups for trial in group]))
+    (found,) = compared(courses(cells_of([trial for group in groups for trial in group]).values()))
     return found
 
 
@@ -39,18 +39,18 @@ def names(found):
 
 def test_models_are_compared_with_each_other_and_with_baselines_in_one_modality():
     agents = ("llm:a", "llm:b", "human-inspired?lapse=0.1", "random", "round-robin")
-    found = compared(courses([trial for agent in agents for trial in trials(agent, (5, 5))]))
+    found = compared(courses(cells_of([trial for agent in agents for trial in trials(agent, (5, 5))]).values()))
     baselines = [(model, other, True) for model in agents[:2] for other in agents[2:4]]
     assert names(found) == [("llm:a", "llm:b", False), *baselines]
-    assert names(compared(courses([*trials("random", (3, 3)), *trials("round-robin", (9, 9))]))) == [
+    assert names(compared(courses(cells_of([*trials("random", (3, 3)), *trials("round-robin", (9, 9))]).values()))) == [
         ("random", "round-robin", False)
     ]
     made = [t for a in ("llm:a", "llm:b") for m in ("rgb", STATES) for t in trials(a, (9, 9), modality=m)]
-    found = compared(courses([*made, *trials("random", (9, 9))]))
+    found = compared(courses(cells_of([*made, *trials("random", (9, 9))]).values()))
     assert [one.family for one in found if not one.baseline] == [(False, "rgb", "rgb"), (False, STATES, STATES)]
     assert len(found) == 6
     apart = [*trials("llm:a", (3,), p=(0.0,)), *trials("llm:b", (3,), p=(0.3,))]
-    assert compared(courses(apart)) == []
+    assert compared(courses(cells_of(apart).values())) == []
 
 
 played = st.lists(st.tuples(*[st.sampled_from([True, False, None])] * 4), min_size=2, max_size=8)
@@ -70,7 +70,10 @@ def test_two_agents_are_compared_over_the_trials_that_both_finished(blocks):
         ]
 
     one, two = of("llm:a", (0, 1)), of("llm:b", (2, 3))
-    found, turned = compared(courses([*one, *two])), compared(courses([*two, *one]))
+    found, turned = (
+        compared(courses(cells_of([*one, *two]).values())),
+        compared(courses(cells_of([*two, *one]).values())),
+    )
     both = {p: [(r[i], r[i + 2]) for r in blocks if None not in (r[i], r[i + 2])] for i, p in ((0, 0.0), (1, 0.3))}
     every = both[0.0] + both[0.3]
     assert bool(found) == bool(every)

@@ -3,7 +3,7 @@
 import pytest
 from builders import SOLUTION, make_trial
 
-from lockprobe.statistics.course import courses
+from lockprobe.statistics.course import cells_of, courses
 from lockprobe.statistics.hazards import modality_effects
 from lockprobe.statistics.modalities import by_fidelity, spoken
 
@@ -18,7 +18,10 @@ def trials_of(modality, waits, agent="viewer"):
 
 
 def effects(*groups):
-    return {one.agent: one for one in modality_effects(courses([trial for group in groups for trial in group]))}
+    return {
+        one.agent: one
+        for one in modality_effects(courses(cells_of([trial for group in groups for trial in group]).values()))
+    }
 
 
 def effect_of(**waits):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
 
-from lockprobe.statistics.course import courses
+from lockprobe.statistics.course import cells_of, courses
 
 STUDY = small_study(("participant", "random"), (0.0, 0.3, 0.6), 2, 4)
 
@@ -22,15 +22,15 @@ def played():
 
 
 def test_people_are_one_agent_and_order_does_not_matter(played):
-    people, agent = courses(played)
+    people, agent = courses(cells_of(played).values())
     assert (people.agent, people.people, agent.agent) == ("participant", True, "random")
     shuffled = list(played)
     random.Random(1).shuffle(shuffled)
-    again = next(one for one in courses(shuffled) if one.people)
+    again = next(one for one in courses(cells_of(shuffled).values()) if one.people)
     assert [again.outcomes.at(again.outcomes.dose == p).solved.sum() for p in STUDY.p] == [
         people.outcomes.at(people.outcomes.dose == p).solved.sum() for p in STUDY.p
     ]
-    (alone,) = courses([trial for trial in played if trial.group == "random"])
+    (alone,) = courses(cells_of([trial for trial in played if trial.group == "random"]).values())
     assert (alone.trials, alone.doses, alone.family) == (agent.trials, agent.doses, agent.family)
 
 
@@ -44,5 +44,5 @@ def test_people_are_never_taken_for_blind():
         for i in range(3)
         for t in range(10)
     ]
-    assert not courses(own)[0].blind
-    assert courses([replace(trial, agent="llm:a") for trial in own])[0].blind
+    assert not courses(cells_of(own).values())[0].blind
+    assert courses(cells_of([replace(trial, agent="llm:a") for trial in own]).values())[0].blind

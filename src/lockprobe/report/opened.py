@@ -6,25 +6,20 @@ Trials stand by agent and condition (cells), and by agent over the doses of an a
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import product
 from os.path import lexists
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from lockprobe.foundation.grouping import grouped
 from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rows import Curve, DoseAxis, Estimate, EveryLook, Player, Row, share_rows
-from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.course import Course, Place, courses, is_baseline
+from lockprobe.statistics.course import Cell, Course, cells_of, courses, is_baseline
 from lockprobe.statistics.design import Design, Series, axis_key
-from lockprobe.statistics.every_look import share_at_every_look
 from lockprobe.statistics.idle import idle_interventions
-from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, outcomes
+from lockprobe.statistics.outcomes import NO_ORDERS
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Rules
 from lockprobe.studies.branch import read_forks
@@ -41,19 +36,8 @@ if TYPE_CHECKING:
     from lockprobe.people.diary import Diary
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlayedCell:
-    """One agent under one condition: its trials by repetition and trial, broken ones too.
-
-    ``order`` is that of its blocks, if what is said of it must hold at every look.
-    """
-
-    agent: str
-    modality: str
-    condition: str
-    doses: dict[str, float]
-    trials: tuple[Trial, ...]
-    order: BlockOrder | None = None
+class PlayedCell(Cell):
+    """An agent under a condition, with the rows that are of it."""
 
     def estimate(self, quantity: str, value: float | None = None, **columns: Any) -> Estimate:
         """A row of this cell."""
@@ -67,36 +51,6 @@ class PlayedCell:
         """A curve of this cell."""
         return Curve(quantity=quantity, **self.of, **columns)
 
-    @cached_property
-    def outcomes(self) -> Outcomes:
-        """Its trials as columns."""
-        return outcomes(self.trials, order=self.order)
-
-    @cached_property
-    def ended(self) -> Outcomes:
-        """Those of them that ended as solved or out of budget."""
-        return self.outcomes.ended
-
-    @cached_property
-    def success(self) -> Proportion:
-        """The share solved, with an interval that holds whatever became of those that broke."""
-        every, solved = self.outcomes, self.outcomes.known
-        if self.order is None or every.crossed:
-            return share_of(solved, every.player, every.luck, every.box)
-        return share_at_every_look(solved[np.argsort(self.order.rank(every.repetition, every.trial))])
-
-    @property
-    def of(self) -> dict[str, Any]:
-        """The columns that say of which cell a row is."""
-        return {"agent": self.agent, "modality": self.modality, "condition": self.condition, "doses": self.doses}
-
-
-def _place(series: Series, trial: Trial) -> Place:
-    """The place of a trial by the option of its agent, or by the dose of its condition."""
-    if series.agent:
-        return Place(series.agent, trial.modality, series.doses[trial.group])
-    return Place(trial.group, series.modality, series.doses[trial.condition])
-
 
 def players_of(found: Sequence[Course], *, doses: bool = False) -> list[Player]:
     """The agents of an axis; those that are no baselines are its subjects, or all if all are."""
@@ -108,7 +62,7 @@ def players_of(found: Sequence[Course], *, doses: bool = False) -> list[Player]:
             shown=one.shown,
             subject=one in subjects,
             blind=one.blind,
-            doses=tuple(one.by_dose) if doses else (),
+            doses=one.doses if doses else (),
         )
         for one in found
     ]
@@ -154,17 +108,6 @@ class OpenedStudy:
         return tuple(counted(self.study, self.trials)) if self.every_look else self.trials
 
     @property
-    def orders(self) -> Mapping[str, BlockOrder]:
-        """Agent -> the order of its blocks, if what is said must hold at every look; empty if at one alone."""
-        return block_orders(self.study) if self.every_look else NO_ORDERS
-
-    @property
-    def flip_trials(self) -> tuple[Trial, ...]:
-        """Those of its trials that are analysed under flip rates alone, the truth among them."""
-        rates = self.study.flip_labels
-        return tuple(trial for trial in self.analysed if trial.condition in rates)
-
-    @property
     def finished(self) -> int:
         """Places of the plan whose trial is not owed (any more); two people who played the same place fill one."""
         return self.study.places_filled(self.trials)
@@ -185,53 +128,49 @@ class OpenedStudy:
         return design_of(self.study)
 
     @cached_property
-    def cells(self) -> tuple[PlayedCell, ...]:
-        """Every agent under every condition that has trials: flip rates by course, ascending, then in plan order."""
-        own = grouped(self.analysed, lambda trial: (trial.group, trial.condition))
-        on_axis = [(one.agent, trials[0].condition) for one in self.courses for trials in one.by_dose.values()]
-        plan = product(self.study.labels, self.conditions)
-        order = on_axis if self.study.of_flips else [name for name in plan if name in own]
-        return tuple(
-            PlayedCell(
-                agent=agent,
-                modality=own[agent, label][0].modality,
-                condition=label,
-                doses=dict(self.conditions[label].doses),
-                trials=tuple(own[agent, label]),
-                order=self.orders.get(agent),
-            )
-            for agent, label in order
-        )
+    def by_name(self) -> Mapping[tuple[str, str], PlayedCell]:
+        """Every agent under every condition that has trials, as contrasts take them."""
+        return cells_of(self.analysed, block_orders(self.study) if self.every_look else NO_ORDERS, PlayedCell)
 
     @cached_property
-    def by_name(self) -> Mapping[tuple[str, str], PlayedCell]:
-        """The same by agent and condition, as contrasts take them."""
-        return {(cell.agent, cell.condition): cell for cell in self.cells}
+    def cells(self) -> tuple[PlayedCell, ...]:
+        """The same: flip rates by course, ascending, then in plan order."""
+        plan: Iterable[tuple[str, str]] = product(self.study.labels, self.conditions)
+        if self.study.of_flips:
+            plan = ((one.agent, cell.condition) for one in self.courses for cell in one.cells)
+        return tuple(self.by_name[place] for place in plan if place in self.by_name)
 
     @cached_property
     def courses(self) -> tuple[Course, ...]:
         """Every agent over the flip rates, the truth among them; baselines too."""
-        return courses(self.flip_trials, orders=self.orders)
+        return courses(cell for cell in self.by_name.values() if cell.condition in self.study.flip_labels)
 
     @cached_property
     def axes(self) -> tuple[tuple[DoseAxis, tuple[Course, ...]], ...]:
-        """Every other dose, and options of agents, with the agents over them."""
+        """Every other dose, and options of agents, with the agents over them. What changed nothing is on none."""
         first, times = self.design.control(self.design.arms[0].label), Counter(one.axis for one in self.design.series)
-        known, found = Counter[tuple[str, str, str, str, str]](), []
+        known, found = Counter[tuple[str, ...]](), []
         for series in self.design.series:
-            axis = series.axis
+            axis, doses = series.axis, series.doses
+            idle = {(agent, name) for agent, own in self.idle.items() for name in own if doses.get(name)}
             own = [
-                one
-                for one in self.analysed
-                if (one.group in series.doses and one.condition == first if series.agent else self._acts(series, one))
+                cell
+                for place, cell in self.by_name.items()
+                if (cell.condition == first and cell.agent in doses if series.agent else cell.condition in doses)
+                and (series.agent or place not in idle)
             ]
             if not own:
                 continue
+
+            def place_of(cell: Cell, series: Series = series) -> tuple[str, str, float]:
+                if series.agent:
+                    return series.agent, cell.modality, series.doses[cell.agent]
+                return cell.agent, series.modality, series.doses[cell.condition]
+
             name = axis.name, axis.options, axis.rest, series.modality, series.agent
             known[name] += 1
             key = axis_key(axis.name, axis.options, axis.rest, known[name])
-            place, several = partial(_place, series), times[axis] > 1
-            over = courses(own, axis, key, place, several=several, orders=self.orders)
+            over = courses(own, axis, key, place_of, several=times[axis] > 1)
             shown = DoseAxis(
                 name=axis.name,
                 intervention=axis.kind,
@@ -239,18 +178,13 @@ class OpenedStudy:
                 options=axis.options,
                 rest=axis.rest,
                 modality=series.modality,
-                doses=dict(series.doses),
+                doses=dict(doses),
                 condition=first if series.agent else "",
                 players=tuple(players_of(over, doses=True)),
                 number=known[name],
             )
             found.append((shown, over))
         return tuple(found)
-
-    def _acts(self, series: Series, trial: Trial) -> bool:
-        """Whether a trial has one of these doses, and it is the control or changed something."""
-        dose = series.doses.get(trial.condition)
-        return dose is not None and not (dose and trial.condition in self.idle.get(trial.group, ()))
 
     @property
     def every_course(self) -> tuple[Course, ...]:

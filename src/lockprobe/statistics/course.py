@@ -1,4 +1,4 @@
-"""Courses: one agent, shown the box in one way, over the doses of one axis; what fits and tests over doses are of."""
+"""Cells, an agent under a condition, and courses: an agent, shown the box in one way, over the doses of one axis."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import nan
-from typing import NamedTuple
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,13 @@ from numpy.typing import NDArray
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_kind, spec_name
+from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.design import FLIPS, Axis
+from lockprobe.statistics.every_look import share_at_every_look
 from lockprobe.statistics.idle import never_acted
 from lockprobe.statistics.modalities import spoken
-from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, Point, outcomes, plays_alike, points
+from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, Point, joined, outcomes, plays_alike, points
+from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.trend import Quantity, resample
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
@@ -30,17 +33,64 @@ def is_baseline(spec: str) -> bool:
     return spec_kind(spec) in _BASELINES
 
 
-class Place(NamedTuple):
-    """The place of a trial on an axis: to whose course it belongs, how the box is shown without doses, and its dose."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cell:
+    """One agent under one condition.
+
+    Attributes:
+        doses: Those of the condition.
+        trials: All its trials by repetition and trial, broken ones too.
+        order: The order of its blocks, if what is said must hold at every look.
+    """
 
     agent: str
     modality: str
-    dose: float
+    condition: str
+    doses: dict[str, float]
+    trials: tuple[Trial, ...]
+    order: BlockOrder | None = None
+
+    @cached_property
+    def outcomes(self) -> Outcomes:
+        """Its trials as columns."""
+        return outcomes(self.trials, order=self.order)
+
+    @cached_property
+    def ended(self) -> Outcomes:
+        """Those of them that ended as solved or out of budget."""
+        return self.outcomes.ended
+
+    @cached_property
+    def success(self) -> Proportion:
+        """The share solved, with an interval that holds whatever became of those that broke."""
+        every, solved = self.outcomes, self.outcomes.known
+        if self.order is None or every.crossed:
+            return share_of(solved, every.player, every.luck, every.box)
+        return share_at_every_look(solved[np.argsort(self.order.rank(every.repetition, every.trial))])
+
+    @property
+    def of(self) -> dict[str, Any]:
+        """The columns that say of which cell a row is."""
+        return {"agent": self.agent, "modality": self.modality, "condition": self.condition, "doses": self.doses}
 
 
-def on_flip_axis(trial: Trial) -> Place:
-    """Its place on the axis of flip rates; the dose is not a number if other interventions acted."""
-    return Place(trial.group, trial.modality, nan if trial.p is None else trial.p)
+_Cell = TypeVar("_Cell", bound=Cell)
+
+
+def cells_of(
+    trials: Iterable[Trial],
+    orders: Mapping[str, BlockOrder] = NO_ORDERS,
+    kind: type[_Cell] = Cell,  # type: ignore[assignment]
+) -> dict[tuple[str, str], _Cell]:
+    """Every agent under every condition that it has trials of; ``orders`` has the agents judged at every look."""
+    found = {}
+    for (agent, condition), own in grouped(trials, lambda one: (one.group, one.condition)).items():
+        own.sort(key=lambda one: (one.repetition, one.trial))
+        found[agent, condition] = kind(
+            agent=agent, modality=own[0].modality, condition=condition, doses=dict(own[0].doses), trials=tuple(own),
+            order=orders.get(agent),
+        )  # fmt: skip
+    return found
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,24 +100,37 @@ class Course:
     Attributes:
         agent: What tables call it, or several that differ in the option that is the axis.
         modality: How the box is shown, without doses.
-        trials: All its trials, by dose, repetition and trial.
+        cells: What it did at each dose, ascending.
         doses: The dose of each.
         axis: The dose in which they differ.
         key: What the column ``axis`` of rows calls it.
         several: Whether the study has the axis in several modalities, so that agents are named with theirs.
-        order: The order of its blocks, if what is said must hold at every look.
         beside: All agents over the axis, itself included.
     """
 
     agent: str
     modality: str
-    trials: tuple[Trial, ...]
+    cells: tuple[Cell, ...]
     doses: tuple[float, ...]
     axis: Axis
     key: str
     several: bool
-    order: BlockOrder | None
     beside: Sequence[Course] = field(repr=False)
+
+    @cached_property
+    def trials(self) -> tuple[Trial, ...]:
+        """All its trials, by dose, repetition and trial."""
+        return tuple(trial for cell in self.cells for trial in cell.trials)
+
+    @property
+    def order(self) -> BlockOrder | None:
+        """The order of its blocks, if what is said must hold at every look."""
+        return self.cells[0].order
+
+    @property
+    def of(self) -> dict[str, Any]:
+        """The columns that say of which course a row is."""
+        return {"agent": self.agent, "modality": self.modality, "axis": self.key}
 
     @cached_property
     def spec(self) -> str:
@@ -96,16 +159,15 @@ class Course:
         return ", ".join(filter(None, (spoken(self.modality) if named else "", self.axis.rest)))
 
     @cached_property
-    def by_dose(self) -> Mapping[float, list[Trial]]:
-        """Every dose with its trials, ascending."""
-        pairs = grouped(zip(self.doses, self.trials, strict=True), lambda pair: pair[0])
-        return {dose: [trial for _, trial in members] for dose, members in pairs.items()}
+    def by_dose(self) -> Mapping[float, Cell]:
+        """Every dose with its cell, ascending."""
+        return dict(zip(self.doses, self.cells, strict=True))
 
     def at(self, doses: Collection[float]) -> Course:
         """Its trials at these doses, of which it has at least one."""
-        kept = [(one, dose) for one, dose in zip(self.trials, self.doses, strict=True) if dose in doses]
-        trials, found = zip(*kept, strict=True)
-        return replace(self, trials=trials, doses=found)
+        kept = [(cell, dose) for dose, cell in self.by_dose.items() if dose in doses]
+        cells, found = zip(*kept, strict=True)
+        return replace(self, cells=cells, doses=found)
 
     @cached_property
     def lowest(self) -> Course:
@@ -115,12 +177,12 @@ class Course:
     @cached_property
     def outcomes(self) -> Outcomes:
         """Its trials as columns."""
-        return outcomes(self.trials, self.doses, self.order)
+        return joined([cell.outcomes for cell in self.cells], self.doses)
 
     @cached_property
     def acted(self) -> Mapping[tuple[float, int, int], tuple[str, ...] | None]:
         """Dose, repetition and trial -> its actions; None of trials that broke."""
-        pairs = zip(self.doses, self.trials, strict=True)
+        pairs = ((dose, one) for dose, cell in self.by_dose.items() for one in cell.trials)
         return {(dose, one.repetition, one.trial): None if one.error else one.actions for dose, one in pairs}
 
     @cached_property
@@ -131,13 +193,13 @@ class Course:
     @cached_property
     def idle(self) -> frozenset[float]:
         """Doses above the lowest at which nothing was changed, or no report was false. They are in no fit or test."""
-        return frozenset(dose for dose, members in [*self.by_dose.items()][1:] if never_acted(members))
+        return frozenset(dose for dose, cell in [*self.by_dose.items()][1:] if never_acted(cell.trials))
 
     @cached_property
     def family(self) -> int:
         """How many agents are judged together with it, itself included: those whose success can depend on the dose."""
         alike = [one for one in self.beside if (one.modality, one.baseline) == (self.modality, self.baseline)]
-        return max(1, sum(not one.blind and len({*one.outcomes.ended.dose.tolist()}) > 1 for one in alike))
+        return max(1, sum(not one.blind and sum(len(cell.ended) > 0 for cell in one.cells) > 1 for one in alike))
 
     @cached_property
     def tested(self) -> Outcomes:
@@ -161,27 +223,33 @@ class Course:
         return generator(self.trials[0].seed, "analysis", self.spec, self.modality, use)
 
 
+def on_flip_axis(cell: Cell) -> tuple[str, str, float]:
+    """Agent, modality and flip rate; the rate is not a number if other interventions acted."""
+    rate = cell.trials[0].p
+    return cell.agent, cell.modality, nan if rate is None else rate
+
+
 def courses(
-    trials: Iterable[Trial],
+    cells: Iterable[Cell],
     axis: Axis = FLIPS,
     key: str = FLIPS.name,
-    place: Callable[[Trial], Place] = on_flip_axis,
+    place: Callable[[Cell], tuple[str, str, float]] = on_flip_axis,
     *,
     several: bool = False,
-    orders: Mapping[str, BlockOrder] = NO_ORDERS,
 ) -> tuple[Course, ...]:
-    """The courses over an axis, by agent and modality in the order of the trials, all of which lie on it.
+    """The courses over an axis, by agent and modality in the order of the cells, all of which lie on it.
 
-    ``orders`` has the agents of which everything must hold at every look; the rest is as in :class:`Course`.
+    ``place`` says of a cell to whose course it belongs, how the box is shown without doses, and its dose. The rest is
+    as in :class:`Course`.
     """
     found: list[Course] = []
-    for (agent, modality), members in grouped(((place(one), one) for one in trials), lambda one: one[0][:2]).items():
-        members.sort(key=lambda one: (one[0].dose, one[1].repetition, one[1].trial))
-        own = tuple(trial for _, trial in members)
+    for (agent, modality), own in grouped(((place(cell), cell) for cell in cells), lambda one: one[0][:2]).items():
+        own.sort(key=lambda one: one[0][2])
+        doses, there = tuple(dose for (*_, dose), _ in own), tuple(cell for _, cell in own)
         found.append(
             Course(
-                agent=agent, modality=modality, trials=own, doses=tuple(at.dose for at, _ in members), axis=axis,
-                key=key, several=several, order=orders.get(own[0].group), beside=found,
+                agent=agent, modality=modality, cells=there, doses=doses, axis=axis, key=key, several=several,
+                beside=found,
             )
         )  # fmt: skip
     return tuple(found)

@@ -177,23 +177,11 @@ def ended(trials: Iterable[Trial]) -> list[Trial]:
     return [trial for trial in trials if trial.ending != "error"]
 
 
-def numbered(trial: Trial) -> tuple[int, ...]:
-    """The actions numbered in order of first use: loops do not depend on names, so equal shapes share a cache entry."""
-    first: dict[str, int] = {}
-    return tuple(first.setdefault(joint, len(first)) for joint in trial.actions)
-
-
 _onset = lru_cache(maxsize=1 << 17)(loops.onset)
 
 
-def outcomes(
-    trials: Sequence[Trial], doses: Sequence[float] | None = None, order: BlockOrder | None = None
-) -> Outcomes:
-    """The columns of one agent's trials; those that broke up to the error.
-
-    ``doses`` are their doses on an axis; their flip rates if not given, 0 where other interventions acted.
-    """
-    at = [trial.p or 0.0 for trial in trials] if doses is None else doses
+def outcomes(trials: Sequence[Trial], *, order: BlockOrder | None = None) -> Outcomes:
+    """The columns of one agent's trials; those that broke up to the error. Doses are flip rates, 0 without one."""
     numbers = [
         (trial.repetition, trial.trial, len(trial.steps), trial.solved, _onset(trial.actions), trial.ending == "error")
         for trial in trials
@@ -201,7 +189,7 @@ def outcomes(
     repetition, number, length, solved, onset, broke = np.array(numbers, dtype=np.int64).reshape(-1, 6).T
     box, player = np.array([(one.box, one.player) for one in trials], dtype=np.str_).reshape(-1, 2).T
     return Outcomes(
-        dose=np.array(at, dtype=np.float64),
+        dose=np.array([trial.p or 0.0 for trial in trials], dtype=np.float64),
         repetition=repetition,
         trial=number,
         length=length,
@@ -215,19 +203,19 @@ def outcomes(
     )
 
 
-def joined(groups: Sequence[Outcomes]) -> Outcomes:
-    """Several groups of ended trials, concatenated, with the number of the group (from 0) as their dose."""
+def joined(groups: Sequence[Outcomes], doses: Sequence[float] | None = None) -> Outcomes:
+    """Several groups of trials, concatenated, with the dose of each; the number of the group (from 0) without doses."""
     crossed = any(group.crossed for group in groups)
-    groups = [
+    made = [
         replace(
             group,
-            dose=np.full(len(group), float(i)),
-            player=np.full(len(group), "") if crossed and not group.crossed else group.player,
-            broke=group.broke[:0],
+            dose=np.full(len(group), float(dose)),
+            player=group.player if group.crossed or not crossed else np.full(len(group), ""),
+            broke=group.broke if len(group.broke) else np.zeros(len(group), dtype=np.bool_),
         )
-        for i, group in enumerate(groups)
+        for dose, group in zip(range(len(groups)) if doses is None else doses, groups, strict=True)
     ]
-    columns = {name: np.concatenate([getattr(one, name) for one in groups]) for name in _COLUMNS}
+    columns = {name: np.concatenate([getattr(one, name) for one in made]) for name in _COLUMNS}
     return Outcomes(**columns, order=groups[0].order, budget=max(one.budget for one in groups))
 
 

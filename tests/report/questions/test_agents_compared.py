@@ -10,7 +10,7 @@ from lockprobe.report.questions import agents_compared
 from lockprobe.report.results import results
 from lockprobe.report.results import results_of as made_of
 from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, compared
-from lockprobe.statistics.course import courses
+from lockprobe.statistics.course import cells_of, courses
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
@@ -69,7 +69,7 @@ def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
     solved = {"llm:a": (20, 14), "llm:b": (11, 11), "llm:c": (2, 2), "llm:d": (2, 2), "random": (1, 1)}
     trials = [trial for agent, n in solved.items() for trial in some(agent, *n, of=20)]
     trials += some("human-inspired", 6, 6, of=20, slow=(1,) * 20)
-    found, pairs = of_trials(tmp_path, *trials), compared(courses(trials))
+    found, pairs = of_trials(tmp_path, *trials), compared(courses(cells_of(trials).values()))
 
     def holm(tests):
         tested = [p for p in tests if p is not None]

@@ -18,12 +18,11 @@ from lockprobe.report.rows import Estimate, Results, Row, measured
 from lockprobe.report.section import Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, AgentPair, compared
 from lockprobe.statistics.contrast import acting
-from lockprobe.statistics.course import Place, courses
+from lockprobe.statistics.course import Cell, courses
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.trial.record import Trial
 
 _SHARE, _ANY = "success_in_pairs", "any flip rate"
 
@@ -80,8 +79,7 @@ def _under_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
     The pairs of one kind under the doses of an axis are a family, and under all other conditions of a modality another
     one. Two agents that each play a condition and its control alike are compared under the control alone.
     """
-    design, orders = numbers.design, numbers.orders
-    every = numbers.by_name
+    design, every = numbers.design, numbers.by_name
     cells = acting(every, design)
     for arm in design.arms:
         label, control = arm.label, design.control(arm.label)
@@ -90,11 +88,11 @@ def _under_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
         axes = (series.axis for series in design.other_axes if label in series.doses and label != control)
         axis = next((" ".join(filter(None, (one.name, one.options, one.rest))) for one in axes), "")
 
-        def place(trial: Trial, control: str = control if control != label else "") -> Place:
-            return Place(trial.group, trial.modality, float(trial.condition != control))
+        def place(cell: Cell, control: str = control if control != label else "") -> tuple[str, str, float]:
+            return cell.agent, cell.modality, float(cell.condition != control)
 
-        own = [cell for (agent, name), cell in cells.items() if name in (label, control) and (agent, label) in cells]
-        players = courses((trial for cell in own for trial in cell.trials), place=place, orders=orders)
+        own = [every[at] for at in cells if at[1] in (label, control) and (at[0], label) in cells]
+        players = courses(own, place=place)
         for one in compared(players, [str(spec) for spec in arm.specs]):
             if 1.0 not in one.met or one.copies:
                 continue

@@ -15,7 +15,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import at_lowest, chance_said, interval_kind, paper_rates, played_subjects
-from lockprobe.report.questions.success import fit_rows, of_course, two_lines_rows
+from lockprobe.report.questions.success import fit_rows, two_lines_rows
 from lockprobe.report.rows import Cell, Course, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.statistics import course as played
@@ -23,7 +23,7 @@ from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.hazards import looping
 from lockprobe.statistics.loops.chance import Null, expected_loop_rate
 from lockprobe.statistics.measures import MEASURES
-from lockprobe.statistics.outcomes import ended, numbered, points
+from lockprobe.statistics.outcomes import ended, points
 from lockprobe.statistics.proportions import ALPHA, Z
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
 from lockprobe.statistics.trend import correlation, trend
@@ -52,7 +52,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
         yield cell.estimate("loop_rate", one.loop_rate, n=one.n, of=f"rep={one.repetition}")
     for null in get_args(Null):
         levels = [
-            (len(own) / n, expected_loop_rate([numbered(trial) for trial in own], null, actions=joints))
+            (len(own) / n, expected_loop_rate([trial.actions for trial in own], null, actions=joints))
             for joints, own in grouped(trials, lambda trial: len(trial.joints)).items()
         ]
         level, error = (sum(share * getattr(one, of) for share, one in levels) for of in ("probability", "error"))
@@ -64,7 +64,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
 
 def _over_doses(course: played.Course) -> Iterator[Row]:
     """Of one agent over doses: the fit, the correlation with success, and whether first loops come later."""
-    found, shares, of = course.tested.ended, course.points, of_course(course)
+    found, shares, of = course.tested.ended, course.points, course.of
     if not len(found):
         return
     if fit := trend(shares, "loop_rate", course.draws["loop_rate"]):

@@ -16,7 +16,6 @@ from lockprobe.foundation.left_out import section
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import at_lowest, played_subjects, who
-from lockprobe.report.questions.success import of_course
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.course import Course as Doses
@@ -62,7 +61,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Row]:
 def _exact(numbers: OpenedStudy) -> list[Row]:
     """What random agents and the shortest plan reach on the box; their mean over several."""
     boxes, found = numbers.study.boxes, list[Row]()
-    budget = max((trial.budget for trial in numbers.flip_trials), default=0)
+    budget = max((one.outcomes.budget for one in numbers.courses), default=0)
     for of, repeats in (("uniform", True), ("no-repeat", False)):
         share = tuple(np.mean([random_curve(box, budget, repeats=repeats) for box in boxes], axis=0).tolist())
         found.append(Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share))
@@ -78,7 +77,7 @@ def _over_doses(course: Doses) -> list[Estimate]:
     if found.p_value is None or course.order is not None:
         return []
     test = f"Student over {'people' if course.people else 'blocks'}"
-    return [measured_row("steps_difference", found, **of_course(course), of=_HIGHER, unit="steps", test=test)]
+    return [measured_row("steps_difference", found, **course.of, of=_HIGHER, unit="steps", test=test)]
 
 
 def _said(found: Results) -> str:

@@ -47,7 +47,7 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
 def _of_differences(numbers: OpenedStudy) -> Iterator[Row]:
     """The differences of a study that is unfinished or was extended."""
     for one in numbers.courses:
-        groups = [(trials[0].condition, dose) for dose, trials in one.by_dose.items()]
+        groups = [(cell.condition, dose) for dose, cell in one.by_dose.items()]
         of_doses = [one.tested.at(one.tested.dose == dose) for _, dose in groups]
         differences = each_difference(of_doses, one.stream("blocks"), agents=one.family)
         for place, found in () if one.blind else differences:

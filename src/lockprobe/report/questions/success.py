@@ -28,14 +28,9 @@ from lockprobe.trial.record import PLAIN_WORDS
 _NOTHING = "Nothing could be compared."
 
 
-def of_course(course: Course) -> dict[str, Any]:
-    """The columns of a number over the doses of an agent."""
-    return {"agent": course.agent, "modality": course.modality, "axis": course.key}
-
-
 def fit_rows(quantity: str, fit: Trend, course: Course) -> Iterator[Row]:
     """The paper's second-order least-squares fit over repetitions, and where it turns."""
-    of, n = of_course(course), len(course.points)
+    of, n = course.of, len(course.points)
     yield Curve(quantity=quantity, **of, n=n, x=fit.dose, value=fit.value, low=fit.low, high=fit.high)
     if fit.turning is not None:
         yield Estimate(quantity=quantity, **of, of=fit.kind, value=fit.turning, unit="dose")
@@ -43,7 +38,7 @@ def fit_rows(quantity: str, fit: Trend, course: Course) -> Iterator[Row]:
 
 def two_lines_rows(what: str, found: TwoLines, course: Course) -> Iterator[Estimate]:
     """Where two lines meet and the shape that they show, and each of them."""
-    of = of_course(course)
+    of = course.of
     if found.break_p is not None:
         shape = {"value": found.break_p, "unit": "dose", "note": found.direction or ""}
         yield measured_row("two_lines", found, **of, of=what, test="two lines", **shape)
@@ -64,15 +59,12 @@ def _of_course(course: Course) -> Iterator[Row]:
 def _differences(course: Course) -> Iterator[Row]:
     """Success at every dose minus that at the lowest, both shares, and the bounds if trials broke."""
     tested = any_difference(course.tested, course.stream("permutation"), agents=course.family)
-    lowest = course.by_dose[min(course.by_dose)][0]
     for one in tested:
-        columns = of_course(course)
+        columns = course.of
         if course.axis.kind == AGENT:  # options of agents have no condition each
             columns |= {"of": f"{one.dose:.15g}", "doses": {f"{AGENT}.{course.axis.dose}": one.dose}}
         else:
-            trial = course.by_dose[one.dose][0]
-            columns |= {"condition": trial.condition, "control": lowest.condition, "modality": trial.modality}
-            columns |= {"doses": dict(trial.doses)}
+            columns |= course.by_dose[one.dose].of | {"control": course.cells[0].condition}
         yield measured_row(
             "success_difference", one, **columns, n=one.second.n, unit="points",
             family=f"success by {course.axis.name}", corrected_for=len(tested) * course.family,

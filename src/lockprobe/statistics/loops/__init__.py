@@ -174,20 +174,29 @@ def _programme(text: str) -> list[Interval]:
     return sorted(piece for piece, x in zip(choices, solution.x, strict=True) if x > 0.5)
 
 
-def _scheduled(text: str) -> list[Interval]:
-    """The pieces of a greatest cover of fewest pieces, the first of them as early and as long as they can be."""
-    n = len(text)
-    reach, length, end = [0] * n, [0] * n, n  # the longest loop at each start that may be a piece, and the chosen one
-    if n > TRIAL_LENGTH:
+def _longest_loops(text: str) -> list[int]:
+    """For each start the length of the longest loop there that may be a piece, 0 for none.
+
+    Every part of a loop is a loop. So as the start goes left the end of the longest never goes right: at most 2 n
+    searches of a trial.
+    """
+    reach, end = [0] * len(text), len(text)
+    if end > TRIAL_LENGTH:
         for word, starts in _loops(text, 2 * LENGTH).items():
             for start in starts:
                 reach[start] = len(word)
-    else:
-        # every part of a loop is a loop, so as the start goes left the end of the longest never goes right
-        for start in range(n - LENGTH, -1, -1):
-            while end - start >= LENGTH and text.count(text[start:end]) < 2:
-                end -= 1
-            reach[start] = end - start if end - start >= LENGTH else 0
+        return reach
+    for start in range(end - LENGTH, -1, -1):
+        while end - start >= LENGTH and text.count(text[start:end]) < 2:
+            end -= 1
+        reach[start] = end - start if end - start >= LENGTH else 0
+    return reach
+
+
+def _scheduled(text: str) -> list[Interval]:
+    """The pieces of a greatest cover of fewest pieces, the first of them as early and as long as they can be."""
+    reach = _longest_loops(text)
+    n, length = len(text), [0] * len(text)
     worth = [0] * (n + 1)  # of what is covered from an action on; one action counts more than all pieces together
     for start in range(n - 1, -1, -1):
         worth[start] = worth[start + 1]
