@@ -17,7 +17,7 @@ from lockprobe.cli import build
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.formatting import p_cell
 from lockprobe.report.format import entry_text
-from lockprobe.report.rows.primary import primary_lines
+from lockprobe.report.primary import primary_lines
 from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]

@@ -11,7 +11,7 @@ from reported import found_in
 from lockprobe.report.answer import AnswerList, answer, needed_said, said_lines
 from lockprobe.report.curve import drawable
 from lockprobe.report.labels import placed
-from lockprobe.report.rows.primary import primary_lines
+from lockprobe.report.primary import primary_lines
 
 UNSOLVED = (0,) * 20
 

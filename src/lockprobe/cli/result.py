@@ -11,8 +11,8 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 
 if TYPE_CHECKING:
+    from lockprobe.report.primary import Line
     from lockprobe.report.rows import Results
-    from lockprobe.report.rows.primary import Line
 
 _LARGEST = 2**28
 """Bytes of ``results.json``."""
@@ -37,7 +37,7 @@ def read_result(directory: Path) -> Results | None:
 def result_lines(found: Results, directory: Path) -> list[str]:
     """The answer, a line for every agent, and the next commands."""
     from lockprobe.report.answer import known_of_broken, said_lines
-    from lockprobe.report.rows.primary import primary_lines
+    from lockprobe.report.primary import primary_lines
 
     lines = [] if _all_broken(found) else primary_lines(found)
     broke = [f"{agent}: {said}" for agent, said in known_of_broken(found)]
@@ -52,7 +52,7 @@ def result_lines(found: Results, directory: Path) -> list[str]:
 def result_facts(found: Results, directory: Path) -> dict[str, object]:
     """The same for programs."""
     from lockprobe.report.answer import known_of_broken
-    from lockprobe.report.rows.primary import primary_lines
+    from lockprobe.report.primary import primary_lines
 
     return {
         "answer": found.answer,

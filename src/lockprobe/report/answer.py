@@ -14,9 +14,9 @@ from lockprobe.foundation.formatting import capital, listed, p_cell, p_value, pe
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.curve import MOST
 from lockprobe.report.format import entry_text
+from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.prose import at_dose, cause, who
 from lockprobe.report.rows import BOUNDS, Cell, Results, clearness
-from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.statistics.differences import FEW_BROKE
 
 BEFORE = "by the last step with few breaks"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -13,18 +13,7 @@ from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.opened import OpenedStudy, open_study, players_of
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.first_screen import answer_of
-from lockprobe.report.rows import (
-    Condition,
-    Contrast,
-    Design,
-    DoseAxis,
-    Estimate,
-    LeftOut,
-    Player,
-    Progress,
-    Results,
-    Row,
-)
+from lockprobe.report.rows import Condition, Design, DoseAxis, Estimate, LeftOut, Player, Progress, Results, Row
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.read_records import in_order, results_hash
 from lockprobe.studies.study import settings_of
@@ -37,18 +26,26 @@ _ONE_LOOK = "its P value holds for one look, when all planned trials are played"
 
 def results_of(numbers: OpenedStudy) -> Results:
     """The results of a study."""
-    study = numbers.study
-    rows = list[Row]()
+    study, rows = numbers.study, list[Row]()
     for one in all_sections():
         rows += section(one.title, lambda one=one: list(one.rows(numbers)), list[Row])  # type: ignore[misc]
+    if numbers.every_look:
+        rows = [*map(_at_every_look, rows)]
+    settings = {name: value for name, value in settings_of(study).items() if name not in ("agents", "names")}
     found = Results(
         lockprobe=version("lockprobe"),
-        study=_settings(numbers),
+        study=settings | {"agents": list(study.labels)},  # what pages call them: specs may say more than is shown
         settings_hash=study.settings_hash,
         results_hash=results_hash(study, in_order(numbers.trials)),
-        progress=_progress(numbers),
+        progress=Progress(
+            planned=planned_now(study, numbers.trials),
+            finished=numbers.finished,
+            every_look=numbers.every_look,
+            not_counted=len(numbers.trials) - len(numbers.analysed),
+            broken=dict(numbers.broken),
+        ),
         design=_design(numbers),
-    ).with_rows(map(_at_every_look, rows) if numbers.every_look else rows)
+    ).with_rows(rows)
     return found.changed(answer=section("The answer", partial(answer_of, found), str))
 
 
@@ -63,25 +60,13 @@ def _at_every_look(row: Row) -> Row:
     return row.model_copy(update={"p_value": None, "test": "", "note": "; ".join(filter(None, (row.note, _ONE_LOOK)))})
 
 
-def _progress(opened: OpenedStudy) -> Progress:
-    study, finished = opened.study, opened.finished
-    return Progress(
-        planned=planned_now(study, opened.trials),
-        finished=finished,
-        every_look=opened.every_look,
-        not_counted=len(opened.trials) - len(opened.analysed),
-        broken=dict(opened.broken),
-    )
-
-
-def _settings(opened: OpenedStudy) -> dict[str, object]:
-    """The settings, with what pages call the agents in place of their specs, which may say more than is shown."""
-    found = {name: value for name, value in settings_of(opened.study).items() if name not in ("agents", "names")}
-    return {**found, "agents": list(opened.study.labels)}
-
-
 def _design(numbers: OpenedStudy) -> Design:
-    study, design = numbers.study, numbers.design
+    study, design, flips = numbers.study, numbers.design, list[DoseAxis]()
+    for modality in study.modalities:
+        rates = {one.label: one.p for one in study.flip_axis if one.modality == modality and one.p is not None}
+        if len(rates) > 1:
+            doses = dict(sorted(rates.items(), key=lambda pair: pair[1]))
+            flips.append(DoseAxis(name="flip rate", intervention="flip", dose="p", modality=modality, doses=doses))
     players = players_of(numbers.courses)
     known = {one.agent for one in players}
     others = dict.fromkeys((cell.agent, cell.modality) for cell in numbers.cells if cell.agent not in known)
@@ -99,22 +84,10 @@ def _design(numbers: OpenedStudy) -> Design:
             for one in study.conditions
         ),
         players=tuple(players),
-        axes=(*_flip_axes(numbers), *(axis for axis, _ in numbers.axes)),
-        contrasts=tuple(
-            Contrast(name=name, of=one.of, minus=one.minus, measure=one.measure)
-            for name, one in study.contrasts.items()
-        ),
+        axes=(*flips, *(axis for axis, _ in numbers.axes)),
+        contrasts=dict(study.contrasts),
         flip_kind=study.flip_kind,
     )
-
-
-def _flip_axes(numbers: OpenedStudy) -> Iterator[DoseAxis]:
-    """The flip rates of each modality that has several."""
-    for modality in numbers.study.modalities:
-        own = {one.label: one.p for one in numbers.study.flip_axis if one.modality == modality and one.p is not None}
-        if len(own) > 1:
-            doses = dict(sorted(own.items(), key=lambda pair: pair[1]))
-            yield DoseAxis(name="flip rate", intervention="flip", dose="p", modality=modality, doses=doses)
 
 
 def with_left_out(found: Results, left_out: Sequence[LeftOutSection]) -> Results:

@@ -12,8 +12,8 @@ import lockprobe
 from lockprobe.cli.result import result_facts
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.report.page import Page, parts_of, tables_of
+from lockprobe.report.primary import primary_lines
 from lockprobe.report.results import results
-from lockprobe.report.rows.primary import primary_lines
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
@@ -46,7 +46,7 @@ def test_a_contrast_is_a_mean_over_blocks_of_equal_luck(asked):
     rows = found.where("success_difference", family="contrasts")
     assert len(rows) == 6
     for row in rows:
-        (of,) = (one for one in found.design.contrasts if one.name == row.of)
+        of = found.design.contrasts[row.of]
         blocks = [
             np.mean([solved[row.agent, name, trial] for name in of.of])
             - np.mean([solved[row.agent, name, trial] for name in of.minus])

@@ -9,8 +9,8 @@ from reported import found_in
 from lockprobe.boxes.families import box
 from lockprobe.foundation.formatting import points
 from lockprobe.report.page import Page
+from lockprobe.report.primary import primary_lines
 from lockprobe.report.questions.first_screen import answer_of
-from lockprobe.report.rows.primary import primary_lines
 
 
 def screen(page):

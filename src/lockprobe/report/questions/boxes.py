@@ -10,8 +10,8 @@ import numpy as np
 
 from lockprobe.foundation.formatting import capital, end_of, listed, p_value
 from lockprobe.report.opened import OpenedStudy, PlayedCell
+from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.rows import Estimate, Results, Row, measured_row
-from lockprobe.report.rows.primary import Line, primary_lines
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table
 from lockprobe.statistics.blocks import blocks_of
 from lockprobe.statistics.clustered import FEWEST_BOXES

@@ -14,6 +14,7 @@ from lockprobe.foundation.formatting import p_cell, percent, range_of
 from lockprobe.foundation.plugins import find_plugin, plugin_names
 from lockprobe.report.format import alone, count_of, tested
 from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.primary import CONTROL
 from lockprobe.report.prose import chance_said, condition_words, distinct, interval_kind, varied
 from lockprobe.report.rows import (
     BOUNDS,
@@ -27,7 +28,6 @@ from lockprobe.report.rows import (
     measured_row,
     share_rows,
 )
-from lockprobe.report.rows.primary import CONTROL
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.contrast import LEVELS, Effect, against_control, against_first
 from lockprobe.statistics.every_look import E_PROCESS

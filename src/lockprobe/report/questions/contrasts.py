@@ -13,9 +13,9 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import capital, listed, p_value, percent
 from lockprobe.report.format import entry_text, tested
 from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.primary import DECLARED, SIDES
 from lockprobe.report.prose import interval_kind, who
 from lockprobe.report.rows import Estimate, Fact, Results, Row, detected_said, measured_row
-from lockprobe.report.rows.primary import DECLARED, SIDES
 from lockprobe.report.section import Block, Figure, Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.contrast import declared, interactions
 from lockprobe.statistics.design import Crossed, axis_key
@@ -62,7 +62,7 @@ def misreading_said(rows: Sequence[Estimate]) -> str:
 
 
 def _declared_table(found: Results) -> Lines:
-    known = {one.name: one for one in found.design.contrasts}
+    known = found.design.contrasts
     yield CONTRAST
     for row in _declared(found):
         shares = (found.get("success_in_pairs", agent=row.agent, of=f"{row.of}, {side}") for side in SIDES)

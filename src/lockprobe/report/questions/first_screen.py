@@ -13,6 +13,7 @@ from lockprobe.report.answer import ONE_LOOK, AnswerList, answer, broken_said, k
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
 from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.primary import primary_lines
 from lockprobe.report.prose import at_dose, cause
 from lockprobe.report.questions import speed, stopping, why
 from lockprobe.report.questions.boxes import boxes_said, differ_said
@@ -21,7 +22,6 @@ from lockprobe.report.questions.contrasts import CONTRASTS, misreading_said
 from lockprobe.report.questions.speed import effect_said
 from lockprobe.report.questions.stopping import every_look_said, small_said
 from lockprobe.report.rows import Fact, Results, Row
-from lockprobe.report.rows.primary import primary_lines
 from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.course import is_baseline

@@ -13,10 +13,10 @@ from lockprobe.interventions.conditions import tells_positions
 from lockprobe.report.answer import headline
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.primary import dose_lines
 from lockprobe.report.prose import cause, condition_words, false_reports, interval_kind, inverted, who
 from lockprobe.report.questions.success import panel
 from lockprobe.report.rows import Course, Estimate, Fact, Results, Row, detected_said
-from lockprobe.report.rows.primary import dose_lines
 from lockprobe.report.section import Block, Figure, Note, Part, Section
 from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.design import READING_FACTORS

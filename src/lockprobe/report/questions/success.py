@@ -11,10 +11,10 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, count
 from lockprobe.report.answer import headline
+from lockprobe.report.primary import CONTROL, dose_lines
 from lockprobe.report.prose import cause, false_reports, interval_kind, paper_rates
 from lockprobe.report.rows import BOUNDS, PERMUTED, Curve, DoseAxis, Estimate, Results, Row, measured_row, share_rows
 from lockprobe.report.rows import Course as Shown
-from lockprobe.report.rows.primary import CONTROL, dose_lines
 from lockprobe.report.section import Block, Figure, Note, Part, Section
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.design import AGENT, FLIPS

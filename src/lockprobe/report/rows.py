@@ -1,21 +1,288 @@
-"""The content of ``results.json``: every row of a study, and a table to select from."""
+"""What a study found, as rows: the content of ``results.json``, which tables, figures and pages read.
+
+A number is an :class:`Estimate`, a line of a figure a :class:`Curve`. What is no number is a
+:class:`Fact`: a property, or a sentence. A quantity that could not be measured has no row.
+"""
 
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
 from operator import attrgetter
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from lockprobe.foundation.errors import LockprobeError, Missing
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.rows.design import Condition, Design, DoseAxis, LeftOut, Player, Progress
-from lockprobe.report.rows.row import IDENTITY, Curve, Estimate, Fact, Part, Row, clearness
+from lockprobe.statistics.design import Axis, axis_key
+from lockprobe.statistics.proportions import ALPHA, Proportion
+from lockprobe.trial.condition import Contrast
+
+
+def _finite(value: object) -> object:
+    """None for what is not a number, as JSON has it."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+Number = Annotated[float | None, BeforeValidator(_finite)]
+Probability = Annotated[float | None, Field(ge=0, le=1), BeforeValidator(_finite)]
+
+
+class Part(BaseModel):
+    """A part of the results: frozen, described, and written without what has its default."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    def plain(self) -> dict[str, Any]:
+        """The part as JSON holds it."""
+        return self.model_dump(mode="json", exclude_defaults=True)
+
+
+class _Measured(Part):
+    """What an estimate and a curve have in common: the columns that say what they are of.
+
+    No two rows of a study are equal in all of :data:`IDENTITY`.
+    """
+
+    quantity: str = Field(description="What is measured, for example success or success_by_step.")
+    agent: str = Field(
+        default="", description="Name of the agent, or its spec if it has none; empty for what no agent did."
+    )
+    modality: str = Field(default="", description="How the box was shown; under the condition, if under one.")
+    condition: str = Field(default="", description="Name of the condition; empty for several.")
+    control: str = Field(default="", description="The condition that is subtracted, in a difference.")
+    versus: str = Field(default="", description="The agent that is subtracted, in a comparison of agents.")
+    versus_modality: str = Field(default="", description="How that agent was shown the box.")
+    axis: str = Field(default="", description="The dose over which it is computed, for example flip rate; or step.")
+    of: str = Field(default="", description="What part of the quantity: a null model, an outcome, a repetition.")
+    doses: dict[str, float] = Field(default={}, description="The doses of the condition, for example flip.p: 0.4.")
+    n: int | None = Field(default=None, ge=0, description="How many trials, actions or claims it is of.")
+    source: str = Field(default="", description="The package that measures it; empty for Lockprobe.")
+
+    @property
+    def identity(self) -> tuple[str, ...]:
+        """What it is of."""
+        return tuple(getattr(self, name) for name in IDENTITY)
+
+    @property
+    def pair(self) -> dict[str, str]:
+        """The two agents that it compares, as columns."""
+        return {name: getattr(self, name) for name in ("agent", "modality", "versus", "versus_modality")}
+
+
+IDENTITY = (
+    *("quantity", "agent", "modality", "condition", "control"),
+    *("versus", "versus_modality", "axis", "of", "source"),
+)
+"""The columns that say what a row is of."""
+
+
+BOUNDS = ("at least", "at most")
+"""Parts of a share or a difference of trials some of which broke: what it is at least and at most, whatever became of
+these."""
+
+PERMUTED = "permutation within blocks, and interval"
+"""The test of success where outcomes are exchanged between conditions; its interval has to exclude 0 too."""
+
+UNITS = (
+    *("share", "points", "ratio", "yes or no", "direction", "dose"),
+    *("steps", "trials", "people", "claims", "reports", "decisions", "ms", "records", "lines"),
+    *("boxes", "blocks", "restarts", "interlocks", "permutations"),
+    *("bits", "logits", "score", "coefficient", "r", "z"),
+)
+"""The units of Lockprobe's numbers."""
+
+
+class Estimate(_Measured):
+    """One number, with its interval and test where it has them."""
+
+    unit: str = Field(
+        default="share",
+        description=f"{', '.join(UNITS)}, or what a package says; empty if it has none. Points are differences of "
+        "shares, from -1 to 1; the column axis names a dose.",
+    )
+    count: int | None = Field(default=None, ge=0, description="Of a share: how many of them.")
+    clusters: int | None = Field(default=None, ge=0, description="Clusters that the interval counts as independent.")
+    value: Number = Field(default=None, description="The number; null where only its interval is known.")
+    low: Number = Field(default=None, description="Lower end of its 95 % interval; null if open or unknown.")
+    high: Number = Field(default=None, description="Upper end.")
+    p_value: Probability = Field(default=None, description="P value, corrected as the next columns say.")
+    family: str = Field(default="", description="The comparisons that are judged together.")
+    corrected_for: int = Field(default=1, ge=1, description="How many comparisons the P value allows for.")
+    test: str = Field(default="", description="The test of the P value.")
+    note: str = Field(default="", description="What limits it, for example the end of an interval that is open.")
+
+    @property
+    def detected(self) -> bool:
+        """Whether the test rejects at 0.05 and the interval leaves out 0."""
+        clear = self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
+        return self.p_value is not None and self.p_value < ALPHA and clear
+
+    def plain(self) -> dict[str, Any]:
+        """The row as JSON holds it: ten columns always, the others where they are no defaults."""
+        kept = self.model_dump(mode="json", include=_ALWAYS)
+        return kept | super().plain()
+
+
+def clearness(row: Estimate) -> tuple[float, float]:
+    """Sorts the clearest difference first: the smallest P value, without a test last, and of equal ones the largest."""
+    return 2.0 if row.p_value is None else row.p_value, -abs(row.value or 0.0)
+
+
+def detected_said(rows: Iterable[Estimate], what: str) -> str:
+    """How many of how many were detected; empty if none was tested."""
+    judged = [row for row in rows if row.p_value is not None]
+    return f"{sum(row.detected for row in judged)} of {len(judged)} {what} detected." if judged else ""
+
+
+_ALWAYS = {"quantity", "agent", "condition", "unit", "n", "value", "low", "high", "p_value", "test"}
+"""Columns that every row of ``results.json`` has."""
+
+
+class Curve(_Measured):
+    """A number along an axis, such as the share solved by each step, with its band."""
+
+    x: tuple[float, ...] = Field(description="Places on the axis, ascending.")
+    value: tuple[Number, ...] = Field(description="The number at each of them.")
+    low: tuple[Number, ...] = Field(default=(), description="Lower end of its 95 % band; empty without one.")
+    high: tuple[Number, ...] = Field(default=(), description="Upper end.")
+
+
+class Fact(Part):
+    """A property of an agent, the plant or the study, or a sentence that does not follow from rows."""
+
+    about: str = Field(description="What it is a property of, or the section of a sentence.")
+    name: str = Field(description="Its name.")
+    text: str = Field(description="Its value.")
+    source: str = Field(default="", description="The package that gives it; empty for Lockprobe.")
+
+
+Row = Estimate | Curve | Fact
+"""What a section of a report gives."""
+
+
+def measured_row(quantity: str, found: Any, **columns: Any) -> Estimate:
+    """The row of what statistics found: its value, interval, P value and sizes, as far as it has them."""
+    return Estimate(quantity=quantity, **measured(found) | columns)
+
+
+def measured(found: Any) -> dict[str, Any]:
+    """The columns of what statistics found, as far as it has them."""
+    own = ("value", "low", "high", "p_value", "n", "count", "clusters")
+    return {name: getattr(found, name) for name in own if hasattr(found, name)}
+
+
+def share_rows(quantity: str, found: Proportion, **columns: Any) -> list[Estimate]:
+    """The row of a share with its interval; none if it is a share of nothing."""
+    return [measured_row(quantity, found, **columns)] if found.n else []
+
+
+class Condition(Part):
+    """A condition of the study."""
+
+    name: str = Field(description="Its name: its specs, or what the experimenter calls it.")
+    specs: tuple[str, ...] = Field(default=(), description="What acts.")
+    modality: str = Field(description="How the box is shown.")
+    doses: dict[str, float] = Field(default={}, description="Its doses.")
+    p: float | None = Field(default=None, description="Flip rate, if nothing but flips can act.")
+    control: str = Field(default="", description="The condition that it is compared with; empty for a control.")
+
+
+class Player(Part):
+    """An agent in one modality."""
+
+    agent: str = Field(description="Name of the agent, or its spec if it has none.")
+    modality: str = Field(description="How the box was shown.")
+    shown: str = Field(default="", description="What tells it apart in words: the modality, if it has several.")
+    subject: bool = Field(default=False, description="Whether the study is about it; others are baselines.")
+    blind: bool = Field(default=False, description="Whether it plays alike at every dose.")
+    doses: tuple[float, ...] = Field(default=(), description="Its doses with trials, of an axis of its own, ascending.")
+
+    @property
+    def label(self) -> str:
+        """What tables call it."""
+        return f"{self.agent} ({self.shown})" if self.shown else self.agent
+
+    @property
+    def named(self) -> dict[str, Any]:
+        """What a course of it says of it."""
+        return {name: getattr(self, name) for name in ("agent", "modality", "label", "shown", "subject", "blind")}
+
+
+class DoseAxis(Part):
+    """Conditions that differ in one dose alone, or agents that differ in one option alone."""
+
+    name: str = Field(description="What sentences call the dose.")
+    intervention: str = Field(description="Name of the intervention; agent for an option of agents.")
+    dose: str = Field(description="The option that is the dose.")
+    options: str = Field(default="", description="Other options of the intervention in all of them.")
+    rest: str = Field(default="", description="Other interventions in all of them.")
+    modality: str = Field(description="How the box is shown in all of them.")
+    doses: dict[str, float] = Field(description="Condition, or agent -> dose, ascending.")
+    condition: str = Field(default="", description="For an option of agents: the condition of all of them.")
+    players: tuple[Player, ...] = Field(default=(), description="Agents with trials on it; of flips the design's.")
+    number: int = Field(default=1, ge=1, description="Which it is of several of that name.")
+
+    @property
+    def axis(self) -> Axis:
+        """The dose alone."""
+        return Axis(kind=self.intervention, dose=self.dose, options=self.options, rest=self.rest)
+
+    @property
+    def of_flips(self) -> bool:
+        """Whether its levels are rates of flips alone, of one reading of a false report."""
+        return self.axis.of_flips
+
+    @property
+    def key(self) -> str:
+        """Its name in the column ``axis``: the dose, and what else acts at all of its levels."""
+        return axis_key(self.name, self.options, self.rest, self.number)
+
+
+class Design(Part):
+    """What differs between the trials of the study."""
+
+    conditions: tuple[Condition, ...] = Field(description="Its conditions, in the order of the settings.")
+    players: tuple[Player, ...] = Field(description="The agents that have trials, each in each of its modalities.")
+    axes: tuple[DoseAxis, ...] = Field(default=(), description="The doses; flip rates first.")
+    contrasts: dict[str, Contrast] = Field(default={}, description="What it asks by itself; the first is primary.")
+    flip_kind: str = Field(default="", description="What a false report is.")
+
+
+EveryLook = Literal["", "until", "extended", "unfinished"]
+"""Why numbers must hold at every look: the study stops when it is decided, was extended, or is unfinished."""
+
+
+class Progress(Part):
+    """How far the study has come."""
+
+    planned: int = Field(ge=0, description="Planned trials; for people, the places to be filled.")
+    finished: int = Field(ge=0, description="Of these, finished trials.")
+    every_look: EveryLook = Field(
+        default="", description="Why success and its differences are shown as they hold at every look; empty: at one."
+    )
+    not_counted: int = Field(default=0, ge=0, description="Finished trials behind an open block, in no number yet.")
+    broken: dict[str, int] = Field(
+        default={}, description="Agent -> its trials without a valid end, if a run has gone through all of them."
+    )
+
+    @property
+    def partial(self) -> bool:
+        """Whether planned trials are open: neither finished nor broken."""
+        return self.finished + sum(self.broken.values()) < self.planned
+
+
+class LeftOut(Part):
+    """A section of the report that could not be made; the others do not depend on it."""
+
+    section: str = Field(description="What it is called.")
+    reason: str = Field(description="Why, in one line.")
+
 
 MEASURES = "measures"
 """What facts about measures of packages are about; of the measure ``x`` the quantity is ``measures.x``."""
@@ -77,10 +344,6 @@ class Results(Part):
         """A quantity and the names of columns -> values of these columns -> rows; filled as rows are asked for."""
         return {}
 
-    @cached_property
-    def _curves(self) -> Mapping[str, Sequence[Curve]]:
-        return grouped(self.curves, attrgetter("quantity"))
-
     def where(self, quantity: str = "", **columns: str) -> list[Estimate]:
         """The rows of a quantity (of all if empty) that have these values, in order.
 
@@ -135,8 +398,8 @@ class Results(Part):
 
     def curve(self, quantity: str, **columns: str) -> Curve | None:
         """The one curve of a quantity that has these values, with ``of=""`` unless given; None if there is none."""
-        wanted = ({"of": ""} | columns).items()
-        found = [one for one in self._curves.get(quantity, ()) if all(getattr(one, of) == said for of, said in wanted)]
+        wanted = ({"quantity": quantity, "of": ""} | columns).items()
+        found = [one for one in self.curves if all(getattr(one, of) == said for of, said in wanted)]
         if len(found) > 1:
             raise NoSuchRow(f"{quantity}: {len(found)} curves have {_asked(columns)}")
         return found[0] if found else None

@@ -7,9 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lockprobe.foundation.formatting import listed
-from lockprobe.report.rows.design import DoseAxis, Player
-from lockprobe.report.rows.results import Course, Results
-from lockprobe.report.rows.row import Estimate, clearness
+from lockprobe.report.rows import Course, DoseAxis, Estimate, Player, Results, clearness
 from lockprobe.trial.condition import TRUTH
 
 CONTROL = "the control"
@@ -103,15 +101,15 @@ def _line(of: Player | Course, conditions: Iterable[str], first: Estimate | None
 
 def _declared(found: Results) -> Iterator[Line]:
     """A line for each agent, of the first contrast that the study declares; none without one."""
-    for asked in found.design.contrasts[:1]:
-        for row in found.where("success_difference", family=DECLARED, of=asked.name):
+    for name, asked in list(found.design.contrasts.items())[:1]:
+        for row in found.where("success_difference", family=DECLARED, of=name):
             own = {"agent": row.agent, "modality": row.modality}
-            less, more = (found.get("success_in_pairs", **own, of=f"{asked.name}, {side}") for side in SIDES)
+            less, more = (found.get("success_in_pairs", **own, of=f"{name}, {side}") for side in SIDES)
             control, under = (
                 _control(names[0]) if names == (TRUTH,) else f"under {listed(names, named=2)}"
                 for names in (asked.minus, asked.of)
             )
-            sides = {"second": more, "change": row, "control": control, "under": under, "cause": asked.name}
+            sides = {"second": more, "change": row, "control": control, "under": under, "cause": name}
             yield _line(found.player_of(row), (asked.minus[0], asked.of[0]), less, **sides)
 
 
