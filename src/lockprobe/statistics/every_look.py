@@ -1,14 +1,27 @@
-"""Differences and shares that hold at every look: several means judged together, block by block.
+"""What holds at every look: e-processes and confidence sequences by betting, and several means judged together.
+
+A P value and a 95 % interval hold for one look at a number of trials that was fixed before. An *e-process* starts at 1
+and, if the hypothesis holds, exceeds 20 at *any* look with a probability of at most 1 / 20 (Ville 1939). So 1 over its
+maximum is a P value, and the means that it does not exceed 20 for are a 95 % interval, however often one looks.
+
+Here it is the wealth of somebody who bets against the mean m of numbers scaled to [0, 1]. A bet on theta multiplies the
+wealth by x theta / m + (1 - x) (1 - theta) / (1 - m) for each number x; the wealth is averaged over 128 bets that are
+fixed before. Of solved and unsolved trials that is a mixture of binomial likelihood ratios (Robbins 1970), of paired
+differences at m = 1/2 that of the pairs that differ, and of any other bounded numbers the betting of Waudby-Smith and
+Ramdas (JRSS B 2024, Sec. 4). The numbers may depend on each other as long as each has the mean m given those before it.
+
+Any fixed bets give a valid test, and which ones decides how soon it rejects. Those of Beta(1/2, 1/2) have the narrowest
+intervals of shares near 0 and 1. Differences are seldom so large: halfway between their quantiles and those of the
+uniform distribution, a test of pairs rejects after 249 pairs that differ in place of 260 if 60 % of them fall one way,
+and after 7 as before if all do. One-sided bets are for small differences, so they lie closer to the mean of the
+hypothesis, by the quantiles of Beta(3/2, 1).
 
 Each mean is tested for an effect (it is not 0) and, with a margin, for being small (it lies within the margin). All of
 these statements are one family, corrected by closed testing: a mean cannot be 0 and as large as the margin, so that of
-each mean one of the two hypotheses counts, that with less evidence against it. Once a statement is made it stays: P
-values are the smallest of all looks, and intervals lie within those before.
-
-The mean of e-values is an e-value of the hypothesis that all of their hypotheses hold, however they depend on each
-other. So a hypothesis is rejected if every set of hypotheses that it is in has a mean e-value of 20 or more (closed
-testing; Vovk and Wang, Annals of Statistics 2021, Sec. 6). One that is true is then rejected in at most 5 % of studies,
-whichever of the others are true, at any look. The sets that decide hold the smallest other e-values.
+each mean one of the two hypotheses counts, that with less evidence against it. A hypothesis is rejected if every set of
+hypotheses that it is in has a mean e-value of 20 or more (Vovk and Wang, Annals of Statistics 2021, Sec. 6), however
+they depend on each other. One that is true is then rejected in at most 5 % of studies, at any look. Once a statement is
+made it stays: P values are the smallest of all looks, and intervals lie within those before.
 """
 
 from __future__ import annotations
@@ -16,15 +29,161 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lockprobe.statistics.betting import SHARES, Side, confidence_sequence, log_wealth, looks
 from lockprobe.statistics.broken_trials import bounded
 from lockprobe.statistics.proportions import ALPHA, Proportion
 
 Array = NDArray[np.float64]
+
+_PARTS = (np.arange(128) + 0.5) / 128
+
+SHARES = np.sin(_PARTS * np.pi / 2) ** 2
+"""Bets between 0 and 1 with equal weights, for intervals of shares."""
+
+DIFFERENCES = (_PARTS + SHARES) / 2
+"""The same for differences."""
+
+NEAR = _PARTS ** (2 / 3)
+"""Bets of one side as shares of the way from the end of the range, 0, to the mean of the hypothesis, 1."""
+
+_HALVINGS = 18
+"""Steps of bisection to an end of an interval; it is then known to 4e-6 of the range, and not narrower than it is."""
+
+_EDGE = 1e-9
+
+_EVERY = 100
+_GROWTH = 1.01
+"""Looks are taken after each of the first 100 numbers, and then whenever there are 1 % more of them."""
+
+Side = Literal["both", "below", "above"]
+"""Which means speak against the hypothesis: any other one, those below, or those above."""
+
+
+def looks(numbers: int) -> NDArray[np.int64]:
+    """After how many numbers there is a look. It does not depend on how many there will be.
+
+    Looking less often than one could is valid, and only makes intervals wider.
+
+    >>> looks(3).tolist(), looks(105)[-2:].tolist()
+    ([1, 2, 3], [104, 105])
+    """
+    if numbers <= _EVERY:
+        return np.arange(1, numbers + 1)
+    more = np.arange(1, math.log(numbers / _EVERY) / math.log(_GROWTH) + 1)
+    later = np.unique(np.ceil(_EVERY * _GROWTH**more)).astype(np.int64)
+    return np.concatenate([np.arange(1, _EVERY + 1), later[later <= numbers]])
+
+
+def log_wealth(values: ArrayLike, mean: float, *, low: float = 0.0, high: float = 1.0, side: Side = "both") -> Array:
+    """The logarithm of the e-process against a mean, after each number; if it holds, ever log(20) in 1 of 20 at most.
+
+    Args:
+        values: The numbers in the order in which they were drawn, each in [low, high], shape (numbers,).
+        mean: The mean of the hypothesis, in (low, high). With ``side="below"`` it is that the mean is at least this
+            one, with ``side="above"`` that it is at most this one.
+        low: Lower bound of the numbers, known before.
+        high: Upper bound.
+        side: On which side of the hypothesis means speak against it.
+
+    >>> round(float(log_wealth([1] * 6, 0.0, low=-1, high=1)[-1]), 2)
+    2.44
+    """
+    kinds, counts = _counted(values, low, high)
+    at = (mean - low) / (high - low)
+    bets = {"both": DIFFERENCES, "below": at * NEAR, "above": 1 - (1 - at) * NEAR}[side]
+    return _mean_of_exp(counts.cumsum(axis=0) @ _gains(kinds, np.full(1, at), bets)[0])
+
+
+def confidence_sequence(
+    values: ArrayLike,
+    log_threshold: ArrayLike,
+    *,
+    low: float = 0.0,
+    high: float = 1.0,
+    bets: Array = DIFFERENCES,
+) -> tuple[Array, Array]:
+    """The ends of the interval of the mean at each of :func:`looks`, each within all before it.
+
+    An interval that would leave nothing of those before it is left out, which happens with a probability of at most 1
+    over the threshold.
+
+    Args:
+        values: The numbers in the order in which they were drawn, each in [low, high], shape (numbers,).
+        log_threshold: Logarithm of the e-value that excludes a mean, after each number or at once for all; log(20) for
+            an interval of 95 %.
+        low: Lower bound of the numbers, known before.
+        high: Upper bound.
+        bets: Bets between 0 and 1, shape (bets,); those of :func:`log_wealth` unless they are for shares.
+
+    >>> ends = confidence_sequence([1, 0] * 50, math.log(20))
+    >>> round(float(ends[0][-1]), 2), round(float(ends[1][-1]), 2)
+    (0.35, 0.66)
+    """
+    kinds, counts = _counted(values, low, high)
+    at = looks(len(counts))
+    if not len(at):
+        return np.empty(0), np.empty(0)
+    seen, limit = counts.cumsum(axis=0)[at - 1], np.broadcast_to(np.asarray(log_threshold, float), len(counts))[at - 1]
+    middle = np.clip(seen @ kinds / seen.sum(axis=1), _EDGE, 1 - _EDGE)
+    lower, upper = (_end(kinds, seen, limit, bets, middle, extreme) for extreme in (_EDGE, 1 - _EDGE))
+    ends = -np.inf, np.inf
+    for i in range(len(at)):
+        first, second = max(ends[0], lower[i]), min(ends[1], upper[i])
+        ends = (first, second) if first < second else ends
+        lower[i], upper[i] = ends
+    return low + (high - low) * lower, low + (high - low) * upper
+
+
+def _end(kinds: Array, seen: Array, limit: Array, bets: Array, middle: Array, extreme: float) -> Array:
+    """One end of the interval at each look, on the scale from 0 to 1, by bisection.
+
+    Args:
+        kinds: The different numbers, shape (kinds,).
+        seen: How often each was drawn by each look, shape (looks, kinds).
+        limit: Logarithm of the e-value that excludes a mean, shape (looks,).
+        bets: Bets between 0 and 1.
+        middle: The mean at each look, shape (looks,).
+        extreme: The end of the range, which the interval has where not even that is excluded.
+    """
+
+    def kept(means: Array) -> NDArray[np.bool_]:
+        found: NDArray[np.bool_] = _mean_of_exp(np.einsum("lk,lkb->lb", seen, _gains(kinds, means, bets))) < limit
+        return found
+
+    inside, outside = middle.copy(), np.full(len(middle), extreme)
+    is_open = kept(outside)
+    for _ in range(_HALVINGS):
+        half = (inside + outside) / 2
+        there = kept(half)
+        inside, outside = np.where(there, half, inside), np.where(there, outside, half)
+    return np.where(is_open, round(extreme), outside)
+
+
+def _counted(values: ArrayLike, low: float, high: float) -> tuple[Array, Array]:
+    """The different numbers on the scale from 0 to 1, and for each number a row with a one in the column of its own."""
+    kinds, place = np.unique(np.asarray(values, dtype=np.float64), return_inverse=True)
+    if len(kinds) and not low <= kinds[0] <= kinds[-1] <= high:
+        raise ValueError(f"numbers from {kinds[0]:g} to {kinds[-1]:g}, not within {low:g} and {high:g}")
+    return (kinds - low) / (high - low), np.eye(len(kinds))[place]
+
+
+def _gains(kinds: Array, mean: Array, bets: Array) -> Array:
+    """What each number multiplies the wealth by, as a logarithm: shape (means, numbers, bets)."""
+    at, x = mean[:, None, None], kinds[:, None]
+    gains: Array = np.log(x * bets / at + (1 - x) * (1 - bets) / (1 - at))
+    return gains
+
+
+def _mean_of_exp(logarithms: Array) -> Array:
+    """The logarithm of the mean over the last axis of their exponentials."""
+    largest = logarithms.max(axis=-1, keepdims=True)
+    found: Array = np.log(np.exp(logarithms - largest).mean(axis=-1)) + largest[..., 0]
+    return found
+
 
 E_PROCESS = "e-process"
 """What tables call a test that holds at every look."""
@@ -101,8 +260,23 @@ def at_every_look(
         margin: With a margin it is also tested whether a mean is smaller than it, either way. Any statement of the two
             kinds is then false in at most 5 % of studies.
     """
-    p_values, small, limits = _tested(family, agents, margin)
-    return tuple(_judged(one, p_values[:, i], limits[:, i], small[:, i]) for i, one in enumerate(family))
+
+    def wealth(one: Numbers, mean: float, side: Side = "both") -> Array:
+        return log_wealth(one.values, mean, low=-one.bound, high=one.bound, side=side)
+
+    def p_values(adjusted: Array) -> Array:
+        return np.minimum(1.0, np.exp(-adjusted) * agents)
+
+    effects = least = _by_block([wealth(one, 0.0) for one in family], family)
+    small = np.ones_like(effects)
+    if margin is not None:  # against a mean of the margin or more, and of minus the margin or less: the smaller
+        both = [np.minimum(wealth(one, margin, "below"), wealth(one, -margin, "above")) for one in family]
+        smalls = _by_block(both, family)
+        least = np.minimum(effects, smalls)
+        small = p_values(closed_tests(smalls, ALPHA / agents, least)[0])
+    adjusted, limits = closed_tests(effects, ALPHA / agents, least)
+    tested = zip(family, p_values(adjusted).T, limits.T, small.T, strict=True)
+    return tuple(_judged(*one) for one in tested)
 
 
 def held_at_both_ends(found: AtEveryLook, low: AtEveryLook, high: AtEveryLook) -> AtEveryLook:
@@ -146,27 +320,6 @@ def share_at_every_look(solved: ArrayLike) -> Proportion:
         high=float(highs[-1]) if len(highs) else 1.0,
         broken=len(values) - len(known),
     )
-
-
-def _tested(family: Sequence[Numbers], agents: float, margin: float | None) -> tuple[Array, Array, Array]:
-    """P values of an effect and of being small, and the logarithms of what an e-value must exceed: (blocks, means)."""
-
-    def wealth(one: Numbers, mean: float, side: Side = "both") -> Array:
-        return log_wealth(one.values, mean, low=-one.bound, high=one.bound, side=side)
-
-    def tested(log_e: Array) -> tuple[Array, Array]:
-        adjusted, needed = closed_tests(log_e, ALPHA / agents, least)
-        return np.minimum(1.0, np.exp(-adjusted) * agents), needed
-
-    e = least = _by_block([wealth(one, 0.0) for one in family], family)
-    small = np.ones_like(e)
-    if margin is not None:  # against a mean of the margin or more, and of minus the margin or less: the smaller
-        both = [np.minimum(wealth(one, margin, "below"), wealth(one, -margin, "above")) for one in family]
-        of_small = _by_block(both, family)
-        least = np.minimum(e, of_small)
-        small, _ = tested(of_small)
-    p_values, needed = tested(e)
-    return p_values, small, needed
 
 
 def _by_block(processes: Sequence[Array], family: Sequence[Numbers]) -> Array:
