@@ -9,7 +9,7 @@ from known_truth import WORLDS, Design, simulated
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.differences import any_difference
 from lockprobe.statistics.hazards import looping, steps_over_doses
-from lockprobe.statistics.two_lines import later_and_sooner, rise_and_fall
+from lockprobe.statistics.two_lines import two_lines
 
 STUDIES = 100
 
@@ -29,9 +29,9 @@ def p_values(played, rng):
     return {
         "success": min((one.p_value for one in any_difference(played, rng)), default=None),
         "speed": steps_over_doses(played).p_value,
-        "shape": turning(rise_and_fall(played), 1),
+        "shape": turning(two_lines(played), 1),
         "looping": onset.p_value if onset else None,
-        "looping again": turning(later_and_sooner(played), -1),
+        "looping again": turning(two_lines(played, "first loops"), -1),
     }
 
 
@@ -70,7 +70,7 @@ def test_broken_trials_find_no_effect_that_is_not_there():
         played = simulated("broken-trials", generator(number), design, success=(0.5,) * 3, trap=(0.0,) * 3)
         tested = any_difference(played, generator(number))
         wrong[0] += any(one.p_value < 0.05 for one in tested)
-        lines = rise_and_fall(played)
+        lines = two_lines(played)
         wrong[1] += lines.direction is not None
         for one in tested:
             assert one.low <= one.bounds[0] <= one.bounds[1] <= one.high

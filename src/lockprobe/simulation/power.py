@@ -31,7 +31,7 @@ from lockprobe.statistics.distributions import root
 from lockprobe.statistics.outcomes import Outcomes, joined
 from lockprobe.statistics.pairs import FEWEST
 from lockprobe.statistics.proportions import ALPHA, proportion
-from lockprobe.statistics.two_lines import rise_and_fall
+from lockprobe.statistics.two_lines import two_lines
 from lockprobe.statistics.why import decide
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study, design_of
@@ -249,7 +249,7 @@ class Conditions:
         differ = {one.dose for one in any_difference(together, tests, agents=self.agents) if one.p_value < ALPHA}
         found_here = [label for label, dose in self.doses.items() if dose in differ]
         if len(doses) > 2:
-            found_here += [_ANY] * bool(differ) + [_SHAPE] * (rise_and_fall(together).direction == "inverted U")
+            found_here += [_ANY] * bool(differ) + [_SHAPE] * (two_lines(together).direction == "inverted U")
         return found_here
 
 

@@ -27,7 +27,7 @@ from lockprobe.statistics.outcomes import ended, points
 from lockprobe.statistics.proportions import ALPHA, Z
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
 from lockprobe.statistics.trend import correlation, trend
-from lockprobe.statistics.two_lines import later_and_sooner
+from lockprobe.statistics.two_lines import two_lines
 
 LENGTHS = (
     "Solved trials are shorter, and short trials hold fewer loops by chance alone: a strongly negative r is expected "
@@ -81,9 +81,7 @@ def _over_doses(course: played.Course) -> Iterator[Row]:
     if hazard := looping(found):
         note = {1: "sooner", -1: "later"}.get(hazard.direction, "")
         yield measured_row("hazard_ratio", hazard, **of, of="first loops", unit="ratio", test="log-rank", note=note)
-    lines = later_and_sooner(course.tested)
-    if lines.first and lines.second:
-        yield from two_lines_rows("first loops", lines, course)
+    yield from two_lines_rows("first loops", two_lines(course.tested, "first loops"), course)
 
 
 def _said(found: Results) -> Iterator[str]:

@@ -22,7 +22,7 @@ from lockprobe.statistics.differences import any_difference
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.statistics.trend import Trend, trend
-from lockprobe.statistics.two_lines import TwoLines, rise_and_fall
+from lockprobe.statistics.two_lines import TwoLines, two_lines
 from lockprobe.trial.record import PLAIN_WORDS
 
 _NOTHING = "Nothing could be compared."
@@ -52,8 +52,8 @@ def _of_course(course: Course) -> Iterator[Row]:
     if fit := trend(course.points, "success", course.draws["success"]):
         yield from fit_rows("success_fit", fit, course)
     yield from _differences(course)
-    lines = rise_and_fall(course.tested, agents=course.family)
-    yield from two_lines_rows("success", lines, course)
+    if course.order is None:
+        yield from two_lines_rows("success", two_lines(course.tested, agents=course.family), course)
 
 
 def _differences(course: Course) -> Iterator[Row]:
