@@ -10,7 +10,6 @@ from seated import people_study, under
 from lockprobe.boxes.solve import optimum
 from lockprobe.people.assignment import Given, assigned, boxes_each, practice_plan, trials_for
 from lockprobe.people.experiment import Experiment
-from lockprobe.report.questions.limits import steps_from_right
 from lockprobe.studies.options.studyfile import study
 
 PERSONS = 200
@@ -65,6 +64,17 @@ def learnt(found):
         learner.steps(practice)
         rows.append([learner.steps(box) for box in boxes])
     return np.array(rows)
+
+
+def steps_from_right(box, budget):
+    """The steps in which a box opens whose joints are attempted from right to left, again and again."""
+    order = sorted(range(len(box.joints)), key=lambda joint: box.joints[joint].place, reverse=True)
+    here = box.initial
+    for step in range(budget):
+        here, moved = box.attempt(here, joint := order[step % len(order)])
+        if moved and joint == box.target_index:
+            return step + 1
+    return budget
 
 
 def test_a_rule_of_places_opens_no_more_boxes_than_luck_does():

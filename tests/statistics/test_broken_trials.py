@@ -19,7 +19,7 @@ from lockprobe.report.questions.claims import judged, paper_claims
 from lockprobe.report.results import results
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.curves import success_curve
-from lockprobe.statistics.differences import any_difference, differences_before_breaks, each_difference, few_broke_until
+from lockprobe.statistics.differences import any_difference, each_difference, few_broke_until
 from lockprobe.statistics.every_look import Numbers, at_every_look, share_at_every_look
 from lockprobe.statistics.outcomes import BlockOrder, outcomes
 from lockprobe.statistics.pairs import paired
@@ -207,21 +207,6 @@ def test_the_last_step_with_few_breaks(broke_in, n, step):
     length = np.array([one - 1 for one in broke_in] + [20] * (n - len(broke_in)))
     groups = [played(np.zeros(n), broke, length), played(np.zeros(n), np.zeros(n, bool))]
     assert few_broke_until(groups) == step
-
-
-def test_by_an_early_step_an_effect_is_found_that_later_breaks_hide():
-    """Forty trials: by step 10 the second has solved 30 and the first 8; then all that go on break, at step 15."""
-    solved, last = np.array([np.arange(40) < 8, np.arange(40) < 30]), np.array([[5], [9]])
-    groups = [played(own, ~own, np.where(own, end, 14)) for own, end in zip(solved, last, strict=True)]
-    late = compared(groups)
-    assert late.bounds == (-10 / 40, 32 / 40)
-    assert late.p_value == 1.0
-    step = few_broke_until(groups)
-    assert step == 14
-    ((_, early),) = differences_before_breaks(groups, step, generator(1))
-    truth = paired(*solved)
-    assert (early.value, early.low, early.high) == (truth.value, truth.low, truth.high)
-    assert early.p_value < 0.001
 
 
 def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth(tmp_path):

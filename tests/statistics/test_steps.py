@@ -75,19 +75,6 @@ def test_crossing_curves_that_a_log_rank_test_misses_are_detected():
     assert steps_over_doses(found).p_value < 0.05
 
 
-def test_trials_of_one_person_are_taken_together():
-    """Copies of each person's trial add nothing; taken as independent they would."""
-    rng = np.random.default_rng(3)
-    skill = rng.integers(5, 15, size=12)
-    p = np.repeat([0.0, 0.4], 6)
-    once = columns(p, np.arange(12), length=skill, player=[f"person-{i}" for i in range(12)])
-    more = {"length": np.repeat(skill, 10), "player": np.repeat(once.player, 10)}
-    many = columns(np.repeat(p, 10), np.arange(120), **more)
-    one, several = steps_over_doses(once), steps_over_doses(many)
-    assert several.value == pytest.approx(one.value)
-    assert several.p_value == pytest.approx(one.p_value)
-
-
 def over_doses(played):
     return steps_over_doses(outcomes(played))
 

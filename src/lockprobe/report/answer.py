@@ -10,17 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from lockprobe.foundation.formatting import capital, listed, p_cell, p_value, percent, points
+from lockprobe.foundation.formatting import capital, listed, p_cell, percent, points
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.curve import MOST
 from lockprobe.report.format import entry_text
 from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.prose import at_dose, cause, who
-from lockprobe.report.rows import BOUNDS, Cell, Results, clearness
+from lockprobe.report.rows import BOUNDS, Cell, Results
 from lockprobe.statistics.differences import FEW_BROKE
-
-BEFORE = "by the last step with few breaks"
-"""Part of success: by the last step by which at most 5 % of trials broke under every condition."""
 
 ONE_LOOK = "The answer holds for one look: it stands here when all planned trials are played."
 """What is said where the answer rests on tests that do not hold at every look."""
@@ -234,15 +231,9 @@ def known_of_broken(found: Results, *, every: bool = False) -> list[tuple[str, s
                 f"What is missing is long: half of the breaks came at step {broke.value:g} or later, other trials "
                 f"ended at step {ended.value:g}."
             )
-        if change := min(found.where("success_difference", **of, of=BEFORE), key=clearness, default=None):
-            many = f", corrected for {change.corrected_for} comparisons" * (change.corrected_for > 1)
-            where = " less ".join(_where(own[name]) for name in (change.condition, change.control))
-            sentences.append(
-                f"By step {row.value or 0:g} at most {percent(FEW_BROKE)} of trials had broken under every condition. "
-                f"By then success {where} was {entry_text(change)} points ({p_value(change.p_value)}{many})."
-                + " This does not show that there is no effect."
-                * (not change.detected)
-            )
+        if row.value:
+            few = f"at most {percent(FEW_BROKE)} of trials had broken under every condition."
+            sentences.append(f"By step {row.value:g} {few}")
         said.append((found.label(row.agent, row.modality), " ".join(sentences)))
     return said
 

@@ -127,26 +127,6 @@ def few_broke_until(groups: Sequence[Outcomes]) -> int:
     return last
 
 
-def differences_before_breaks(
-    groups: Sequence[Outcomes], step: int, rng: np.random.Generator, *, agents: int = 1
-) -> tuple[tuple[int, DifferenceAt], ...]:
-    """Success by an early step, by which few trials had broken, of each group against the first one.
-
-    Where long trials break, success by the last step is decided within wide bounds. By an earlier step most trials have
-    ended or are known to go on, so the same comparison (:func:`each_difference`) decides more. That breaks choose the
-    step (:func:`few_broke_until`) does no harm: with bounds for the few, intervals cover in .944 of studies or more and
-    false effects are found in .044 or less.
-
-    If what is said must hold at every look, breaks choose anew each time: ``agents`` is then the number of agents times
-    that of the steps that could be chosen.
-    """
-    by_then = [
-        replace(one, solved=one.solved & (one.length <= step), broke=one.broke & (one.length[: len(one.broke)] < step))
-        for one in groups
-    ]
-    return each_difference(by_then, rng, agents=agents)
-
-
 def _held(found: Found, low: Found, high: Found) -> Found:
     """The differences without the broken trials, with what holds at both ends of what these can have become."""
     lows, highs, held = {one.dose: one for one in low}, {one.dose: one for one in high}, []

@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.blocks import block_mean, blocks_of, rare_block, success_in_pairs
 from lockprobe.statistics.broken_trials import bounded, whatever_broke, worst
-from lockprobe.statistics.clustered import clustered_variance, student
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.distributions import holm, student_tails
 from lockprobe.statistics.modalities import by_fidelity, fidelity
@@ -148,89 +147,70 @@ def modality_effects(agents: Sequence[Course]) -> Iterator[ModalityEffect]:
     shown = grouped((one for one in lowest if len(one.outcomes.ended)), lambda one: one.agent)
     several = [sorted(own, key=lambda one: by_fidelity(one.modality)) for own in shown.values() if len(own) > 1]
     kinds = [own[0].baseline for own in several]
-    for own, kind in zip(several, kinds, strict=True):
-        yield _effect({one.modality: one.outcomes for one in own}, own[0].agent, kinds.count(kind))
-
-
-def _effect(shown: dict[str, Outcomes], agent: str, agents: int) -> ModalityEffect:
-    ranked = {name: (float(rank), of) for name, of in shown.items() if (rank := fidelity(name)) is not None}
-    ranks = [rank for rank, _ in ranked.values()]
-
-    def trend(groups: Sequence[Outcomes]) -> Hazard:
-        if len(set(ranks)) < 2:
-            return Hazard()
-        every = joined(groups)
-        return excess(np.repeat(ranks, [*map(len, groups)]), every.length, every.solved, every.cluster)
-
-    def corrected(p_value: float | None) -> float | None:
-        return None if p_value is None else min(1.0, agents * p_value)
 
     def final(groups: Sequence[Outcomes]) -> Difference:
         return success_in_pairs(blocks_of(groups), 0, 1)
 
-    # those that broke at the lowest fidelity against all others
-    over = whatever_broke(trend, [of for _, of in ranked.values()], [rank > min(ranks) for rank in ranks], worst)
-    pairs = [*combinations(shown.items(), 2)]
-    hazards = [solving(one, two) for (_, one), (_, two) in pairs]
-    tested = map(corrected, holm([one.p_value for one in hazards]))
-    return ModalityEffect(
-        agent=agent,
-        modalities=tuple(shown),
-        trend=replace(over, p_value=corrected(over.p_value)),
-        pairs=tuple(
-            (first, second, replace(hazard, p_value=p_value), whatever_broke(final, (one, two), (False, True)))
-            for ((first, one), (second, two)), hazard, p_value in zip(pairs, hazards, tested, strict=True)
-        ),
-        agents=agents,
-    )
+    for own, kind in zip(several, kinds, strict=True):
+        together = kinds.count(kind)
+        pairs = [*combinations([(one.modality, one.outcomes) for one in own], 2)]
+        hazards = [solving(one, two) for (_, one), (_, two) in pairs]
+        tested = holm([one.p_value for one in hazards])
+        yield ModalityEffect(
+            agent=own[0].agent,
+            modalities=tuple(one.modality for one in own),
+            trend=_corrected(_trend(own), together),
+            pairs=tuple(
+                (
+                    first,
+                    second,
+                    _corrected(replace(hazard, p_value=p_value), together),
+                    whatever_broke(final, (one, two), (False, True)),
+                )
+                for ((first, one), (second, two)), hazard, p_value in zip(pairs, hazards, tested, strict=True)
+            ),
+            agents=together,
+        )
+
+
+def _corrected(found: Hazard, agents: int) -> Hazard:
+    return found if found.p_value is None else replace(found, p_value=min(1.0, agents * found.p_value))
+
+
+def _trend(shown: Sequence[Course]) -> Hazard:
+    """The trend over fidelity; those that broke at the lowest fidelity against all others."""
+    ranked = [(float(rank), one.outcomes) for one in shown if (rank := fidelity(one.modality)) is not None]
+    ranks = [rank for rank, _ in ranked]
+    if len(set(ranks)) < 2:
+        return Hazard()
+
+    def trend(groups: Sequence[Outcomes]) -> Hazard:
+        every = joined(groups)
+        return excess(np.repeat(ranks, [*map(len, groups)]), every.length, every.solved, every.cluster)
+
+    return whatever_broke(trend, [of for _, of in ranked], [rank > min(ranks) for rank in ranks], worst)
 
 
 def steps_over_doses(outcomes: Outcomes) -> Difference:
     """The mean steps at all higher doses together, less those at the lowest; not a number without pairs.
 
-    Of agents the sample is every pair of trials with the same luck, one of them at the lowest dose, clustered by luck;
-    of people all trials, clustered by person and by luck, with a correction for the number of people in each group.
-    Student's t has one degree of freedom less than there are clusters (for people: in the group and of the kind with
-    the fewest).
+    The sample is every pair of trials with the same luck, one of them at the lowest dose, clustered by luck. People,
+    who meet no luck twice, have none.
     """
     begun = outcomes.at_ended_doses
-    later = begun.dose > begun.dose.min(initial=math.inf)
+    later, budget = begun.dose > begun.dose.min(initial=math.inf), float(begun.budget)
+
+    def mean(of: Sequence[Outcomes]) -> Difference:
+        doses = np.unique(of[0].dose)
+        if len(doses) > 1 and not of[0].crossed:
+            steps = blocks_of([of[0].at(of[0].dose == dose) for dose in doses]).steps
+            lowest, higher = np.broadcast_to(steps[:, :1], steps[:, 1:].shape), steps[:, 1:]
+            both = ~np.isnan(higher - lowest)
+            if both.any():
+                return block_mean(higher - lowest, unit=budget, rare=rare_block(lowest[both], higher[both], budget))
+        return Difference(value=math.nan)
 
     def held(found: Difference, low: Difference, high: Difference) -> Difference:
         return found if found.p_value is None else bounded(found, low, high)
 
-    return whatever_broke(lambda of: _over_doses(of[0]), [begun], [later], held)
-
-
-def _over_doses(outcomes: Outcomes) -> Difference:
-    doses, budget = np.unique(outcomes.dose), float(outcomes.budget)
-    if len(doses) < 2:
-        return Difference(value=math.nan)
-    if outcomes.crossed:
-        return _of_people(outcomes, budget)
-    steps = blocks_of([outcomes.at(outcomes.dose == dose) for dose in doses]).steps
-    lowest, higher = np.broadcast_to(steps[:, :1], steps[:, 1:].shape), steps[:, 1:]
-    both = ~np.isnan(higher - lowest)
-    if not both.any():
-        return Difference(value=math.nan)
-    return block_mean(higher - lowest, unit=budget, rare=rare_block(lowest[both], higher[both], budget))
-
-
-def _of_people(outcomes: Outcomes, budget: float) -> Difference:
-    later, steps = outcomes.dose > outcomes.dose.min(), outcomes.length.astype(np.float64)
-    group = later.astype(np.int64)
-    n, mean = np.bincount(group), np.bincount(group, weights=steps) / np.bincount(group)
-    people, lucks = (
-        np.array([len(np.unique(kind[side])) for side in (~later, later)], dtype=np.float64)
-        for kind in (outcomes.player, outcomes.luck)
-    )
-    fewest, found = int(min(*people, *lucks)), Difference(value=float(mean[1] - mean[0]), n=len(outcomes))
-    if fewest < 2:
-        return found
-    small = np.sqrt(people / (people - 1))  # each group's own correction: the lowest dose has far fewer people
-    rest = (steps - mean[group]) * (2 * group - 1) * (small / n)[group]
-    variance, rare = (
-        clustered_variance(rest, outcomes.player, outcomes.luck),
-        rare_block(steps[~later], steps[later], budget),
-    )
-    return student(found, variance, fewest, more=rare.more(1 / fewest), most=budget)
+    return whatever_broke(mean, [begun], [later], held)

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from statistics import median
 from typing import Any
 
-from lockprobe.boxes.box import Lockbox
-from lockprobe.boxes.solve import optimum
-from lockprobe.foundation.formatting import count, percent
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.seeds import generator
-from lockprobe.foundation.spec import PEOPLE, Spec
-from lockprobe.report.answer import BEFORE, known_of_broken
-from lockprobe.report.opened import OpenedStudy, PlayedCell
+from lockprobe.foundation.spec import Spec
+from lockprobe.report.answer import known_of_broken
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.report.questions.loops import LENGTHS
-from lockprobe.report.rows import PERMUTED, Estimate, Fact, Results, Row, measured_row
+from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
-from lockprobe.statistics.differences import differences_before_breaks, few_broke_until
-from lockprobe.statistics.every_look import E_PROCESS
-from lockprobe.studies.modality import shows_places
+from lockprobe.statistics.differences import few_broke_until
 from lockprobe.trial.record import Trial
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
-    """By agent and boundary, with the first message, and whether the first of them will be replayed."""
+    """By agent and boundary, with the first message and whether it will be replayed; when trials broke and ended."""
     broken = grouped(
         (trial for trial in numbers.trials if trial.error is not None),
         lambda trial: (trial.group, str(trial.error.boundary) if trial.error else ""),
@@ -34,41 +29,14 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
         yield Estimate(quantity="broken", agent=agent, of=boundary, value=len(trials), unit="trials")
         facts = {"first message": _message(trials[0]), "will be replayed": "yes" if trials[0].owed_again else "no"}
         yield from (Fact(about=f"{agent}, broken at {boundary}", name=name, text=text) for name, text in facts.items())
-    of_agents = grouped(numbers.cells, lambda cell: (cell.agent, cell.modality)).values()
-    broke = [cells for cells in of_agents if any(cell.outcomes.broke.any() for cell in cells)]
-    for cells in broke:
-        yield from _of_agent(cells, len(broke))
-
-
-def _of_agent(cells: Sequence[PlayedCell], agents: int) -> Iterator[Estimate]:
-    """When the trials of an agent broke and ended, and every condition against the first by an early step.
-
-    The step is the last one by which few trials of each condition broke. At every look it can be another one; what is
-    said then allows for all steps of the budget.
-    """
-    of: dict[str, Any] = {"agent": cells[0].agent, "modality": cells[0].modality}
-    broke = [steps + 1 for cell in cells for steps in cell.outcomes.broken.length.tolist()]
-    finished = [steps for cell in cells for steps in cell.ended.length.tolist()]
-    for part, steps in (("broken", broke), ("ended", finished)):
-        if steps:
-            yield Estimate(quantity="last_step", **of, of=part, unit="steps", value=median(steps), n=len(steps))
-    cells = [cell for cell in cells if len(cell.ended)]
-    groups = [cell.outcomes for cell in cells]
-    budget, step = max((one.budget for one in groups), default=0), few_broke_until(groups)
-    yield Estimate(quantity="last_step", **of, of="few broke", unit="steps", value=step)
-    if len(cells) < 2 or not 0 < step < budget:
-        return
-    first, order = cells[0].trials[0], cells[0].order
-    many = agents if order is None else agents * budget
-    rng = generator(first.seed, "analysis", first.spec, first.modality, BEFORE)
-    found = differences_before_breaks(groups, step, rng, agents=many)
-    test = "McNemar, and interval" if order is None else E_PROCESS
-    for place, one in found:
-        yield measured_row(
-            "success_difference", one, **cells[place].of, control=first.condition, of=BEFORE, unit="points",
-            n=one.first.n, family=f"success {BEFORE}", corrected_for=len(found) * many,
-            test=test if one.only else PERMUTED,
-        )  # fmt: skip
+    for (agent, modality), cells in grouped(numbers.cells, lambda cell: (cell.agent, cell.modality)).items():
+        of: dict[str, Any] = {"agent": agent, "modality": modality, "unit": "steps"}
+        if broke := [steps + 1 for cell in cells for steps in cell.outcomes.broken.length.tolist()]:
+            yield Estimate(quantity="last_step", **of, of="broken", value=median(broke), n=len(broke))
+            if ended := [steps for cell in cells for steps in cell.ended.length.tolist()]:
+                yield Estimate(quantity="last_step", **of, of="ended", value=median(ended), n=len(ended))
+            step = few_broke_until([cell.outcomes for cell in cells if len(cell.ended)])
+            yield Estimate(quantity="last_step", **of, of="few broke", value=step)
 
 
 def _message(trial: Trial) -> str:
@@ -102,61 +70,7 @@ def _show_limits(found: Results) -> Iterator[Part]:
     yield Part("Limits", answer, [Template("limits", values)])
 
 
-# What places give away to those who see where joints lie: people, and agents that see pictures or read places.
-
-_MOST = 400
-"""Blocks whose panels are looked at: the first of a study."""
-
-
-def _places(numbers: OpenedStudy) -> Iterator[Row]:
-    """How many boxes open in the fewest steps from right to left, and the steps that this takes on average."""
-    study = numbers.study
-    if not (PEOPLE in study.agents or any(map(shows_places, study.modalities))):
-        return
-    blocks = [block for _, block in zip(range(_MOST), study.blocks_of(study.agents[0]), strict=False)]
-    boxes = [study.plan(study.agents[0], study.conditions[0], *block).box for block in blocks]
-    steps = [steps_from_right(box, study.max_steps) for box in boxes]
-    least = sum(taken == optimum(box) for box, taken in zip(boxes, steps, strict=True))
-    of: dict[str, Any] = {"quantity": "optimum", "n": len(boxes)}
-    yield Estimate(**of, of=f"reached {_RULE}", value=least / len(boxes), count=least)
-    yield Estimate(**of, of=f"steps {_RULE}", unit="steps", value=sum(steps) / len(boxes))
-
-
-_RULE = "from right to left"
-
-
-def steps_from_right(box: Lockbox, budget: int) -> int:
-    """The steps in which a box opens whose joints are attempted from right to left, again and again; at most a budget.
-
-    This is what the agent ``right-to-left`` needs, whatever it is told.
-
-    >>> from lockprobe.boxes.families import box
-    >>> steps_from_right(box("chain-4"), 20)
-    4
-    """
-    order = sorted(range(len(box.joints)), key=lambda joint: box.joints[joint].place, reverse=True)
-    here, target = box.initial, box.target_index
-    for step in range(budget):
-        joint = order[step % len(order)]
-        here, moved = box.attempt(here, joint)
-        if moved and joint == target:
-            return step + 1
-    return budget
-
-
-def _show_places(found: Results) -> Iterator[Part]:
-    least, steps = (found.get("optimum", of=f"{of} {_RULE}") for of in ("reached", "steps"))
-    if least and steps:
-        said = f"opens {percent(least.value)} of the boxes in the fewest possible steps, {steps.value:.1f} on average."
-        yield Part(
-            "What do places give away?",
-            f"Whoever takes the joints from right to left, whatever is reported, {said}",
-            ["Places are seen in this study. The agent right-to-left plays the rule, again and again."],
-        )
-
-
 SECTIONS = (
     Section("broken", "Trials that broke", _rows, _show),
     Section("limits", "Limits", show=_show_limits),
-    Section("places", "Places", _places, _show_places),
 )

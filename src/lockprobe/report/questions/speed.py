@@ -76,8 +76,7 @@ def _over_doses(course: Doses) -> list[Estimate]:
     found = steps_over_doses(course.tested)
     if found.p_value is None or course.order is not None:
         return []
-    test = f"Student over {'people' if course.people else 'blocks'}"
-    return [measured_row("steps_difference", found, **course.of, of=_HIGHER, unit="steps", test=test)]
+    return [measured_row("steps_difference", found, **course.of, of=_HIGHER, unit="steps", test="Student over blocks")]
 
 
 def _said(found: Results) -> str:
