@@ -8,7 +8,6 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.loops import onset
 from lockprobe.statistics.measures import MEASURES, find_measure, measured
 from lockprobe.statistics.proportions import proportion
@@ -51,14 +50,6 @@ def test_means_have_student_s_interval_over_trials_or_over_luck():
     (twice,) = measured(trials * 2, [lambda trial: float(len(trial.steps))])
     assert twice.n == 36
     assert twice.high - twice.low == pytest.approx(alone.high - alone.low)  # the same luck again tells nothing new
-
-
-def test_a_share_of_trials_with_equal_luck_has_the_interval_of_clusters():
-    trials = play_study(small_study(["random"], p=[0.0, 0.6], trials=9))
-    (solved,) = measured(trials, ["solved"])
-    counts = [sum(t.solved for t in trials if (t.repetition, t.trial) == (r, n)) for r in (1, 2) for n in range(1, 10)]
-    expected = clustered_proportion(counts, [2] * 18)
-    assert (solved.value, solved.low, solved.high) == (expected.value, expected.low, expected.high)
 
 
 def test_error_trials_are_left_out_and_what_does_not_apply_is_counted():

@@ -21,11 +21,10 @@ from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
 from lockprobe.foundation.spec import Spec, arguments_from
-from lockprobe.statistics.clustered import clustered_proportion, clustered_variance
-from lockprobe.statistics.distributions import student_quantile
+from lockprobe.statistics.clustered import clustered_variance, share_of, student
 from lockprobe.statistics.loops import cover, onset
-from lockprobe.statistics.outcomes import ended
-from lockprobe.statistics.proportions import LEVEL, Difference, proportion
+from lockprobe.statistics.outcomes import ended, outcomes
+from lockprobe.statistics.proportions import Difference
 from lockprobe.trial.record import Trial
 
 Measure = Callable[[Trial], float | bool | None]
@@ -112,8 +111,8 @@ class Measured:
         n: Trials to which it applies.
         left_out: Ended trials (solved or out of budget) to which it does not apply.
         value: The mean over the ``n`` trials; None without one.
-        low, high: Ends of its 95 % interval: for a share Wilson's, with the effective number of trials; for a mean
-            Student's t over clusters. None for a mean with fewer than two clusters, or if all values are equal.
+        low, high: Ends of its 95 % interval: for a share as that of success; for a mean Student's t over clusters.
+            None for a mean with fewer than two clusters, or if all values are equal.
     """
 
     name: str
@@ -167,8 +166,7 @@ def measured(
 ) -> tuple[Measured, ...]:
     """The mean of each measure over trials of an agent under a condition, with a 95 % interval, in their order.
 
-    Trials of equal luck (repetition and trial) are a cluster, and so are those of one player. Without clusters of
-    several trials a share has Wilson's interval.
+    People's trials are clustered by person and by luck.
     """
     counted = ended(trials)
     return tuple(_measured(counted, find_measure(one)) for one in measures)
@@ -181,21 +179,15 @@ def _measured(trials: Sequence[Trial], measure: NamedMeasure) -> Measured:
         raise BadValue(f"measure {measure.name}", [value for _, value in found][:4], "numbers, or True and False")
     share, n, mean = kinds == {True}, len(found), Difference(value=math.nan)
     if found:
-        values = np.array([value for _, value in found], dtype=np.float64)
-        same = [f"{trial.repetition}/{trial.trial}" for trial, _ in found]
-        names = same, [trial.player or f"/{own}" for (trial, _), own in zip(found, same, strict=True)]
-        luck, player = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in names)
-        alone, clusters = np.array_equal(luck, player), min(len(np.unique(kind)) for kind in (luck, player))
+        of, values = outcomes([trial for trial, _ in found]), np.array([value for _, value in found], dtype=np.float64)
         mean = Difference(value=float(values.mean()))
+        clusters = (of.player, of.luck) if of.crossed else (of.luck,)
+        fewest = min(len(np.unique(kind)) for kind in clusters)
         if share:
-            of = proportion(int(values.sum()), n)
-            if clusters < n:
-                of = clustered_proportion(values, np.ones(n), *([luck] if alone else [player, luck]))
-            mean = Difference(value=of.value, low=of.low, high=of.high)
-        elif clusters > 1 and np.ptp(values):
-            error = math.sqrt(clustered_variance(values - mean.value, luck, np.arange(n) if alone else player)) / n
-            half = student_quantile((1 + LEVEL) / 2, clusters - 1) * error
-            mean = Difference(value=mean.value, low=mean.value - half, high=mean.value + half)
+            counted = share_of(values, of.player, of.luck, of.box)
+            mean = Difference(value=counted.value, low=counted.low, high=counted.high)
+        elif fewest > 1 and np.ptp(values):
+            mean = student(mean, clustered_variance(values - mean.value, *clusters) / n**2, fewest)
     return Measured(
         name=measure.name, what=measure.what, kind="share" if share else "mean", n=n, left_out=len(trials) - n,
         value=mean.value if found else None, low=mean.low, high=mean.high,
