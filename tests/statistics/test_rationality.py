@@ -42,8 +42,10 @@ def test_what_other_trials_left_behind_changes_nothing(monkeypatch):
     """A report is the same whichever process has worked at whichever agent before."""
     trials = [*played("random", 4, p=0.6), *played("cognitive:perseverant", 4, p=0.6)]
     module._known.clear()
+    module._first.cache_clear()
     fresh = [counts([trial]) for trial in trials]
     monkeypatch.setattr(module, "_MANY", 1)
+    module._first.cache_clear()
     assert [counts([trial]) for trial in trials[::-1]] == fresh[::-1]
     assert counts(trials) == tuple(map(sum, zip(*fresh, strict=True)))
 

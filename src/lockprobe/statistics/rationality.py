@@ -13,7 +13,7 @@ agent is told of it misleads every observer. So of each trial the actions before
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 
 from lockprobe.boxes.beliefs.planning import best_joints
 from lockprobe.boxes.beliefs.posterior import Belief, ReportedAttempt, begin, noise_model, update
@@ -30,9 +30,6 @@ further trial is judged."""
 
 _MANY = 1 << 14
 """Moments that are cached; each takes a few kilobytes."""
-
-_Report = tuple[int, bool, int | None, bool]
-"""The fields of a :class:`ReportedAttempt`."""
 
 
 def prior_for(joints: int) -> str | None:
@@ -53,37 +50,35 @@ def optimal_actions(
     prior = prior_for(max((len(trial.joints) for trial in counted), default=0))
     if prior is None or not all(trial.ordinary for trial in counted):
         return None
-    weighed, actions = [], 0
+    chosen, contradicted, actions = list[list[tuple[_Moment, int]]](), False, 0
     for trial in counted[:JUDGED]:
         if actions < ACTIONS:
-            weighed.append(_choices(trial, prior, unbroken(trial, judged(trial) if judged else ())))
+            own, again = _choices(trial, prior, unbroken(trial, judged(trial) if judged else ()))
+            chosen.append(own)
+            contradicted |= again
             actions += len(trial.steps)
-    counts = [sum(now.optimal[joint] for now, joint in choices) for choices, _ in weighed]
-    share = clustered_proportion(counts, [len(choices) for choices, _ in weighed])
-    return (share, any(contradicted for _, contradicted in weighed)) if share.n else None
+    counts = [sum(now.optimal[joint] for now, joint in own) for own in chosen]
+    share = clustered_proportion(counts, [*map(len, chosen)])
+    return (share, contradicted) if share.n else None
 
 
 class _Moment:
-    """A belief of the observer and those that follow it, each computed once: many trials pass through equal beliefs."""
+    """A belief of the observer and those that follow it, each computed once: many trials pass through equal beliefs.
+
+    Attributes:
+        after: Joint, whether it was told to move, joints turned, states only -> the moment after such a report, and
+            whether it was impossible; as they come.
+    """
 
     def __init__(self, belief: Belief) -> None:
         self.belief = belief
-        self._after: dict[_Report, tuple[_Moment, bool]] = {}
+        self.after: dict[tuple[int, bool, int | None, bool], tuple[_Moment, bool]] = {}
 
     @cached_property
     def optimal(self) -> list[bool]:
         """Whether no other attempt costs fewer expected steps than that at each joint."""
         found: list[bool] = best_joints(self.belief).tolist()
         return found
-
-    def after(self, report: _Report) -> tuple[_Moment, bool]:
-        """The moment after a report, and whether the report was impossible."""
-        if report not in self._after:
-            belief = update(self.belief, ReportedAttempt(*report))
-            again = belief.restarts > self.belief.restarts
-            scaled = again and report[0] == 0  # scaled weights of equal beliefs differ in their last digits
-            self._after[report] = (_Moment if scaled else _moment)(belief), again
-        return self._after[report]
 
 
 _known: dict[Hashable, _Moment] = {}
@@ -96,19 +91,21 @@ def _moment(belief: Belief) -> _Moment:
     return _known.setdefault(belief.key, _Moment(belief))
 
 
+@cache
+def _first(prior: str, joints: int) -> _Moment:
+    """The moment before any report."""
+    return _Moment(begin(interlocks(prior, joints), noise_model("naive")))
+
+
 def _choices(trial: Trial, prior: str, first: int) -> tuple[list[tuple[_Moment, int]], bool]:
     """The first actions, by the moment before each and the number of its joint; whether a report was impossible.
 
     The target is joint 0, the others follow in the order of first attempts. The priors treat all joints but the target
     alike, so trials that differ only in names share moments.
     """
-    order = dict.fromkeys((trial.target, *trial.actions, *trial.joints))
-    numbers = {joint: number for number, joint in enumerate(order)}
+    numbers = {joint: i for i, joint in enumerate(dict.fromkeys((trial.target, *trial.actions, *trial.joints)))}
     bits = [1 << numbers[joint] for joint in trial.joints]
-    # what the observer knows to be inverted: what was inverted in this trial, or outcomes
-    positions = any(channel.get("inverts") == "position" for channel in trial.channels)
-    noise = noise_model("naive", "positions" if positions else "outcomes")
-    now = _moment(begin(interlocks(prior, len(trial.joints)), noise))
+    now = _first(prior, len(trial.joints))
     found, contradicted, start, states_only = [], False, trial.steps[0].state, trial.states_only
     for step in trial.steps[:first]:
         joint = numbers[step.joint]
@@ -119,6 +116,12 @@ def _choices(trial: Trial, prior: str, first: int) -> tuple[list[tuple[_Moment, 
         turned = None
         if seen is not None:
             turned = sum(bit for bit, at, was in zip(bits, seen, start, strict=True) if at != was)
-        now, again = now.after((joint, bool(step.told_moved), turned, states_only))
+        report = joint, bool(step.told_moved), turned, states_only
+        if report not in now.after:
+            belief = update(now.belief, ReportedAttempt(*report))
+            again = belief.restarts > now.belief.restarts
+            scaled = again and joint == 0  # scaled weights of equal beliefs differ in their last digits
+            now.after[report] = (_Moment if scaled else _moment)(belief), again
+        now, again = now.after[report]
         contradicted |= again
     return found, contradicted
