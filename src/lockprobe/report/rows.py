@@ -340,7 +340,7 @@ class Results(Part):
         return grouped(self.rows, attrgetter("quantity"))
 
     @cached_property
-    def _selected(self) -> dict[tuple[str, ...], Mapping[Any, Sequence[Estimate]]]:
+    def _selected(self) -> dict[tuple[str, ...], Mapping[tuple[str, ...], Sequence[Estimate]]]:
         """A quantity and the names of columns -> values of these columns -> rows; filled as rows are asked for."""
         return {}
 
@@ -354,14 +354,11 @@ class Results(Part):
             raise NoSuchRow(
                 f"no column is called {', '.join(sorted(unknown))}; columns: {', '.join(IDENTITY)}, family, …"
             )
-        rows = self._rows.get(quantity, ()) if quantity else self.rows
-        if not columns:
-            return [*rows]
         asked = quantity, *columns
         if asked not in self._selected:
-            self._selected[asked] = grouped(rows, attrgetter(*columns))
-        value, *others = columns.values()
-        return [*self._selected[asked].get((value, *others) if others else value, ())]
+            rows = self._rows.get(quantity, ()) if quantity else self.rows
+            self._selected[asked] = grouped(rows, lambda row: tuple(getattr(row, name) for name in columns))
+        return [*self._selected[asked].get(tuple(columns.values()), ())]
 
     def get(self, quantity: str, **columns: str) -> Estimate | None:
         """The one row of a quantity that has these values and ``of=""`` unless given; None if there is none.
@@ -479,60 +476,62 @@ class Results(Part):
     @cached_property
     def cells(self) -> tuple[Cell, ...]:
         """Every agent under every condition, in the order of the study."""
-        return tuple(self._cell(row) for row in self.where("trials", of="") if row.condition)
-
-    def _cell(self, row: Estimate) -> Cell:
-        p = self._conditions[row.condition].p
-        player = None if p is None else self.player(row.agent, row.modality)
-        return Cell(
-            found=self,
-            agent=row.agent,
-            modality=row.modality,
-            condition=row.condition,
-            p=p,
-            dose=p,
-            label=player.label if player else row.agent,
-            same_at_every_p=player is not None and player.blind,
-        )
+        found = []
+        for row in self.where("trials", of=""):
+            if row.condition:
+                p = self._conditions[row.condition].p
+                player = None if p is None else self.player(row.agent, row.modality)
+                cell = Cell(
+                    found=self,
+                    agent=row.agent,
+                    modality=row.modality,
+                    condition=row.condition,
+                    p=p,
+                    dose=p,
+                    label=player.label if player else row.agent,
+                    same_at_every_p=player is not None and player.blind,
+                )
+                found.append(cell)
+        return tuple(found)
 
     def courses(self, axis: DoseAxis | None = None) -> list[Course]:
         """Every agent over the doses of an axis, ascending; over flip rates without one."""
+        found = []
         if axis is None or (not axis.players and axis.intervention == "flip"):
-            made = [self._over_flips(player) for player in self.design.players]
-            return [one for one in made if one.cells and (axis is None or one.modality == axis.modality)]
-        return [self._over(axis, player) for player in axis.players]
-
-    def _over_flips(self, player: Player) -> Course:
-        of = player.agent, player.modality
-        own = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]
-        cells = tuple(sorted(own, key=lambda one: one.p or 0.0))
-        return Course(found=self, **player.named, axis="flip rate", name="flip rate", cells=cells)
-
-    def _over(self, axis: DoseAxis, player: Player) -> Course:
-        places = {
-            (name, axis.condition) if axis.condition else (player.agent, name): dose
-            for name, dose in axis.doses.items()
-        }
+            for player in self.design.players:
+                of = player.agent, player.modality
+                own = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]
+                if own and (axis is None or player.modality == axis.modality):
+                    cells = tuple(sorted(own, key=lambda one: one.p or 0.0))
+                    found.append(Course(found=self, **player.named, axis="flip rate", name="flip rate", cells=cells))
+            return found
         known = {(one.agent, one.condition): one for one in self.cells}
-        cells = tuple(
-            replace(known[place], dose=dose)
-            for place, dose in places.items()
-            if place in known and dose in (player.doses or (dose,))  # what changed nothing is left out
-        )
-        of_agents = bool(axis.condition)
-        return Course(found=self, **player.named, axis=axis.key, name=axis.name, cells=cells, of_agents=of_agents)
+        for player in axis.players:
+            places = {
+                (name, axis.condition) if axis.condition else (player.agent, name): dose
+                for name, dose in axis.doses.items()
+            }
+            cells = tuple(
+                replace(known[place], dose=dose)
+                for place, dose in places.items()
+                if place in known and dose in (player.doses or (dose,))  # what changed nothing is left out
+            )
+            of_agents = bool(axis.condition)
+            found.append(
+                Course(found=self, **player.named, axis=axis.key, name=axis.name, cells=cells, of_agents=of_agents)
+            )
+        return found
 
     @cached_property
     def readings(self) -> tuple[tuple[DoseAxis, str], ...]:
         """The axes of flip rates alone, each with the other options of its flips, which say what a false report is."""
-        own = [one for one in self.design.axes if one.of_flips]
-        return tuple((one, options) for one in own for options in [self._options_of(one)] if options is not None)
-
-    def _options_of(self, axis: DoseAxis) -> str | None:
-        """The options of flips on an axis but their rate, as in a spec; None if no report is false there."""
-        specs = (self._conditions[name].specs for name, dose in axis.doses.items() if dose and name in self._conditions)
-        found = next((one[0].partition("?")[2].split("&") for one in specs if len(one) == 1), None)
-        return None if found is None else "&".join(one for one in found if not one.startswith("p="))
+        found = []
+        for axis in (one for one in self.design.axes if one.of_flips):
+            flips = (self._conditions[name].specs for name, dose in axis.doses.items() if dose)
+            if spec := next((one[0] for one in flips if len(one) == 1), ""):
+                options = spec.partition("?")[2].split("&")
+                found.append((axis, "&".join(one for one in options if not one.startswith("p="))))
+        return tuple(found)
 
     def against_control(self) -> list[Estimate]:
         """Success of every condition minus that of its control: by agent, doses of an axis before other conditions."""
