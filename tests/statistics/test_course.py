@@ -1,4 +1,4 @@
-"""Courses: which trials tests are of, and which agents are judged together."""
+"""Courses: which trials tests are of, which agents are judged together, and which play alike whatever they are told."""
 
 from dataclasses import replace
 
@@ -6,6 +6,7 @@ from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.statistics.course import cells_of, courses
 from lockprobe.statistics.idle import never_acted
+from lockprobe.statistics.outcomes import plays_alike
 
 
 def trials_of(agent, solved, n=6, modality="symbolic"):
@@ -42,3 +43,35 @@ def test_a_rate_at_which_no_report_was_false_is_in_no_test():
     assert found.idle == {0.2}
     assert {*found.tested.ended.dose.tolist()} == {0.0, 0.4}
     assert [*found.by_dose] == [0.0, 0.2, 0.4]
+
+
+def alike(reports, **more):
+    """Trials told the truth and lied to in the first of their steps, acted in alike."""
+    return [
+        make_trial((3, 2, 1, 0), agent="llm:local", p=p, trial=t, **more | {"false_at": (1,) if p else ()})
+        for p in (0.0, 0.4)
+        for t in range(reports)
+    ]
+
+
+def test_an_agent_is_blind_if_ten_reports_differed_and_none_of_its_actions():
+    assert not plays_alike(alike(9))
+    assert plays_alike(alike(10))
+    heeds = make_trial((3, 1, 2, 0), agent="llm:local", p=0.4, trial=0, false_at=(1,))
+    assert not plays_alike([*alike(10)[:-1], heeds])
+    last = [replace(trial, steps=trial.steps[:1]) for trial in alike(30)]  # nobody knows what it would have done next
+    assert not plays_alike(last)
+
+
+def test_people_are_never_taken_for_blind():
+    """Three people who act alike at three p, though they were told otherwise, are no agent that does not listen."""
+    own = [
+        replace(
+            make_trial((0, *SOLUTION), agent=f"participant:{i:04d}", p=i / 10, trial=t, false_at=[1] * (i > 0)),
+            facts={},
+        )
+        for i in range(3)
+        for t in range(10)
+    ]
+    assert not courses(cells_of(own).values())[0].blind
+    assert courses(cells_of([replace(trial, agent="llm:a") for trial in own]).values())[0].blind

@@ -1,8 +1,9 @@
-"""Quantiles, tails and exact tests are those of ``scipy.stats``."""
+"""Quantiles, tails, intervals and exact tests are those of ``scipy.stats``."""
 
 import math
 import subprocess
 import sys
+from statistics import NormalDist
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from scipy import optimize, stats
 
 from lockprobe.statistics import distributions
+from lockprobe.statistics.proportions import difference, proportion, wilson
 from lockprobe.studies.options.studyfile import study
 
 SHARES = st.floats(0.001, 0.999)
@@ -46,6 +48,19 @@ def test_a_root_is_that_of_brentq(at, width, steep):
     found = distributions.root(of, at - width, at + 2 * width)
     assert found == pytest.approx(optimize.brentq(of, at - width, at + 2 * width, xtol=1e-14), abs=1e-10)
     assert distributions.root(of, at, at + 1) == at
+
+
+@given(st.integers(1, 500), st.floats(0, 1), st.floats(0.5, 0.999))
+def test_wilsons_interval_is_that_of_scipy(n, share, level):
+    count = round(share * n)
+    library = stats.binomtest(count, n).proportion_ci(level, method="wilson")
+    found = wilson(count / n, n, NormalDist().inv_cdf((1 + level) / 2))
+    assert found == pytest.approx((library.low, library.high), abs=1e-12)
+
+
+def test_the_peak_of_the_paper_against_its_baseline():
+    away = difference(proportion(7, 30), proportion(20, 30))
+    assert [round(value, 3) for value in (away.value, away.low, away.high)] == [0.433, 0.182, 0.616]
 
 
 def test_a_report_imports_neither_scipy_stats_nor_an_optimizer(tmp_path) -> None:

@@ -1,19 +1,77 @@
-"""Action loops: brute force over their definition on every short trial, the paper's programme and laws on longer ones."""
+"""Action loops and their chance levels: brute force over the definition, the paper's programme, laws, and counting."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from itertools import combinations, pairwise
+from math import perm
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from loop_definition import copies, patterns, truth
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.loops import LoopCover, Solver, cover, onset, onset_batch
+from lockprobe.statistics.loops import LoopCover, Solver, chance, cover, onset, onset_batch
+from lockprobe.statistics.loops.chance import Null, chance_level, expected_loop_rate
 
+ROOT = Path(__file__).parents[2]
+NULLS: tuple[Null, ...] = ("uniform", "no-repeat")
 SOLVERS: tuple[Solver, ...] = ("dp", "ilp")
+
+
+class Truth(NamedTuple):
+    """What brute force finds. ``pieces`` are the fewest of a greatest cover."""
+
+    covered: int
+    pieces: int
+    onset: int
+
+
+def patterns(actions: int, longest: int) -> Iterator[tuple[int, ...]]:
+    """Every trial up to ``longest`` steps, up to the names of its actions."""
+    layer: list[tuple[int, ...]] = [()]
+    for _ in range(longest + 1):
+        yield from layer
+        layer = [(*p, a) for p in layer for a in range(min(len(set(p)) + 1, actions))]
+
+
+def copies(trial: Sequence[int]) -> dict[tuple[int, ...], list[int]]:
+    """Every run that stands twice, and all places where it stands."""
+    places: dict[tuple[int, ...], list[int]] = {}
+    for start, end in combinations(range(len(trial) + 1), 2):
+        if end - start >= 3:
+            places.setdefault(tuple(trial[start:end]), []).append(start)
+    return {word: at for word, at in places.items() if at[-1] - at[0] >= len(word)}
+
+
+def truth(trial: tuple[int, ...]) -> Truth:
+    """Tries every set of disjoint pieces."""
+    words = copies(trial)
+    if not words:
+        return Truth(0, 0, 0)
+    pieces = sorted((start, start + len(word)) for word, at in words.items() for start in at)
+    best, fewest = 0, 0
+
+    def choose(begin: int, end: int, covered: int, chosen: int) -> None:
+        nonlocal best, fewest
+        if (covered, -chosen) > (best, -fewest):
+            best, fewest = covered, chosen
+        for k in range(begin, len(pieces)):
+            start, stop = pieces[k]
+            if start >= end:
+                choose(k + 1, stop, covered + stop - start, chosen + 1)
+
+    choose(0, 0, 0, 0)
+    ends = [b + len(word) for word, at in words.items() for a, b in combinations(at, 2) if b - a >= len(word)]
+    return Truth(best, fewest, min(ends))
+
 
 TRIALS = st.integers(2, 4).flatmap(lambda k: st.lists(st.integers(0, k - 1), max_size=20)) | st.tuples(
     st.lists(st.integers(0, 3), min_size=1, max_size=6), st.integers(2, 6)
@@ -72,10 +130,73 @@ def test_sequences_far_beyond_a_trial() -> None:
     assert cover("ABC" * 70_000).covered == 210_000
 
 
-def test_what_is_no_trial_is_refused() -> None:
+def test_the_level_of_the_papers_trials() -> None:
+    assert chance_level(20).probability == 1 - 219_018_772_080 / 4**20
+    assert chance_level(20, null="no-repeat").probability == pytest.approx(0.9470, abs=5e-5)
+
+
+@pytest.mark.parametrize("null", NULLS)
+@pytest.mark.parametrize(("actions", "longest"), [(2, 9), (3, 8), (4, 7), (5, 6)])
+def test_every_short_trial_counted_by_hand(null: Null, actions: int, longest: int) -> None:
+    for length in range(longest + 1):
+        trials = {
+            trial: perm(actions, len(set(trial)))
+            for trial in patterns(actions, length)
+            if len(trial) == length and (null == "uniform" or all(a != b for a, b in pairwise(trial)))
+        }
+        looping = sum(n for trial, n in trials.items() if onset(trial))
+        level = chance_level(length, actions, null=null)
+        assert (level.probability, level.method) == (looping / sum(trials.values()), "exact"), length
+
+
+def test_what_cannot_be_counted_is_simulated_alike_at_every_call_and_always_with_an_error() -> None:
+    level = chance_level(24)
+    assert level.probability > chance_level(20).probability
+    assert 0 < level.error < 0.001
+    chance._onsets.cache_clear()
+    assert chance_level(24) == level
+
+
+def test_beyond_the_decisive_length_nothing_is_left_to_decide() -> None:
+    assert (always := chance_level(10_000, 24)).probability == 1.0
+    assert always.error > 0
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="the table's program needs a C compiler")
+def test_the_program_makes_the_shipped_table(tmp_path: Path) -> None:
+    made, script = tmp_path / "table.json", ROOT / "scripts" / "make_chance_table.py"
+    subprocess.run([sys.executable, script, "--quick", "--out", made], check=True, capture_output=True)
+    table, counted = chance._table(), 0
+    for name, rows in json.loads(made.read_text()).items():
+        for row, shipped in zip(rows, table[name], strict=True):
+            for cell, kept in zip(row, shipped, strict=True):
+                assert cell is None or cell == kept
+                counted += cell is not None
+    assert counted > 150
+
+
+def test_the_level_of_trials_is_the_mean_over_their_lengths() -> None:
+    level = expected_loop_rate(["ABCD" * 5, "ABCD" * 2, "ABCD" * 5, ""], "uniform", actions=4)
+    by_hand = (2 * chance_level(20).probability + chance_level(8).probability) / 4
+    assert level.probability == pytest.approx(by_hand, abs=1e-12)
+    assert (level.method, level.error) == ("exact", 0.0)
+    level = expected_loop_rate(["ABCD", "ABCDE" * 4, "ABCD" * 6], "uniform", actions=5)
+    parts = [chance_level(length, 5) for length in (4, 20, 24)]
+    assert [part.method for part in parts] == ["exact", "simulation", "simulation"]
+    assert level.probability == pytest.approx(np.mean([part.probability for part in parts]))
+    assert level.error == pytest.approx(sum(part.error for part in parts) / 3)
+
+
+def test_what_has_no_cover_or_no_level_is_refused() -> None:
     for call, said in {
         lambda: cover("ABC", solver="cp"): "dp or ilp",  # type: ignore[arg-type]
         lambda: cover("A" * 121, solver="ilp"): "got 121, expected at most 120; dp has no limit",
+        lambda: chance_level(-1): "length",
+        lambda: chance_level(5, 0): "actions",
+        lambda: chance_level(5, 1, null="no-repeat"): "at least 2",
+        lambda: chance_level(5, null="markov"): "uniform or no-repeat",  # type: ignore[arg-type]
+        lambda: expected_loop_rate([], "uniform", actions=4): "trials",
+        lambda: expected_loop_rate(["ABC"], "uniform", actions=2): "at least the 3",
     }.items():
         with pytest.raises(BadValue, match=said):
             call()

@@ -1,17 +1,109 @@
-"""Mean steps over doses: Student's paired test by hand, rare blocks, crossing curves that log-rank tests miss, people."""
+"""How soon: incidence by step, log-rank tests and mean steps, against the library, by hand, and of the right size."""
 
 from functools import partial
 
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import stats
 from solved import columns
 
-from lockprobe.statistics.hazards import log_rank, steps_over_doses
+from lockprobe.statistics.curves import incidence, success_curve
+from lockprobe.statistics.hazards import log_rank, looping, steps_over_doses
 from lockprobe.statistics.outcomes import outcomes
+from lockprobe.statistics.proportions import proportion
 
 BUDGET = 20
+
+
+def curve_of(trials):
+    return success_curve(outcomes(trials))
+
+
+def solved_at(steps, *, n, budget=20):
+    """Trials solved at these steps, and others that are not, n in all."""
+    waits = [make_trial([0] * (step - 4) + list(SOLUTION), budget=budget) for step in steps]
+    return waits + [make_trial([0] * budget, budget=budget)] * (n - len(steps))
+
+
+def test_steps_and_shares_by_hand():
+    curve = curve_of(solved_at([4, 4, 6], n=4))
+    assert (curve.n, len(curve.share), curve.share[3:7]) == (4, 21, (0.0, 0.5, 0.5, 0.75))
+    assert (curve.steps_to(0.5), curve.steps_to(0.75), curve.steps_to(0.8)) == (4, 6, None)
+    assert curve.restricted_mean_steps == pytest.approx((4 + 4 + 6 + 20) / 4)
+
+
+def test_a_step_lies_in_its_interval_which_is_open_where_the_band_does_not_reach_the_share():
+    curve = curve_of(solved_at(range(4, 20), n=20))
+    early, late = curve.steps_to_interval(0.5)
+    assert early <= curve.steps_to(0.5) <= late
+    assert curve.high[early - 1] < 0.5 <= curve.high[early]
+    assert curve.low[late - 1] < 0.5 <= curve.low[late]
+    assert curve.steps_to_interval(0.8)[1] is None
+    assert curve_of(solved_at([], n=30)).steps_to_interval(0.5) == (None, None)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_it_is_the_plain_share_without_early_censoring_and_the_librarys_with_it(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 98))
+    steps, solved = rng.integers(1, 21, n), rng.random(n) < rng.choice([0.02, 0.5, 0.95])
+    whole, censored = (incidence(one, solved, 20) for one in (np.where(solved, steps, 20), steps))
+    for step in range(21):
+        plain = proportion(int(np.sum(solved & (steps <= step))), n)
+        assert whole.share[step] == plain.value
+        assert (whole.low[step], whole.high[step]) == pytest.approx((plain.low, plain.high), abs=1e-9)
+    library = stats.ecdf(stats.CensoredData.right_censored(steps, ~solved)).cdf
+    assert censored.share == pytest.approx(library.evaluate(np.arange(21.0)).tolist(), abs=1e-12)
+    low, share, high = map(np.array, (censored.low, censored.share, censored.high))
+    assert np.all((low >= 0) & (low <= share) & (share <= high) & (high <= 1))
+
+
+GROUP = st.lists(st.tuples(st.integers(1, 12), st.booleans()), min_size=1, max_size=15)
+
+
+@given(GROUP, GROUP)
+def test_the_ratio_is_observed_over_expected_events_of_the_second_over_the_first(first, other):
+    last, happened = np.array([*first, *other]).T
+    second, happened = np.repeat([False, True], [len(first), len(other)]), happened.astype(bool)
+    expected = np.zeros(2)
+    for step in range(1, last.max() + 1):
+        running = last >= step
+        share = np.sum(happened & (last == step)) / running.sum()
+        expected += share * np.array([np.sum(running & ~second), np.sum(running & second)])
+    events = np.array([np.sum(happened & ~second), np.sum(happened & second)])
+    found = log_rank(last, happened, second, np.arange(len(last)))
+    if events[0] and expected.min() > 1e-9:
+        assert found.value == pytest.approx((events[1] / expected[1]) / (events[0] / expected[0]))
+    if abs(events[1] - expected[1]) > 1e-9:
+        assert found.direction == np.sign(events[1] - expected[1])
+
+
+P = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+
+
+def of_rows(rows):
+    """Trials from rows of (p, trial, length, onset)."""
+    p, trial, length, onset = zip(*rows, strict=True)
+    return columns(p, trial, length=length, onset=onset)
+
+
+def test_onset_is_censored_where_the_trial_ends():
+    short = of_rows([(0.0, i, 6, 0) for i in range(1, 9)] + [(0.4, i, 20, 8) for i in range(1, 9)])
+    found = looping(short)  # nobody at p = 0 ran on to step 8
+    assert (found.p_value, found.value) == (1.0, None)
+
+
+@pytest.mark.parametrize("clusters", [2, 6, 7, 19])
+def test_a_test_that_could_never_reject_is_none(clusters):
+    """However clear: all loop at once under noise, none ever without. The statistic never exceeds the clusters."""
+    clear = [row for i in range(clusters) for row in ((0.0, i, 20, 0), *((p, i, 6, 6) for p in P[1:].tolist()))]
+    found = looping(of_rows(clear))
+    assert (found.p_value is None) == (clusters <= 6)
+    assert found.p_value is None or found.p_value < 0.05
+    assert found.direction == 1
 
 
 def paired(*by_p, budget=BUDGET):
