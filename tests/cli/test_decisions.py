@@ -10,7 +10,7 @@ def test_a_run_and_its_status_say_what_is_decided(lockprobe, tmp_path):
     status, said, _ = lockprobe(*ASKED, "--until", "decided", "--no-report", "--out", directory)
     assert status == 0
     said = said.splitlines()
-    (first,) = [line for line in said if line.startswith("The difference is decided")]
+    (first,) = [line for line in said if line.startswith("1 of 1 difference decided")]
     (each,) = [line for line in said if line.startswith("  careful, flip?p=0.9: an effect (block ")]
     assert first.endswith("of at most 80 trials")
     assert any(line.startswith("After every 5 blocks it looks what is decided.") for line in said)
@@ -27,5 +27,5 @@ def test_a_run_and_its_status_say_what_is_decided(lockprobe, tmp_path):
     assert facts["done"] == facts["trials"] == 2 * one["blocks"]
     lines = lockprobe(*ASKED, "--until", "decided", "--no-report", "--out", str(directory), "--json")[1].splitlines()
     (event,) = [one for line in lines if (one := json.loads(line))["event"] == "decided"]
-    assert event["message"].startswith("The difference is decided")
+    assert event["message"].startswith("1 of 1 difference decided")
     assert event["answers"][0]["verdict"] == "effect"

@@ -75,7 +75,7 @@ def test_what_holds_at_every_look_is_wider_and_no_other_test_has_a_p_value(pages
 def test_an_extension_and_a_plan_to_stop_are_told_and_when_each_difference_was_decided(pages):
     told, found = said(pages["extended"], "every_look"), pages["until"]
     assert told.startswith("Trials were added to this study after it had begun. Success and")
-    assert said(found, "every_look").startswith("The difference is decided, with 40 of at most 80 trials.")
+    assert said(found, "every_look").startswith("1 of 1 difference decided, with 40 of at most 80 trials.")
     assert found.progress.planned == found.progress.finished == 40
     assert not found.progress.partial
     (decided,) = found.where("decided_at_block")

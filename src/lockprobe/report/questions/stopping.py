@@ -9,14 +9,10 @@ import numpy as np
 
 from lockprobe.foundation.formatting import count, listed, points
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.report.format import Entry
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
 from lockprobe.report.rows import Curve, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
-from lockprobe.statistics.contrast import against_control
-from lockprobe.statistics.differences import each_difference
-from lockprobe.statistics.every_look import AtEveryLook
 from lockprobe.studies.decisions import Decision
 from lockprobe.studies.study import Study
 
@@ -33,59 +29,36 @@ _Answers = Mapping[str, Sequence[Decision]]
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     until = numbers.study.until
-    for agent, own in numbers.decisions.items():
-        for one in own:
-            of: dict[str, Any] = {"agent": agent, "of": one.question.name}
-            yield from _course(of, one.course)
-            if one.at is not None and until is not None:
-                said = decided_said(one.verdict, until.points)
-                yield Estimate(quantity="decided_at_block", **of, unit="blocks", value=one.at, note=said)
-    if not until and numbers.every_look:
-        yield from _of_differences(numbers)
-
-
-def _of_differences(numbers: OpenedStudy) -> Iterator[Row]:
-    """The differences of a study that is unfinished or was extended."""
-    for one in numbers.courses:
-        groups = [(cell.condition, dose) for dose, cell in one.by_dose.items()]
-        of_doses = [one.tested.at(one.tested.dose == dose) for _, dose in groups]
-        differences = each_difference(of_doses, one.stream("blocks"), agents=one.family)
-        for place, found in () if one.blind else differences:
-            if found.course:
-                yield from _course({"agent": one.agent, "modality": one.modality, "of": groups[place][0]}, found.course)
-    for effect in () if numbers.study.of_flips else against_control(numbers.by_name, numbers.design):
-        if course := effect.difference.course:
-            yield from _course({"agent": effect.agent, "modality": effect.modality, "of": effect.condition}, course)
-
-
-def _course(of: dict[str, Any], course: AtEveryLook) -> Iterator[Row]:
-    if course.n:
-        yield measured_row("difference_by_block", course, **of, unit="points", p_value=None)
-        lines = {"x": course.blocks, "value": course.means, "low": course.lows, "high": course.highs}
-        points: dict[str, Any] = {name: tuple(line.tolist()) for name, line in lines.items()}
-        yield Curve(quantity="difference_by_block", **of, axis="block", n=course.n, **points)
+    for agent, one in ((agent, one) for agent, own in numbers.decisions.items() for one in own):
+        of: dict[str, Any] = {"agent": agent, "of": one.question.name}
+        course = one.course
+        if course.n:
+            yield measured_row("difference_by_block", course, **of, unit="points", p_value=None)
+            lines = {"x": course.blocks, "value": course.means, "low": course.lows, "high": course.highs}
+            points: dict[str, Any] = {name: tuple(line.tolist()) for name, line in lines.items()}
+            yield Curve(quantity="difference_by_block", **of, axis="block", n=course.n, **points)
+        if one.at is not None and until is not None:
+            said = decided_said(one.verdict, until.points)
+            yield Estimate(quantity="decided_at_block", **of, unit="blocks", value=one.at, note=said)
 
 
 def every_look_said(study: Study, kind: str, answers: _Answers, played: int) -> str:
     """For how many looks the page holds, and why (``kind``); empty for a study of fixed size that is finished."""
     people = f" What people did is shown {_ONE_LOOK}." * (PEOPLE in study.agents)
-    why = {
-        "until": lambda: f"{progress_said(study, answers, played)}. {_HOLDS}.",
-        "extended": lambda: f"Trials were added to this study after it had begun. {_HOLDS}.",
-        "unfinished": lambda: f"{_HOLDS}, so that reading them now and playing on is valid.",
-    }
-    return why[kind]() + people if kind else ""
+    if kind == "until":
+        return f"{progress_said(study, answers, played)}. {_HOLDS}.{people}"
+    if kind == "extended":
+        return f"Trials were added to this study after it had begun. {_HOLDS}.{people}"
+    return f"{_HOLDS}, so that reading them now and playing on is valid.{people}" if kind else ""
 
 
 def progress_said(study: Study, answers: _Answers, played: int) -> str:
     """How many differences a study that stops when it is decided has decided, without a full stop."""
     found = [one for own in answers.values() for one in own]
-    done, of = sum(one.at is not None for one in found), len(found)
     assert study.until is not None
     what = "decided" if study.until.rule == "decided" else f"known to {study.until} points"
-    number = f"{done} of {of} differences are" if of > 1 else f"The difference is{'' if done else ' not'}"
-    end = " yet" if of == 1 and not done else ""
-    return f"{number} {what}{end}, with {played} of at most {study.size} trials"
+    done = f"{sum(one.at is not None for one in found)} of {count(len(found), 'difference')} {what}"
+    return f"{done}, with {played} of at most {study.size} trials"
 
 
 def small_said(answers: _Answers, points: float) -> str:
@@ -108,12 +81,11 @@ def decided_said(verdict: str | None, points: float) -> str:
 
 
 def _table(found: Results) -> Lines:
-    until: list[Entry] = ["decided", "at block"] if "until" in found.study else []
-    yield ["agent", "difference", "blocks", "estimate, points", *until]
+    yield ["agent", "difference", "blocks", "estimate, points", "decided", "at block"]
     for row in found.where("difference_by_block"):
         decided = found.get("decided_at_block", agent=row.agent, of=row.of)
         said = [decided.note, f"{decided.value:.0f}"] if decided else ["open", None]
-        yield [row.agent, row.of, str(row.n), row, *said[: len(until)]]
+        yield [row.agent, row.of, str(row.n), row, *said]
 
 
 _MOST = 6
@@ -127,13 +99,13 @@ def draw(found: Results) -> Any:
     """A panel for each difference."""
     from lockprobe.report.figures import drawing as figures
 
-    until = found.study.get("until")
+    margin = 100 * found.study["until"]["points"]
 
     def on(axes: Any, curve: Curve) -> None:
         value, low, high = (100 * np.array(of, dtype=float) for of in (curve.value, curve.low, curve.high))
         axes.axhline(0, color=figures.FAINT, linewidth=0.8)
-        for end in (-until["points"], until["points"]) if until else ():
-            axes.axhline(100 * end, color=figures.FAINT, linewidth=0.8, linestyle=":")
+        for end in (-margin, margin):
+            axes.axhline(end, color=figures.FAINT, linewidth=0.8, linestyle=":")
         axes.fill_between(curve.x, low, high, color=figures.TARGET, alpha=0.18, linewidth=0, step="post")
         axes.plot(curve.x, value, color=figures.TARGET, linewidth=1.4)
         reach = min(100.0, max(_REACH, 1.25 * float(np.abs(value[len(value) // 4 :]).max())))
@@ -180,9 +152,7 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     if rows := found.where("difference_by_block"):
         said = f"{len(found.where('decided_at_block'))} of {len(rows)} differences are decided."
-        growing = "Every difference and its interval, as the trials came in."
-        answer = said if "until" in found.study else growing
-        yield Part("Differences block by block", answer, [FIGURE, _TABLE, _NOTE])
+        yield Part("Differences block by block", said, [FIGURE, _TABLE, _NOTE])
 
 
 SECTIONS = (Section("stopping", "Differences block by block", _rows, _show, (_TABLE,), (FIGURE,)),)
