@@ -219,17 +219,19 @@ def _modalities(found: Results) -> Lines:
 def effect_said(found: Results, row: Estimate) -> str:
     """The trend over fidelity; without one whether any two modalities differ."""
     solves = f"how soon the box is solved by {who(row.agent)}"
-    pairs = found.where("hazard_ratio", agent=row.agent, of="modalities")
+    pairs = [one.p_value for one in found.where("hazard_ratio", agent=row.agent, of="modalities")]
     if row.p_value is not None and row.p_value < ALPHA:
         how = "sooner" if (row.value or 0) > 0 else "later or more rarely"
         by = f"the box is solved by {who(row.agent)} ({p_value(row.p_value)})"
         return f"The higher the fidelity of what is shown, the {how} {by}."
-    if any(one.p_value is not None and one.p_value < ALPHA for one in pairs):
+    tested = [p for p in (row.p_value, *pairs) if p is not None]
+    if any(p < ALPHA for p in tested):
         return f"The modality changes {solves}, in no order of fidelity."
-    if all(one.p_value is None for one in (row, *pairs)):
-        return f"Too few trials ended to test whether the modality changes {solves}."
-    tested = "" if row.p_value is None else f" ({p_value(row.p_value)})"
-    return f"No effect of the modality on {solves} was detected{tested}."
+    return (
+        f"No effect of the modality on {solves} was detected."
+        if tested
+        else f"Too few trials ended to test whether the modality changes {solves}."
+    )
 
 
 _TABLE = Table("modalities", _modalities)
@@ -240,7 +242,6 @@ _MODALITIES = Note(
     "Log-rank tests of the step that solves the box, clustered by block: trials of equal repetition and number use "
     "common random numbers in all modalities. P values of these are corrected for the pairs and for the number of "
     "agents; McNemar's, of solved and unsolved trials in the same pairs, are not.",
-    "The power is that of benchmarks/modality_rates.py --lapses 0.12 0.2 0.3 --trials 10 --shared 0 --studies 3000.",
 )
 
 
