@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 from statistics import fmean
@@ -11,7 +12,6 @@ import numpy as np
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import MOST_NAMED, first_three, p_value, percent, range_of
-from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import at_lowest, chance_said, interval_kind, paper_rates, played_subjects
@@ -21,7 +21,7 @@ from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.hazards import looping
-from lockprobe.statistics.loops.chance import Null, expected_loop_rate
+from lockprobe.statistics.loops.chance import Null, chance_level
 from lockprobe.statistics.measures import MEASURES
 from lockprobe.statistics.outcomes import ended, points
 from lockprobe.statistics.proportions import ALPHA, Z
@@ -50,12 +50,10 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
     yield from cell.share("loop_rate", share_of(found.looped, found.player, found.luck, found.box))
     for one in points(found):
         yield cell.estimate("loop_rate", one.loop_rate, n=one.n, of=f"rep={one.repetition}")
+    sizes = Counter((len(trial.steps), len(trial.joints)) for trial in trials)
     for null in get_args(Null):
-        levels = [
-            (len(own) / n, expected_loop_rate([trial.actions for trial in own], null, actions=joints))
-            for joints, own in grouped(trials, lambda trial: len(trial.joints)).items()
-        ]
-        level, error = (sum(share * getattr(one, of) for share, one in levels) for of in ("probability", "error"))
+        levels = [(count / n, chance_level(*size, null=null)) for size, count in sizes.items()]
+        level, error = (sum(share * one[of] for share, one in levels) for of in (0, 1))
         ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
         how: dict[str, Any] = {"low": ends[0], "high": ends[1], "note": "simulation"} if error else {"note": "exact"}
         yield cell.estimate("loop_rate", level, of=null, n=n, **how)
