@@ -71,7 +71,7 @@ def test_for_machines(lockprobe, labs, tmp_path):
     assert len(found["differences"]) == 6
     first = found["differences"][0]
     assert (first["first"]["study"], first["second"]["study"], first["paired"]) == ("a", "b", False)
-    assert {"value", "low", "high", "p_value", "p_adjusted", "detected", "kind", "condition"} <= first.keys()
+    assert {"value", "low", "high", "p_value", "detected", "kind", "condition"} <= first.keys()
     assert first["value"] == pytest.approx(first["second"]["success"] - first["first"]["success"])
 
 

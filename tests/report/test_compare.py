@@ -8,16 +8,17 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.report.compare import (
+    Sample,
     compare_studies,
     conclusion,
     difference_table,
+    study_differences,
     study_table,
     success_table,
     write_comparison,
 )
 from lockprobe.report.format import texts
 from lockprobe.statistics.proportions import proportion
-from lockprobe.statistics.studies_compared import Sample, Side, study_differences
 from lockprobe.studies.records.read_records import load
 
 AGENTS = ("cognitive:careful", "random")
@@ -49,7 +50,7 @@ def page(found, tmp_path_factory):
 
 
 def sides(found):
-    return [(one.condition, one.side.study) for one in found.samples]
+    return [(one.condition, one.study) for one in found.samples]
 
 
 def test_success_is_counted_from_the_records_of_the_conditions_that_two_studies_share(labs, found):
@@ -59,7 +60,7 @@ def test_success_is_counted_from_the_records_of_the_conditions_that_two_studies_
             condition = f"flip?p={trial.p:g}" if trial.p else "truth"
             if condition != "flip?p=0.6":
                 counted.setdefault((condition, name, trial.agent), []).append(trial.solved)
-    assert {(one.condition, *one.side[:2]): one.success for one in found.samples} == {
+    assert {(one.condition, one.study, one.agent): one.success for one in found.samples} == {
         key: proportion(sum(solved), len(solved)) for key, solved in counted.items()
     }
     told = {(row["condition"], row["study"], row["agent"]): row for row in found.plain()["success"]}
@@ -102,8 +103,7 @@ def test_every_condition_that_two_studies_share_is_compared_and_what_one_has_is_
 
 def sample(study, solved, *, luck=1, condition="truth", family=""):
     trials = [make_trial(SOLUTION if i < solved else (0,) * 20, agent="llm:a", trial=i + 1) for i in range(20)]
-    side = Side(study, "llm:a")
-    return Sample(side=side, condition=condition, family=family, luck=luck, trials=trials)
+    return Sample(study=study, agent="llm:a", condition=condition, family=family, luck=luck, trials=trials)
 
 
 FLIPS = [sample(study, 10, luck=luck, family="flip rate") for luck, study in enumerate("ab")]

@@ -8,7 +8,7 @@ import pytest
 from builders import make_trial
 from scipy.stats import norm
 
-from lockprobe.statistics.blocks import FEWEST, at_one_dose, blocks_of, crossed_mean, exchanged, rare_block
+from lockprobe.statistics.blocks import FEWEST, blocks_of, crossed_mean, mean_of_blocks, rare_block
 from lockprobe.statistics.outcomes import BlockOrder, outcomes
 from lockprobe.statistics.pairs import paired
 
@@ -17,7 +17,7 @@ def test_copies_of_a_column_are_no_more_than_one_and_one_is_mcnemars_test():
     rng = np.random.default_rng(2)
     first, second = rng.random(40) < 0.4, rng.random(40) < 0.7
     column, mcnemar = (second * 1.0 - first)[:, None], paired(first, second)
-    once, often = exchanged(column, unit=1.0), exchanged(np.tile(column, 7), unit=1.0)
+    once, often = mean_of_blocks(column, unit=1.0), mean_of_blocks(np.tile(column, 7), unit=1.0)
     for found in (once, often):
         assert (found.value, found.p_value, found.clusters) == pytest.approx((mcnemar.value, mcnemar.p_value, 40))
         assert (found.low, found.high) == pytest.approx((mcnemar.low, mcnemar.high), abs=0.05)
@@ -26,9 +26,9 @@ def test_copies_of_a_column_are_no_more_than_one_and_one_is_mcnemars_test():
 
 def test_missing_pairs_are_in_no_number():
     differences = np.array([[1.0, np.nan], [np.nan, np.nan], [0.0, 1.0], [-1.0, 0.0]])
-    found = exchanged(differences, unit=1.0)
+    found = mean_of_blocks(differences, unit=1.0)
     assert (found.n, found.clusters, found.value) == (5, 3, pytest.approx(0.2))
-    assert exchanged(np.full((3, 2), np.nan), unit=1.0).p_value is None
+    assert mean_of_blocks(np.full((3, 2), np.nan), unit=1.0).p_value is None
     one = outcomes([make_trial([3, 2, 1, 0], p=0.0), make_trial([0], p=0.3, trial=2, broken="model")])
     blocks = blocks_of([one.ended, outcomes([make_trial([0] * 20, p=0.3, trial=2)])])
     assert np.isnan(blocks.solved).tolist() == [[False, True], [True, False]]
@@ -56,20 +56,10 @@ def test_few_people_are_not_tested_and_one_has_no_interval():
     assert (one.low, one.high, one.p_value) == (None, None, None)
 
 
-def test_at_one_dose_whole_people_are_exchanged():
-    found = at_one_dose(np.ones(10), np.repeat(["a", "b", "c", "d", "e"], 2), unit=1.0)
-    assert found.p_value == 2 * 0.5**5  # and not 2 * 0.5**10, as if ten people had played
-    values, person = np.array([1.0] * 20 + [-1, 0, 1, 0, -1, 1, 0, 0]), np.array(["a"] * 20 + list("bcdefghi"))
-    one_of_many = at_one_dose(values, person, unit=1.0)
-    assert one_of_many.value > 0.6
-    assert one_of_many.low < 0 < one_of_many.high
-    assert one_of_many.p_value > 0.05
-
-
 def exchanged_over_doses(rng):
     """An agent's trials go alike at every dose."""
     one, two = (np.repeat(rng.random((30, 1)) < 0.5, 7, axis=1) * 1.0 for _ in range(2))
-    return exchanged(two - one, unit=1.0)
+    return mean_of_blocks(two - one, unit=1.0)
 
 
 def people_who_differ(rng):
@@ -125,6 +115,6 @@ def test_an_agent_with_rare_long_trials_is_not_called_faster(budget, blocks, slo
         stuck = rng.random((blocks, 1)) < slow
         second = np.where(stuck, budget, np.floor(usual + rng.random((blocks, 7))) + rng.integers(-1, 2, (blocks, 7)))
         rare = rare_block(first, second, budget)
-        found = exchanged(second - first, unit=float(budget), rare=rare)
+        found = mean_of_blocks(second - first, unit=float(budget), rare=rare)
         wrong += found.clear and found.p_value < 0.05
     assert wrong / 200 <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 200)

@@ -13,7 +13,7 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.statistics.arms import ARMS, PLANNED, SeriesArm, arms_of
 from lockprobe.statistics.outcomes import outcomes
-from lockprobe.statistics.why import MARGIN, decide, whys
+from lockprobe.statistics.why import decide, whys
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import design_of
 
@@ -56,7 +56,7 @@ def whys_of(trials, *agents):
         name: SimpleNamespace(trials=own, outcomes=outcomes(own))
         for name, own in grouped(trials, lambda trial: (trial.group, trial.condition)).items()
     }
-    return whys(cells, design_of(study("why", agent=list(agents), trials=BLOCKS)))
+    return tuple(whys(cells, design_of(study("why", agent=list(agents), trials=BLOCKS))))
 
 
 def played(*agents, trials=BLOCKS, **more):
@@ -82,8 +82,6 @@ def test_the_decision_is_that_of_the_outcomes_in_any_order(trials, solved):
     assert (found.agent, found.p, found.conditions) == (AGENT, 0.4, {arm: arm for arm in ARMS})
     assert found.decision == again.decision == decide(as_groups(solved))
     assert found.decision.claims == ("last",)
-    differences = solved["lie"] - solved["truth"]
-    assert found.needed == pytest.approx(differences.var(ddof=1) * (2.8016 / MARGIN) ** 2, rel=0.06)
 
 
 def test_an_agent_that_any_odd_report_shakes_is_told_from_one_that_reads():
@@ -101,7 +99,6 @@ def test_intervals_hold_whatever_became_of_broken_trials(trials, solved):
     failed, opened = (decide(as_groups(end)) for end in ends)
     assert found.total.low == min(failed.total.low, opened.total.low)
     assert found.total.high == max(failed.total.high, opened.total.high)
-    assert found.equivalence == max(failed.equivalence, opened.equivalence)
     assert found.total.value == (solved["lie"] - solved["truth"])[~broke].mean()
     assert found.total.clusters == BLOCKS - broke.sum()
 

@@ -213,7 +213,7 @@ def said_lines(lines: Iterable[Line]) -> list[str]:
 
 
 def known_of_broken(found: Results, *, every: bool = False) -> list[tuple[str, str]]:
-    """Agent, and what is known of its trials that broke: under its first condition with some, and by an early step.
+    """Agent, and what is known of its trials that broke: under its first condition with some, and until when few had.
 
     With ``every`` it is of all agents and conditions, else of those that the study is about.
     """

@@ -1,37 +1,131 @@
 """Studies side by side: success of every agent under the conditions that they share, differences, and ``compare.html``.
 
-The page is one file without scripts. Agents and conditions are matched by what acts, whatever it is called.
+Agents and conditions are matched by what acts, whatever it is called. Studies of one seed share their luck: trials of
+equal repetition and number are compared in pairs. Others, and people, are independent samples. P values are corrected
+(Holm) for the differences of one kind under the conditions of one family. The page is one file without scripts.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property
 from importlib.metadata import version
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-from pydantic_core import to_jsonable_python
-
 from lockprobe.foundation.errors import BadFile, UnknownName
-from lockprobe.foundation.formatting import change, count, p_cell, p_value, percent
+from lockprobe.foundation.formatting import change, count, p_value, percent
+from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.report.format import conclusion_of
+from lockprobe.report.format import tested
 from lockprobe.report.opened import open_study
 from lockprobe.report.prose import rules_broken_said, who
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import measured_row
 from lockprobe.report.section import Lines
+from lockprobe.statistics.clustered import share_of
+from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.differences import DifferenceAt, each_difference, independent_difference
+from lockprobe.statistics.distributions import holm_by_family
+from lockprobe.statistics.outcomes import Outcomes, outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.statistics.rules import Rules
-from lockprobe.statistics.studies_compared import Sample, Side, StudyDifference, study_differences
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.studies.decisions import planned_now
 from lockprobe.trial.record import Trial
 
-_plain = partial(to_jsonable_python, inf_nan_mode="null")
+_KINDS = ("between", "between-baselines", "within", "within-baselines")
+"""Whether two sides belong to different studies or to one, and whether one of them is a baseline."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sample:
+    """The trials of one side under one condition, broken ones too.
+
+    Attributes:
+        prompt: The file of the agent's prompt, if any.
+        condition: Its name, equal in all studies that have it.
+        luck: Seed of the study: trials of equal luck, repetition and number share labels, flips and draws.
+        family: The axis on which the condition lies; empty for all conditions on none.
+    """
+
+    study: str
+    agent: str
+    prompt: str = ""
+    condition: str
+    luck: int
+    trials: Sequence[Trial]
+    family: str = ""
+
+    @property
+    def side(self) -> tuple[str, str, str]:
+        """Study, agent and prompt."""
+        return self.study, self.agent, self.prompt
+
+    @property
+    def called(self) -> str:
+        """What sentences and tables call its agent."""
+        return who(self.agent) + (f" with {self.prompt}" if self.prompt else "")
+
+    @property
+    def baseline(self) -> bool:
+        """Whether the agent is a baseline."""
+        return bool(self.trials) and is_baseline(self.trials[0].spec)
+
+    @cached_property
+    def outcomes(self) -> Outcomes:
+        """Its trials as columns."""
+        return outcomes(self.trials)
+
+    @cached_property
+    def success(self) -> Proportion:
+        """The share solved, with an interval that holds whatever became of broken trials."""
+        every = self.outcomes
+        return share_of(every.known, every.player, every.luck, every.box)
+
+    def plain(self, share: Proportion) -> dict[str, Any]:
+        """The side as JSON holds it, with a share of its trials."""
+        value = share.value if share.n else None
+        solved = {"solved": share.count, "trials": share.n, "broken": share.broken, "success": value}
+        names = {"study": self.study, "agent": self.agent, "prompt": self.prompt}
+        return names | solved | {"success_low": share.low, "success_high": share.high}
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyDifference:
+    """The difference in success between two sides under one condition, second minus first.
+
+    ``paired`` is whether trials of equal luck are compared in pairs. Of what was ``found`` the interval is at 95 %, and
+    the P value is corrected.
+    """
+
+    kind: str
+    first: Sample
+    second: Sample
+    paired: bool
+    found: DifferenceAt
+
+    @property
+    def family(self) -> tuple[str, str]:
+        """What its P value is corrected with."""
+        return self.kind, self.first.family
+
+    @property
+    def trials(self) -> str:
+        """How many were compared."""
+        first, second = self.found.first.n, self.found.second.n
+        return f"{first} pairs" if self.paired else f"{second} and {first} trials"
+
+    def plain(self) -> dict[str, Any]:
+        """The difference as JSON holds it."""
+        found, sides = self.found, ((self.first, self.found.first), (self.second, self.found.second))
+        numbers = {name: getattr(found, name) for name in ("value", "low", "high", "p_value")}
+        of = {"condition": self.first.condition, "family": self.first.family, "kind": self.kind, "paired": self.paired}
+        first, second = (side.plain(share) for side, share in sides)
+        return of | {"first": first, "second": second} | numbers | {"detected": found.detected()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,27 +160,14 @@ class Comparison:
         return tuple(one for one in self.differences if one.kind == self.differences[0].kind)
 
     def plain(self) -> dict[str, Any]:
-        """The comparison as JSON holds it; a side is its study, its agent, its prompt and its share."""
-
-        def of(side: Side, found: Proportion) -> dict[str, Any]:
-            share = {"solved": found.count, "trials": found.n, "success": _plain(found.value)}
-            return side._asdict() | share | {"success_low": found.low, "success_high": found.high}
-
-        success = [(one, one.success) for one in self.samples]
+        """The comparison as JSON holds it."""
         return {
             "lockprobe": version("lockprobe"),
             "box": self.box,
             "said": self.said,
             "studies": [*self.studies],
-            "success": [
-                of(one.side, found) | {"condition": one.condition, "broken": found.broken} for one, found in success
-            ],
-            "differences": [
-                {name: value for name, value in _plain(one).items() if not name.endswith("_success")}
-                | {"first": of(one.first, one.first_success), "second": of(one.second, one.second_success)}
-                | {"detected": one.detected}
-                for one in self.differences
-            ],
+            "success": [one.plain(one.success) | {"condition": one.condition} for one in self.samples],
+            "differences": [one.plain() for one in self.differences],
             "unlike": [*self.unlike],
         }
 
@@ -129,26 +210,58 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
             | {"planned": planned, "finished": finished, "people_trials": one.finished_by_people}
             | {"not_shared": [*left], "looked_at": bool(one.every_look), "partial": is_open}
         )
-        played: dict[tuple[str, Side], list[Trial]] = {}
+        played: dict[tuple[str, str, str], list[Trial]] = {}
         for trial in one.trials:
             shared = conditions[one.study.labelled(trial.condition)]
             if shared.name in family and trial.group in (agents or known):
-                played.setdefault((shared.name, Side(name, trial.group, shared.prompt)), []).append(trial)
+                played.setdefault((shared.name, trial.group, shared.prompt), []).append(trial)
         samples += [
-            Sample(side=side, condition=condition, luck=one.study.seed, trials=trials, family=family[condition])
-            for (condition, side), trials in played.items()
-        ]
+            Sample(
+                study=name, agent=agent, prompt=prompt, condition=acting, luck=one.study.seed, trials=trials,
+                family=family[acting],
+            )
+            for (acting, agent, prompt), trials in played.items()
+        ]  # fmt: skip
     samples.sort(key=lambda one: [*family].index(one.condition))
+    rules = Rules(*opened[0].study.boxes).broken(trial for one in samples for trial in one.trials)
     return Comparison(
         box=opened[0].study.boxes_in_words,
         studies=tuple(studies),
         samples=tuple(samples),
         differences=study_differences(samples),
         unlike=tuple(_unlike(samples)),
-        rules=rules_broken_said(
-            *Rules(*opened[0].study.boxes).broken(trial for one in samples for trial in one.trials)
-        ),
+        rules=rules_broken_said(*rules),
     )
+
+
+def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
+    """Pairwise differences of the samples of each condition, corrected within each kind and family (Holm).
+
+    They come by kind (differences between studies first), pair and condition. Pairs without a trial to compare are left
+    out. Each side is at most once per condition; the order decides which side of a pair comes first.
+    """
+    every_baseline = all(one.baseline for one in samples)
+    pairs: dict[tuple[object, object], list[StudyDifference]] = {}
+    for first, second in combinations(samples, 2):
+        if first.condition == second.condition:
+            beside = not every_baseline and (first.baseline or second.baseline)
+            kind = _KINDS[2 * (first.study == second.study) + beside]
+            one, two, same_luck = first.outcomes, second.outcomes, first.luck == second.luck
+            paired = same_luck and not (one.crossed or two.crossed)
+            found = [at for _, at in each_difference([one, two], generator(first.luck))] if paired else []
+            if not paired and (apart := independent_difference(one, two, same_luck=same_luck)):
+                found = [apart]
+            pairs.setdefault((first.side, second.side), []).extend(
+                StudyDifference(kind=kind, first=first, second=second, paired=paired, found=at) for at in found
+            )
+    every = [one for rows in pairs.values() for one in rows]
+    corrected = holm_by_family([one.family for one in every], [one.found.p_value for one in every])
+    adjusted = [
+        replace(one, found=replace(one.found, p_value=p))
+        for one, p in zip(every, corrected, strict=True)
+        if p is not None
+    ]
+    return tuple(sorted(adjusted, key=lambda one: _KINDS.index(one.kind)))
 
 
 def _unlike(samples: Sequence[Sample]) -> Iterator[str]:
@@ -156,18 +269,13 @@ def _unlike(samples: Sequence[Sample]) -> Iterator[str]:
     first: dict[str, dict[str, Trial]] = {}
     for one in samples:
         if not (trial := one.trials[0]).player:
-            first.setdefault(trial.spec, {}).setdefault(one.side.study, trial)
+            first.setdefault(trial.spec, {}).setdefault(one.study, trial)
     for by_study in first.values():
         for fact in dict.fromkeys(name for trial in by_study.values() for name in trial.facts):
             values = {study: trial.facts.get(fact) for study, trial in by_study.items()}
             if len(set(map(repr, values.values()))) > 1:
                 each = ", ".join(f"{value} in {study}" for study, value in values.items())
                 yield f"{next(iter(by_study.values())).group}: {fact} is {each}"
-
-
-def _named(side: Side) -> str:
-    """What sentences and tables call the agent of a side."""
-    return who(side.agent) + (f" with {side.prompt}" if side.prompt else "")
 
 
 def conclusion(found: Sequence[StudyDifference]) -> str:
@@ -179,22 +287,20 @@ def conclusion(found: Sequence[StudyDifference]) -> str:
         return "No two studies have a trial to compare under a condition that they share."
     asked = [one for one in found if one.kind == found[0].kind]
     sizes = Counter(one.family for one in asked)
-    shown = [one for one in asked if one.detected and len(sizes) * one.p_adjusted < ALPHA]
-    one = min(shown or asked, key=lambda one: (one.p_adjusted, -abs(one.value)))
-    first, second = one.first_success, one.second_success
-    sample = f"{first.n} pairs of trials with common random numbers"
-    sample = sample if one.paired else f"{second.n} and {first.n} trials, independent samples"
-    worst = ", whatever became of broken trials" * bool(one.broken)
+    shown = [one for one in asked if one.found.detected(ALPHA / len(sizes))]
+    one = min(shown or asked, key=lambda one: (one.found.p_value, -abs(one.found.value)))
+    first, second, at = one.first, one.second, one.found
+    sample = f"{one.trials} with common random numbers" if one.paired else f"{one.trials}, independent samples"
+    worst = ", whatever became of broken trials" * (at.bounds is not None)
     what = "baselines of different studies" if one.kind == "between-baselines" else "studies"
     none = f"No difference between {what} was detected in {count(len(asked), 'comparison')}, which does not show that "
     some = f"{len(shown)} of {len(asked)} differences between {what} {'was' if len(shown) == 1 else 'were'} detected"
     return (
-        f"{some if shown else f'{none}there is none'}, the clearest: "
-        f"{_named(one.second)} in {one.second.study} against {_named(one.first)} in {one.first.study} under "
-        f"{one.condition}, {percent(second.value)} against {percent(first.value)} "
-        f"({change(one.value, one.low, one.high)}; {p_value(min(1.0, len(sizes) * one.p_adjusted))}, corrected for "
-        f"{count(sizes[one.family], 'difference')} of a family and {count(len(sizes), 'family', 'families')}{worst}; "
-        f"{sample})."
+        f"{some if shown else f'{none}there is none'}, the clearest: {second.called} in {second.study} against "
+        f"{first.called} in {first.study} under {first.condition}, {percent(at.second.value)} against "
+        f"{percent(at.first.value)} ({change(at.value, at.low, at.high)}; "
+        f"{p_value(min(1.0, len(sizes) * at.p_value))}, corrected for {count(sizes[one.family], 'difference')} of a "
+        f"family and {count(len(sizes), 'family', 'families')}{worst}; {sample})."
     )
 
 
@@ -232,17 +338,15 @@ def success_table(comparison: Comparison) -> Lines:
     yield ["condition", "study", "agent", "solved", "success", "broken"]
     for one, share in ((one, one.success) for one in comparison.samples):
         row, solved = measured_row("success", share), f"{share.count}/{share.n}"
-        yield [one.condition, one.side.study, _named(one.side), solved, row, str(share.broken)]
+        yield [one.condition, one.study, one.called, solved, row, str(share.broken)]
 
 
 def difference_table(found: Sequence[StudyDifference]) -> Lines:
     """The differences, the first agent minus the second."""
     head = ["agent", "compared with", "condition", "trials", "success", "success of the other", "difference, points"]
-    yield [*head, "P", "corrected P", "conclusion"]
+    yield [*head, "P", "conclusion"]
     for one in found:
-        first, second = one.first_success, one.second_success
-        row = measured_row("success_difference", one, unit="points", p_value=one.p_adjusted)
-        sides = [f"{_named(side)} in {side.study}" for side in (one.second, one.first)]
-        trials = f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials"
-        shares = percent(second.value), percent(first.value), row, p_cell(one.p_value)
-        yield [*sides, one.condition, trials, *shares, p_cell(one.p_adjusted), conclusion_of(row)]
+        sides = [f"{side.called} in {side.study}" for side in (one.second, one.first)]
+        shares = percent(one.found.second.value), percent(one.found.first.value)
+        row = measured_row("success_difference", one.found, unit="points")
+        yield [*sides, one.first.condition, one.trials, *shares, *tested(row)]

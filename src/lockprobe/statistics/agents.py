@@ -3,8 +3,8 @@
 *Change.* The difference of two agents in a block of luck at one dose, less the same at the lowest dose, has a mean of 0
 if false reports change the success of both alike, in points. The test flips the signs of whole blocks, which keeps what
 trials of a block have in common; it assumes that a change is as likely as its opposite. Where one of the two is people
-Student's t replaces the flips. The mean of the changes at all doses has no P value: where agents seldom differ it is
-too skewed for flips of signs, which then reject in up to 15 % of studies.
+Student's t replaces the flips. Each dose has its own test: where agents seldom differ the mean of the changes at all
+doses is too skewed for flips of signs, which then reject in up to 15 % of studies.
 
 *Broken trials.* A trial that broke for one agent is dropped together with its pair. If an agent's long trials break,
 the remaining ones overstate its success. So such comparisons hold at both ends: with the broken trials of the one agent
@@ -21,19 +21,13 @@ from itertools import combinations, product
 
 import numpy as np
 
-from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import spec_kind
 from lockprobe.statistics.blocks import (
-    TIE,
     Array,
     Blocks,
-    Labels,
-    at_one_dose,
-    block_mean,
     blocks_of,
     crossed_mean,
     mean_of_blocks,
-    over_boxes,
     rare_block,
     success_in_pairs,
     two_way,
@@ -44,9 +38,6 @@ from lockprobe.statistics.proportions import Difference
 
 BASELINES = ("human-inspired", "random")
 """Kinds of agents that every agent is compared with, if they were played."""
-
-FLIPS, _AT_ONCE = 4000, 100
-"""Flips of the signs of all blocks, for the test of a change at any dose, and how many are made at once."""
 
 SUCCESS, STEPS, CHANGE = "success_difference", "steps_difference", "success_interaction"
 """Difference in success; in steps, an unsolved trial with its whole budget; in what a dose changes in success."""
@@ -59,14 +50,12 @@ class AgentPair:
     Attributes:
         baseline: Whether the first is a baseline that the second is compared with.
         doses: The doses of the axis at which one of all agents finished a trial, ascending.
-        of: Specs of the condition under which they are compared, which name random streams; empty over flip rates.
     """
 
     first: Course
     second: Course
     baseline: bool
     doses: tuple[float, ...]
-    of: Sequence[str]
 
     def _laid(self, *gains: bool) -> list[Blocks]:
         """Blocks of the first agent at every dose, then of the second; if trials broke also at both ends."""
@@ -162,43 +151,50 @@ class AgentPair:
         if not self.people:
             return mean_of_blocks(apart, blocks, unit=unit, rare=rare)
         person = blocks.people(range(n), range(n, 2 * n))[:, here][both]
-        if at is None:
-            return crossed_mean(apart[both], np.nonzero(both)[0], person, unit=unit, rare=rare)
-        return at_one_dose(apart[both], person, unit=unit, rare=rare)
-
-    @property
-    def change_p(self) -> float | None:
-        """The P value of a change at any dose, corrected for the doses."""
-        return min((one.p_value for one in self.changes.values() if one.p_value is not None), default=None)
+        return crossed_mean(apart[both], np.nonzero(both)[0], person, unit=unit, rare=rare)
 
     @cached_property
-    def changes(self) -> Mapping[float | None, Difference]:
-        """How much more each dose changes the success of the second, and the mean of all changes (None).
+    def changes(self) -> Mapping[float, Difference]:
+        """How much more each dose changes the success of the second; P values and intervals are corrected for doses.
 
-        P values and intervals of doses are corrected for the doses. There are none for a baseline, at a single dose,
-        where what is said must hold at every look, and with too few blocks, or people, that have both doses.
+        There are none for a baseline, at a single dose, where what is said must hold at every look, and with too few
+        blocks, or people, that have both doses.
         """
         if self.baseline or len(self.doses) < 2 or self.every_look:
             return {}
         # at the lowest dose success of the first counts for the change, so its broken trials end the other way
         higher = [dose > self.doses[0] for dose in self.doses]
-        found, *ends = map(self._changes, self._laid(*[not one for one in higher], *higher))
-        return {dose: bounded(mean, *(end[dose] for end in ends)) if ends else mean for dose, mean in found.items()}
+        laid = self._laid(*[not one for one in higher], *higher)
+        one, two = self._two(laid[0].solved)
+        pairs = (~np.isnan((two - one)[:, 1:] + (two - one)[:, :1])).sum(axis=0)
+        places = [i for i, many in enumerate(pairs.tolist(), 1) if many]
+        found = {}
+        for i in places:
+            change, *ends = (self._change(i, blocks, len(places)) for blocks in laid)
+            if change.low is not None and change.p_value is not None:
+                found[self.doses[i]] = bounded(change, *ends) if ends else change
+        return found
 
-    def _changes(self, blocks: Blocks) -> dict[float | None, Difference]:
+    def _change(self, i: int, blocks: Blocks, choices: int) -> Difference:
+        """How much more the dose at this place changes the success of the second than the lowest dose does."""
         (one, two), n = self._two(blocks.solved), len(self.doses)
-        if self.people:
-            return changes_beside_people(self.doses, two - one, blocks.people(range(n), range(n, 2 * n)))
-        who = self.first.spec, self.first.modality, self.second.spec, self.second.modality
-        rng = generator(self.first.trials[0].seed, "analysis", *who, "comparison", *self.of)
-        return changes_of(self.doses, two - one, rng, blocks)
+        apart = (two - one)[:, [0, i]]
+        if not self.people:
+            return mean_of_blocks(apart[:, 1:] - apart[:, :1], blocks, unit=2.0, choices=choices)
+        both = ~np.isnan(apart).any(axis=1)  # people meet no luck twice: the two trials belong to different people
+        low, high = apart[both].T
+        person = blocks.people(range(n), range(n, 2 * n))[both][:, [0, i]].T.ravel()
+        rest, luck = np.concatenate([low.mean() - low, high - high.mean()]), np.tile(np.arange(len(low)), 2)
+        value = float(high.mean() - low.mean())
+        found = two_way(value, rest, luck, person, pairs=len(low), unit=1.0, most=2.0, choices=choices)
+        return found if found.p_value is None else replace(found, p_value=min(1.0, choices * found.p_value))
 
 
-def compared(players: Sequence[Course], of: Sequence[str] = ()) -> list[AgentPair]:
+def compared(players: Sequence[Course]) -> list[AgentPair]:
     """Every two agents that the study is about, and each of them with the baselines, that both finished a trial.
 
     Two agents are compared if they saw the boxes in the same modality. Baselines read reports and are compared with
-    all. ``of`` is that of the pairs.
+    all.
     """
     doses = tuple(sorted({dose for one in players for dose in one.outcomes.ended.dose.tolist()}))
     others = [one for one in players if not one.baseline]
@@ -209,64 +205,5 @@ def compared(players: Sequence[Course], of: Sequence[str] = ()) -> list[AgentPai
         if one.modality == two.modality and one.agent != two.agent
     ]
     pairs += [(one, two, True) for two, one in product(others, baselines)]
-    made = [AgentPair(first=one, second=two, baseline=baseline, doses=doses, of=of) for one, two, baseline in pairs]
+    made = [AgentPair(first=one, second=two, baseline=baseline, doses=doses) for one, two, baseline in pairs]
     return [pair for pair in made if pair.met]
-
-
-def changes_beside_people(doses: Sequence[float], apart: Array, person: Labels) -> dict[float | None, Difference]:
-    """The changes of :func:`changes_of` where one of two agents is people, with Student's t and Bonferroni.
-
-    ``person`` is that of each trial, shape (blocks, doses). They meet no luck twice, so the two trials of a change
-    belong to different people.
-    """
-    changes = apart[:, 1:] - apart[:, :1]
-    met = np.flatnonzero(~np.isnan(changes).all(axis=0)).tolist()
-    found = dict[float | None, Difference]()
-    for i in met:
-        here = ~np.isnan(changes[:, i])
-        low, high, who = apart[here, 0], apart[here, i + 1], person[here][:, [0, i + 1]].T.ravel()
-        rest, luck = np.concatenate([low.mean() - low, high - high.mean()]), np.tile(np.arange(len(low)), 2)
-        value = float(high.mean() - low.mean())
-        mean = two_way(value, rest, luck, who, pairs=len(low), unit=1.0, most=2.0, choices=len(met))
-        if mean.p_value is not None:
-            found[doses[i + 1]] = mean
-    found = {dose: replace(one, p_value=min(1.0, len(found) * (one.p_value or 0.0))) for dose, one in found.items()}
-    every = replace(block_mean(changes, unit=2.0), low=None, high=None, p_value=None)  # its blocks share people
-    return found | {None: every} if found else found
-
-
-def changes_of(
-    doses: Sequence[float], apart: Array, rng: np.random.Generator, blocks: Blocks
-) -> dict[float | None, Difference]:
-    """How much more each dose changes the success of one agent than of another, and the mean of all changes (None).
-
-    P values and intervals of doses are corrected for all doses: by Westfall and Young's maximum of absolute t, and by
-    Bonferroni. There is none with too few blocks that have both doses of a change.
-
-    Args:
-        doses: Ascending.
-        apart: Success of the second agent minus that of the first, shape (blocks, doses), NaN without a pair.
-        rng: The stream of the flips.
-        blocks: Say of which boxes the blocks are.
-    """
-    changes = apart[:, 1:] - apart[:, :1]
-    met = np.flatnonzero(~np.isnan(changes).all(axis=0)).tolist()
-    table = np.nan_to_num(changes[~np.isnan(changes).all(axis=1)][:, met])
-    count = len(table)
-    if count < 2:
-        return {}
-    scale = np.sqrt(np.sum(table**2, axis=0))
-    scale[scale == 0] = np.inf
-    own, largest = table.astype(np.float32), []
-    for _ in range(FLIPS // _AT_ONCE):
-        bits = rng.bit_generator.random_raw(_AT_ONCE * count // 2).view(np.uint32)  # two draws a number
-        plus = (bits >= 2**31).reshape(_AT_ONCE, count).astype(np.float32)
-        flipped = 2 * (plus @ own) - own.sum(axis=0)  # whole numbers, so exact
-        largest += (np.abs(flipped) / scale).max(axis=1).tolist()
-    found = dict[float | None, Difference]()
-    for i, value in zip(met, np.abs(table.sum(axis=0)) / scale, strict=True):
-        p_value = (1 + int(np.sum(np.array(largest) >= value - TIE))) / (1 + FLIPS)
-        mean = replace(block_mean(changes[:, [i]], unit=2.0, choices=len(met)), p_value=p_value)
-        found[doses[i + 1]] = over_boxes(mean, changes[:, [i]], blocks, len(met))
-    mean = over_boxes(block_mean(changes, unit=2.0), changes, blocks, len(met))
-    return found | {None: replace(mean, p_value=None)}

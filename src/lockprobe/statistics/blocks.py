@@ -8,8 +8,7 @@ blocks, the other seldom in many. So a conclusion also needs the interval of the
 leave out 0.
 
 A person's boxes are correlated too, and lie in several blocks. So beside people neither blocks nor people are
-exchangeable, and Student's t uses a variance clustered by both. At a single dose no two people share a luck, so whole
-people are exchanged.
+exchangeable, and Student's t uses a variance clustered by both.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from lockprobe.statistics.every_look import Numbers, at_every_look
 from lockprobe.statistics.outcomes import BlockOrder, Outcomes
 from lockprobe.statistics.pairs import FEW, mean_over_boxes, paired, score_interval
 from lockprobe.statistics.proportions import ALPHA, Difference
+from lockprobe.trial.condition import Contrast
 
 Array = NDArray[np.float64]
 Labels = NDArray[Any]
@@ -104,32 +104,37 @@ def blocks_of(groups: Sequence[Outcomes]) -> Blocks:
     return Blocks(solved=solved, steps=steps, person=person, box=box[:0] if one_box else box, place=place, order=order)
 
 
-def contrast(groups: Mapping[str, Outcomes], *contrasts: Weights, factor: float = 1.0, choices: int = 1) -> Difference:
-    """The mean over blocks of contrasts of success; of nothing if no block has a trial under all of their conditions.
+def contrast(groups: Mapping[str, Outcomes], weights: Weights, *, factor: float = 1.0, choices: int = 1) -> Difference:
+    """The mean over blocks of a contrast of success; of nothing if no block has a trial under all of its conditions.
 
     The P value is from sign flips of whole blocks, or holds at every look. If trials broke, interval and P value hold
     whatever became of these.
 
     Args:
         groups: Condition -> its trials.
-        contrasts: What is averaged.
+        weights: What is asked for.
         factor: Scales the sums.
         choices: So many means are judged together (Bonferroni).
     """
-    weights = {name: weight for of in contrasts for name, weight in of.items()}
-    table = np.array([[of.get(name, 0) for of in contrasts] for name in weights], dtype=np.float64)
-    most = float(np.where(table > 0, table, 0).sum(axis=0).max())
+    column = np.array([*weights.values()], dtype=np.float64)
 
     def mean(of: Sequence[Outcomes]) -> Difference:
-        blocks = blocks_of(of)
-        return mean_of_blocks(blocks.solved @ table, blocks, unit=most, factor=factor, choices=choices)
+        blocks, most = blocks_of(of), float(column[column > 0].sum())
+        return mean_of_blocks(blocks.solved @ column[:, None], blocks, unit=most, factor=factor, choices=choices)
 
-    return whatever_broke(mean, [groups[name] for name in weights], [weight > 0 for weight in weights.values()])
+    return whatever_broke(mean, [groups[name] for name in weights], list(column > 0))
+
+
+def asked_contrast(groups: Mapping[str, Outcomes], asked: Contrast, *, choices: int = 1) -> Difference:
+    """The mean success under the conditions of one side less that under those of the other."""
+    more, less = asked.of, asked.minus
+    weights = dict.fromkeys(more, len(less)) | dict.fromkeys(less, -len(more))
+    return contrast(groups, weights, factor=1 / (len(more) * len(less)), choices=choices)
 
 
 def mean_of_blocks(
     differences: Array,
-    blocks: Blocks,
+    blocks: Blocks | None = None,
     *,
     unit: float = 1.0,
     factor: float = 1.0,
@@ -143,46 +148,36 @@ def mean_of_blocks(
     value is the mean of its differences.
     """
     numbers = factor * differences
-    if blocks.order:
-        (ever,) = at_every_look([numbers_of(numbers, blocks, factor * unit)], agents=choices)
+    played = ~np.isnan(numbers).all(axis=1)
+    if blocks is not None and blocks.order:
+        values = Numbers(values=np.nanmean(numbers[played], axis=1), block=blocks.place[played], bound=factor * unit)
+        (ever,) = at_every_look([values], agents=choices)
         pairs, p_value = int(np.count_nonzero(~np.isnan(numbers))), ever.p_value if ever.n else None
         return Difference(value=ever.value, low=ever.low, high=ever.high, p_value=p_value, n=pairs, clusters=ever.n)
     mean = block_mean(numbers, unit=factor * unit, choices=choices, rare=rare)
     if mean.n:
         mean = replace(mean, p_value=min(1.0, choices * sign_flip(np.nansum(differences, axis=1))))
-    return over_boxes(mean, numbers, blocks, choices)
+    if blocks is None or not len(blocks.box):
+        return mean
+    return mean_over_boxes(mean, np.nanmean(numbers[played], axis=1), blocks.box[played], choices=choices)
 
 
 def success_in_pairs(blocks: Blocks, first: int, second: int) -> Difference:
     """One group's success minus another's in common blocks, with McNemar's test and Agresti and Min's interval.
 
-    If one of several people has several boxes, sides are exchanged within whole people, and the interval is over them.
-    Of several boxes each counts alike (:mod:`lockprobe.statistics.pairs`). ``first`` and ``second`` are their columns.
+    Beside people both are Student's, clustered by person. Of several boxes each counts alike
+    (:mod:`lockprobe.statistics.pairs`). ``first`` and ``second`` are their columns.
     """
     solved, box = blocks.whole([first, second])
     found = paired(solved[:, 0], solved[:, 1], box)
     low, high, p_value = found.low, found.high, max(found.p_value, found.interval_p) if len(box) else found.p_value
     if blocks.person.size:
-        person: Labels = blocks.people([first], [second])[~np.isnan(blocks.solved[:, [first, second]]).any(axis=1), 0]
-        if len(np.unique(person)) < len(person):
-            over = at_one_dose(solved[:, 1].astype(np.float64) - solved[:, 0], person, unit=1.0)
-            low, high = (-1.0, 1.0) if over.low is None or over.high is None else (over.low, over.high)
-            p_value = 1.0 if over.p_value is None else over.p_value
+        both = ~np.isnan(blocks.solved[:, [first, second]]).any(axis=1)
+        person, (one, two) = blocks.people([first], [second])[both, 0], solved.T.astype(np.float64)
+        over = crossed_mean(two - one, np.arange(len(person)), person, unit=1.0)
+        low, high = (-1.0, 1.0) if over.low is None or over.high is None else (over.low, over.high)
+        p_value = 1.0 if over.p_value is None else over.p_value
     return Difference(value=found.value, low=low, high=high, p_value=p_value, n=found.n)
-
-
-def numbers_of(differences: Array, blocks: Blocks, bound: float = 1.0) -> Numbers:
-    """The mean of the differences of each block that has one, each within ``bound``."""
-    played = ~np.isnan(differences).all(axis=1)
-    return Numbers(values=np.nanmean(differences[played], axis=1), block=blocks.place[played], bound=bound)
-
-
-def over_boxes(mean: Difference, differences: Array, blocks: Blocks, choices: int) -> Difference:
-    """The mean of blocks, of which some may lack every pair, as it holds over their boxes."""
-    if not len(blocks.box):
-        return mean
-    rows = ~np.isnan(differences).all(axis=1)
-    return mean_over_boxes(mean, np.nanmean(differences[rows], axis=1), blocks.box[rows], choices=choices)
 
 
 def block_mean(differences: Array, *, unit: float = 1.0, choices: int = 1, rare: RareBlock | None = None) -> Difference:
@@ -216,12 +211,6 @@ def block_mean(differences: Array, *, unit: float = 1.0, choices: int = 1, rare:
         return found
     low, high = score_interval(first, second, n, 1 - ALPHA / choices)  # few pairs differ: not narrower than Tango's
     return replace(found, low=min(found.low, low), high=max(found.high, high))
-
-
-def exchanged(differences: Array, *, unit: float = 1.0, rare: RareBlock | None = None, choices: int = 1) -> Difference:
-    """The mean of whole numbers as :func:`block_mean` has it, with a test that exchanges sides within whole blocks."""
-    found = block_mean(differences, unit=unit, rare=rare, choices=choices)
-    return replace(found, p_value=sign_flip(np.nansum(differences, axis=1))) if found.n else found
 
 
 def _more(
@@ -306,28 +295,6 @@ def crossed_mean(
         for weight in (np.ones(len(values)), alike_weights(person))
         for mean in [float((weight * values).mean())]
     )
-    return _held_by_both(pooled, alike)
-
-
-def at_one_dose(values: Array, person: Labels, *, unit: float, rare: RareBlock | None = None) -> Difference:
-    """The mean difference at one dose, with an exchange test that swaps the agents within whole people.
-
-    If people have unequally many trials, a conclusion must also hold with every person counted alike.
-    """
-    place, sizes = np.unique(person, return_inverse=True, return_counts=True)[1:]
-    rows = np.full((len(sizes), int(sizes.max())), math.nan)
-    for i in range(len(sizes)):
-        rows[i, : sizes[i]] = values[place.reshape(-1) == i]
-    found = exchanged(rows, unit=unit, rare=rare)
-    if np.ptp(sizes) == 0:
-        return found
-    means = np.nanmean(rows, axis=1)
-    alike = block_mean(means[:, None], unit=unit, rare=rare)
-    return _held_by_both(found, replace(alike, p_value=sign_flip(means * math.lcm(*sizes.tolist()))))
-
-
-def _held_by_both(pooled: Difference, alike: Difference) -> Difference:
-    """The pooled mean, with an interval that holds both and the larger P value; 1 if the signs differ."""
     if pooled.low is None or pooled.high is None or alike.low is None or alike.high is None:
         return pooled
     tested = pooled.p_value

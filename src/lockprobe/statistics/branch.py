@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.blocks import Array, exchanged, rare_block
+from lockprobe.statistics.blocks import Array, mean_of_blocks, rare_block
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.outcomes import ended
@@ -190,5 +190,4 @@ def _effect(trials: Sequence[Array], outcome: str, budget: int, agents: int) -> 
         row[: len(pairs)] = pairs[:, 0] - pairs[:, 1]
     changed, told = np.concatenate(trials).T
     unit, rare = (float(budget), rare_block(told, changed, budget)) if outcome == "steps" else (1.0, None)
-    change = exchanged(differences, unit=unit, choices=agents, rare=rare)
-    return float(told.mean()), replace(change, p_value=min(1.0, agents * (change.p_value or 0.0)))
+    return float(told.mean()), mean_of_blocks(differences, unit=unit, choices=agents, rare=rare)

@@ -17,7 +17,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.blocks import TIE, blocks_of, contrast
+from lockprobe.statistics.blocks import TIE, asked_contrast, blocks_of, contrast
 from lockprobe.statistics.clustered import share_of, student
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.design import Crossed, Design
@@ -98,9 +98,8 @@ def declared(
         if one.measure == "misreading":
             found = [_misread(own, one, sizes[baseline])]
         else:
-            weights = dict.fromkeys(one.of, len(one.minus)) | dict.fromkeys(one.minus, -len(one.of))
-            factor, groups = 1 / (len(one.of) * len(one.minus)), {label: cell.outcomes for label, cell in own.items()}
-            change = contrast(groups, weights, factor=factor, choices=sizes[baseline])
+            groups = {label: cell.outcomes for label, cell in own.items()}
+            change = asked_contrast(groups, one, choices=sizes[baseline])
             found = [change, *(_share(groups, side) for side in (one.of, one.minus))] if change.n else [change]
         if found[0].n:
             yield agent, name, sizes[baseline], found

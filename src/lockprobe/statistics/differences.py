@@ -5,7 +5,7 @@ of equal repetition and trial share their luck, and an unfinished study has some
 People meet no luck twice; their sample is all trials, clustered by person. What holds at every look uses the blocks
 that both have in the order of the plan; people come as they please, so their trials have no order.
 Several boxes are clusters, which count alike (:mod:`lockprobe.statistics.pairs`). Where trials broke, everything holds
-whatever became of them.
+whatever became of them. Studies of one seed share their luck too; others are independent samples.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from lockprobe.statistics.clustered import clustered_difference, share_of
 from lockprobe.statistics.every_look import AtEveryLook, Numbers, at_every_look, held_at_both_ends, share_at_every_look
 from lockprobe.statistics.outcomes import Outcomes, joined
 from lockprobe.statistics.pairs import paired
-from lockprobe.statistics.proportions import Difference, Proportion, between, proportion
+from lockprobe.statistics.proportions import Difference, Proportion, between, difference, proportion
 
 PERMUTATIONS = 2000
 
@@ -125,6 +125,38 @@ def few_broke_until(groups: Sequence[Outcomes]) -> int:
         allowed = math.floor(FEW_BROKE * len(one) + 1e-9)
         last = min([last, *np.sort(one.broken.length)[allowed : allowed + 1].tolist()])  # it broke in the next step
     return last
+
+
+def independent_difference(first: Outcomes, second: Outcomes, *, same_luck: bool) -> DifferenceAt | None:
+    """Success of one side less that of another, whose trials are no pairs; None if no trial of one of them ended.
+
+    Newcombe's interval and Fisher's exact test. Where people are on a side, trials are clustered by person, and by luck
+    if that is the same in both.
+    """
+
+    def compared(groups: Sequence[Outcomes]) -> Found:
+        before, after = (proportion(int(one.solved.sum()), len(one)) for one in groups)
+        found = difference(before, after)
+        if any(one.crossed for one in groups):
+            together = joined(groups)
+            later = together.dose == 1
+            luck = together.luck + later * (0 if same_luck else len(together))
+            alone = np.char.add("/", luck.astype(np.str_))  # an agent's trial is a cluster of its own
+            people = np.char.add(later.astype(np.str_), np.where(together.player == "", alone, together.player))
+            found = clustered_difference(together.solved, later, people, luck)
+        if found is None:
+            return ()
+        p_value = found.p_value or 0.0
+        one = DifferenceAt(
+            dose=1.0, first=before, second=after, value=found.value, low=found.low, high=found.high, only=None,
+            exchange=p_value, p_value=p_value,
+        )  # fmt: skip
+        return (one,)
+
+    if not (len(first.ended) and len(second.ended)):
+        return None
+    (made,) = whatever_broke(compared, [first, second], [False, True], _held)
+    return made
 
 
 def _held(found: Found, low: Found, high: Found) -> Found:

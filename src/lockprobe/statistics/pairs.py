@@ -1,4 +1,4 @@
-"""Differences of paired proportions on one box and over several, means over boxes, and tests of equivalence.
+"""Differences of paired proportions on one box and over several, and means over boxes.
 
 Pairs are trials of equal luck under two conditions (McNemar's design). The interval is Agresti and Min's (2005). If 18
 pairs of 18 agree it is too narrow, because it estimates a variance from pairs that do not differ: a change of 10 points
@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from statistics import NormalDist
 from typing import Any
 
@@ -36,19 +35,10 @@ FEWEST = 5
 FEWEST_THAT_DIFFER, FEWEST_PAIRS = 3, 5
 """The fewest boxes, and pairs of trials on each, for a test of whether the effect differs between boxes."""
 
-MOST_EXACT = 200
-"""Pairs up to which the test of equivalence is exact; beyond, its statistic is approximately normal, and at a margin of
-10 points it is wrong in at most 5.4 % of studies."""
-
 Labels = NDArray[Any]
 
 ONE_BOX: Labels = np.empty(0, dtype=np.str_)
 """The boxes of pairs that are all on one."""
-
-_SHARES = 60
-"""Shares of pairs that differ for which the exact test is computed; it takes the largest P value."""
-
-_TIE = 1e-9
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -150,38 +140,6 @@ def score_interval(only_first: int, only_second: int, pairs: int, level: float) 
     return low, high
 
 
-def equivalence(only_first: int, only_second: int, pairs: int, margin: float) -> float:
-    """P value of two one-sided tests that the difference is the margin or more in either direction.
-
-    Up to :data:`MOST_EXACT` pairs each test is exact and unconditional: the largest probability, over all shares of
-    pairs that differ, of a score as far from the margin (Liu, Hsueh, Hsieh and Chen, Statistics in Medicine 2002).
-
-    >>> round(equivalence(0, 0, 18, 0.1), 3), round(equivalence(0, 0, 29, 0.1), 3)
-    (0.15, 0.049)
-    """
-    return max(_at_most(only_first, only_second, pairs, margin), _at_most(only_second, only_first, pairs, margin))
-
-
-@lru_cache(maxsize=4096)
-def _at_most(only_first: int, only_second: int, pairs: int, margin: float) -> float:
-    """P value of the test that the difference is the margin or more, against less."""
-    from scipy.special import gammaln, ndtr, xlogy
-
-    found = float(score(only_first, only_second, pairs, margin))
-    if pairs > MOST_EXACT:
-        return float(ndtr(found))
-    first, second = np.indices((pairs + 1, pairs + 1)).reshape(2, -1).astype(np.float64)  # all possible counts
-    as_far = (first + second <= pairs) & (score(first, second, pairs, margin) <= found + _TIE)
-    first, second = first[as_far], second[as_far]
-    alike = pairs - first - second
-    ways = math.lgamma(pairs + 1) - gammaln(first + 1) - gammaln(second + 1) - gammaln(alike + 1)
-    return max(
-        float(np.exp(ways + xlogy(first, share) + xlogy(second, share + margin) + xlogy(alike, rest)).sum())
-        for share in (1 - margin) / 2 * np.linspace(0, 1, _SHARES) ** 2
-        for rest in [max(0.0, 1 - margin - 2 * share)]
-    )
-
-
 def mean_over_boxes(found: Difference, sums: Array, box: Labels, *, choices: int = 1) -> Difference:
     """A mean of blocks of luck that holds of boxes like these too, from :data:`FEWEST` boxes on; else unchanged.
 
@@ -189,24 +147,13 @@ def mean_over_boxes(found: Difference, sums: Array, box: Labels, *, choices: int
     is the larger one. ``sums`` and ``box`` are value and box of each block, shape (blocks,); ``choices`` means are
     judged together.
     """
-    means = _means(sums, box)
+    place = np.unique(box, return_inverse=True)[1].reshape(-1)
+    means = np.bincount(place, weights=sums) / np.bincount(place)
     if len(means) < FEWEST or found.low is None or found.high is None:
         return found
     low, high, p_value = _student_mean(means, 1 - (1 - LEVEL) / choices)
     tested = None if found.p_value is None else max(found.p_value, min(1.0, choices * p_value))
     return replace(found, low=min(found.low, low), high=max(found.high, high), p_value=tested)
-
-
-def small_over_boxes(values: Array, box: Labels, margin: float) -> float:
-    """P value of two one-sided tests that the mean over boxes is the margin or more; 0 with fewer than enough boxes."""
-    means = _means(values, box)
-    if len(means) < FEWEST:
-        return 0.0
-    error, away = float(means.std(ddof=1)) / math.sqrt(len(means)), margin - abs(float(means.mean()))
-    if not error:
-        return float(away <= 0)
-    tail = float(student_tails(away / error, len(means) - 1)) / 2
-    return tail if away > 0 else 1 - tail
 
 
 def _student_mean(values: Array, level: float) -> tuple[float, float, float]:
@@ -216,13 +163,6 @@ def _student_mean(values: Array, level: float) -> tuple[float, float, float]:
     half = student_quantile((1 + level) / 2, k - 1) * error
     p_value = float(student_tails(mean / error, k - 1)) if error else float(mean == 0)
     return mean - half, mean + half, p_value
-
-
-def _means(values: Array, box: Labels) -> Array:
-    if not len(box):
-        return np.empty(0)
-    place = np.unique(box, return_inverse=True)[1].reshape(-1)
-    return np.bincount(place, weights=values) / np.bincount(place)
 
 
 def between_boxes(before: Flags, after: Flags, box: Labels) -> tuple[Difference, float] | None:

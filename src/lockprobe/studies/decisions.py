@@ -25,7 +25,7 @@ from lockprobe.statistics.every_look import (
 )
 from lockprobe.statistics.outcomes import BlockOrder
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.why import CONTRASTS, NEEDS, PART
+from lockprobe.statistics.why import CONTRASTS, NEEDS, PART, TOTAL
 from lockprobe.studies.records.store import OnRecord
 from lockprobe.studies.study import EarlierSize, Study, Until, design_of, trials_planned
 from lockprobe.trial.plan import Plan
@@ -263,11 +263,11 @@ def _questions(study: Study, agent: str) -> list[tuple[Question, ...]]:
     found: list[tuple[Question, ...]] = []
     for modality in design.modalities:
         if arms := arms_of(design.shown(modality)):
-            of, pairs = arms[1], {"total": (("lie", "truth"),), **CONTRASTS}
+            of = arms[1]
             parts = tuple(
-                Question(name, tuple((of[more], of[less]) for more, less in terms))
-                for name, terms in pairs.items()
-                if all(arm in of for pair in terms for arm in pair)
+                Question(name, tuple((of[more], of[less]) for more, less in zip(one.of, one.minus, strict=True)))
+                for name, one in {"total": TOTAL, **CONTRASTS}.items()
+                if {*one.of, *one.minus} <= of.keys()
             )
             asked_for = {label for one in parts for label in one.labels}
             more = [one.label for one in design.shown(modality) if one.label not in asked_for and one.label in played]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from lockprobe.foundation.formatting import capital, change, first_three, p_cell, p_value, percent
 from lockprobe.report.format import conclusion_of
@@ -22,7 +22,6 @@ from lockprobe.statistics.course import Cell, courses
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.every_look import E_PROCESS
-from lockprobe.statistics.proportions import ALPHA
 
 _SHARE, _ANY = "success_in_pairs", "any flip rate"
 
@@ -33,44 +32,39 @@ _ALIKE = "the two play alike: nothing to test"
 _WORST = "holds whatever became of broken trials"
 
 
-class _Tested(NamedTuple):
-    """The columns of a number of two agents, whose P value is not yet corrected for those of its family.
-
-    ``family`` is what its P value is corrected with (Holm), None if with nothing; ``times``, for how many doses it is
-    corrected already. What is not ``shown`` counts in its family.
-    """
-
-    columns: dict[str, Any]
-    family: Hashable | None = None
-    times: int = 1
-    shown: bool = True
+_Tested = tuple[dict[str, Any], Hashable, int]
+"""The columns of a number of two agents, whose P value is not yet corrected for those of its family (Holm); that
+family, None if for nothing; and for how many doses it is corrected already."""
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     found = [*_over_flips(numbers), *_under_conditions(numbers)]
-    corrected = holm_by_family([one.family for one in found], [one.columns.get("p_value") for one in found])
-    sizes = Counter(one.family for one in found if one.shown)
-    for one, tested in zip(found, corrected, strict=True):
-        tests = {"p_value": tested, "corrected_for": sizes[one.family] * one.times} if one.family else {}
-        alike = {"p_value": None, "corrected_for": 1} if _ALIKE in one.columns.get("note", "") else {}
-        if one.shown:
-            yield Estimate(**one.columns | tests | alike)
+    families = [family for _, family, _ in found]
+    corrected, sizes = holm_by_family(families, [columns.get("p_value") for columns, *_ in found]), Counter(families)
+    for (columns, family, times), tested in zip(found, corrected, strict=True):
+        tests = {"p_value": tested, "corrected_for": sizes[family] * times} if family else {}
+        alike = {"p_value": None, "corrected_for": 1} if _ALIKE in columns.get("note", "") else {}
+        yield Estimate(**columns | tests | alike)
 
 
 def _over_flips(numbers: OpenedStudy) -> Iterator[_Tested]:
-    """Every pair over all flip rates, and how much more these change the one."""
+    """Every pair over all flip rates, and how much more these change the one: at the rate with the clearest change."""
     for one in compared(numbers.courses):
         over = _of(one) | {"axis": FLIPS.name}
         for quantity in (SUCCESS, STEPS):
-            yield _Tested(over | _difference(one, quantity), (quantity, one.family))
+            yield over | _difference(one, quantity), (quantity, one.family), 1
         for part, share in zip(("the other", ""), one.shares, strict=True):
-            yield _Tested(over | {"quantity": _SHARE, "of": part, "n": one.mean(SUCCESS).n, "value": share})
-        if changes := one.changes:
-            times, shown = len(changes) - 1, not one.plays_alike
-            change = over | {"quantity": CHANGE, "unit": "points", "test": _test(one, CHANGE)}
-            every = change | {"of": _ANY, "p_value": one.change_p}
-            yield _Tested(every, (CHANGE, one.family), times, shown)
-            yield _Tested(change | {"of": "mean", "test": ""} | measured(changes[None]), shown=shown)
+            yield over | {"quantity": _SHARE, "of": part, "n": one.mean(SUCCESS).n, "value": share}, None, 1
+        if one.changes and not one.plays_alike:
+            dose, clearest = min(one.changes.items(), key=lambda both: (both[1].p_value or 0.0, -abs(both[1].value)))
+            of = {
+                "quantity": CHANGE,
+                "unit": "points",
+                "of": _ANY,
+                "doses": {"flip.p": dose},
+                "test": _test(one, CHANGE),
+            }
+            yield over | of | measured(clearest), (CHANGE, one.family), len(one.changes)
 
 
 def _under_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
@@ -93,15 +87,15 @@ def _under_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
 
         own = [every[at] for at in cells if at[1] in (label, control) and (at[0], label) in cells]
         players = courses(own, place=place)
-        for one in compared(players, [str(spec) for spec in arm.specs]):
+        for one in compared(players):
             if 1.0 not in one.met or one.copies:
                 continue
             of, family = every[one.second.agent, label].of | _of(one, axis or "conditions"), (axis, one.family)
-            yield _Tested(of | _difference(one, SUCCESS, 1.0), (SUCCESS, *family))
-            yield _Tested(of | _difference(one, STEPS, 1.0))
+            yield of | _difference(one, SUCCESS, 1.0), (SUCCESS, *family), 1
+            yield of | _difference(one, STEPS, 1.0), None, 1
             if one.changes and not one.plays_alike:
                 change = {"quantity": CHANGE, "unit": "points", "control": control, "test": _test(one, CHANGE)}
-                yield _Tested(of | change | measured(one.changes[1.0]), (CHANGE, *family))
+                yield of | change | measured(one.changes[1.0]), (CHANGE, *family), 1
 
 
 def _of(one: AgentPair, under: str = "") -> dict[str, Any]:
@@ -123,7 +117,7 @@ def _test(one: AgentPair, quantity: str, dose: float | None = None) -> str:
     if one.every_look:
         return E_PROCESS
     if one.people:
-        return "t, clustered by person and block" if dose is None else "permutation of people"
+        return "t, clustered by person and block"
     if quantity == CHANGE:
         return "sign flips of blocks"
     return "McNemar" if quantity == SUCCESS and dose is not None else "permutation within blocks"
@@ -173,8 +167,8 @@ def _said(one: str, other: str, rows: Mapping[tuple[str, str], Estimate]) -> Ite
     else:
         yield f"Neither the success of {one} and {other} nor how soon could be told apart: {against}."
     if effect := rows.get((CHANGE, _ANY)):
-        told = effect.p_value is not None and effect.p_value < ALPHA
-        what = "False reports affect the two differently" if told else "No different effect of false reports was told"
+        none = "No different effect of false reports was told"
+        what = "False reports affect the two differently" if effect.detected else none
         yield f"{what} ({p_value(effect.p_value)})."
 
 
@@ -184,11 +178,11 @@ def _table(found: Results) -> Lines:
     words = condition_words(found)
     for one, other, rows, place in ((*pair, place) for pair in _pairs(found) for place in _places(pair[-1])):
         success, steps = rows[SUCCESS, place], rows[STEPS, place]
-        moved, tested = (rows.get((CHANGE, place or of)) for of in ("mean", _ANY))
+        moved = rows.get((CHANGE, place or _ANY))
         shares = None if place else " and ".join(percent(rows[_SHARE, of].value) for of in ("", "the other"))
         under = words[place] if place else "all flip rates" if found.several_p else at_lowest(found)
         said = "play alike" if _ALIKE in success.note else conclusion_of(success)
-        p = p_cell(tested.p_value if tested else None)
+        p = p_cell(moved.p_value if moved else None)
         row = [one, other, under, str(success.n), shares, success, p_cell(success.p_value)]
         yield [*row, steps, p_cell(steps.p_value), moved, p, said]
 
@@ -199,15 +193,15 @@ _TABLE = Table("comparisons", _table, drawn="success, points", rare=_RARE)
 
 _NOTE = Note(
     "Success (drawn; filled: detected), steps and effect: the first agent minus the second, over trials that both "
-    "finished; an unsolved one counts with its whole budget. Effect: what false reports, or a condition, change in "
-    "success.",
+    "finished; an unsolved one counts with its whole budget. Effect: what a condition changes in success, or "
+    "false reports at the rate with the clearest change.",
     "Over all flip rates the two agents swap whole blocks (permutation), under one condition it is McNemar's test. "
     "Effect: signs of blocks are flipped.",
     "A trial has the same random numbers (labels, flips, draws) for every agent and condition; a block is one "
     "repetition and trial. P values are corrected for pairs and conditions (Holm), steps under one condition are not; "
     "pairs with baselines, the doses of an axis and all other conditions are families of their own. Detected: the test "
     "rejects and the interval leaves out 0. Who solves nearly all trials cannot gain many points. Beside people: "
-    "Student's t with a variance clustered by person and block; under one condition whole people are permuted.",
+    "Student's t with a variance clustered by person and block.",
 )
 
 

@@ -12,7 +12,7 @@ from lockprobe.report.format import conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
 from lockprobe.report.questions.contrasts import ARROW, BY_BLOCKS, CONTRAST
-from lockprobe.report.rows import Estimate, Fact, Results, Row, measured_row
+from lockprobe.report.rows import Fact, Results, Row, measured_row
 from lockprobe.report.section import Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.modalities import spoken
@@ -60,15 +60,12 @@ _VERDICTS: Mapping[Verdict, str] = {
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     cells, found = numbers.by_name, list(whys(numbers.by_name, numbers.design))
     for one in found:
-        own: dict[str, Any] = {"agent": one.agent, "modality": one.modality}
-        of = own | {"family": "agents", "corrected_for": one.agents, "doses": {"flip.p": one.p}, "unit": "points"}
-        test = E_PROCESS if one.every_look else "sign flips of blocks"
-        yield measured_row(_EFFECT, one.decision.total, **of, of="total", test=test)
+        of: dict[str, Any] = {"agent": one.agent, "modality": one.modality, "family": "agents", "unit": "points"}
+        of |= {"corrected_for": one.agents, "doses": {"flip.p": one.p}}
+        of |= {"test": E_PROCESS if cells[one.agent, one.conditions["truth"]].order else "sign flips of blocks"}
+        yield measured_row(_EFFECT, one.decision.total, **of, of="total")
         for name, mean in one.decision.contrasts.items():
-            yield measured_row(_CONTRAST, mean, **of, of=name, test=test)
-        test = f"two one-sided {'e-processes' if one.every_look else 'tests'}"
-        yield Estimate(quantity=_EFFECT, **of, of="margin", value=MARGIN, p_value=one.decision.equivalence, test=test)
-        yield Estimate(quantity=_EFFECT, **own, of="blocks needed", unit="blocks", value=one.needed)
+            yield measured_row(_CONTRAST, mean, **of, of=name)
         for arm, name in one.conditions.items():
             yield from cells[one.agent, name].share(_SUCCESS, cells[one.agent, name].success, of=arm)
     said = sorted(found, key=lambda one: one.agent not in numbers.subjects)
@@ -76,7 +73,7 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     named = sum(bool(one.decision.claims) for one in found)
     several = f"A cause is named for {named} of {len(found)} agents."
     facts["verdict"] = several if len(found) > 1 else "".join(_VERDICTS[one.decision.verdict] for one in found)
-    facts |= {f"{i}": why_said(one.agent, one.modality, one.decision, one.needed) for i, one in enumerate(found)}
+    facts |= {f"{i}": why_said(one.agent, one.modality, one.decision, sure=True) for i, one in enumerate(found)}
     yield from (Fact(about=_SAID, name=name, text=text) for name, text in facts.items() if found)
 
 
@@ -85,28 +82,19 @@ def answer(found: Results) -> str:
     return found.fact(_SAID, "answer")
 
 
-def why_said(agent: str, modality: str, decision: Decision, needed: float | None = None) -> str:
-    """What happened to the success of one agent; then the cause, or what is not decided.
-
-    With the blocks that a study needs to detect a change of the margin, it is also said how sure that is.
-    """
-    total, margin, sized = decision.total, f"{100 * MARGIN:.0f} points", needed is not None
-    of, size = (
-        f"the success of {who(agent, '' if modality in PLAIN_WORDS else spoken(modality))}",
-        change(total.value, total.low, total.high),
-    )
+def why_said(agent: str, modality: str, decision: Decision, *, sure: bool = False) -> str:
+    """What happened to the success of one agent; then the cause, or what is not decided; and how sure that is."""
+    total, margin = decision.total, f"{100 * MARGIN:.0f} points"
+    of = f"the success of {who(agent, '' if modality in PLAIN_WORDS else spoken(modality))}"
+    size = f"{change(total.value, total.low, total.high)}; {p_value(total.p_value)}"
     if decision.verdict == "no change":
-        sure = f" ({size}; {p_value(decision.equivalence)})" * sized
-        return f"False reports change {of} by less than {margin}{sure}."
-    sure = f"{size}; {p_value(total.p_value)}"
+        return f"False reports change {of} by less than {margin}{f' ({size})' * sure}."
     if decision.verdict == "inconclusive":
-        played = total.clusters or 0
-        more = f" About {needed or 0:g} blocks would detect that with a power of 80 %; {played} were played."
-        said = f"No effect of false reports on {of} was detected{f' ({sure})' * sized}"
-        return f"{said}, and a change of {margin} or more is not excluded.{more * ((needed or 0) > played)}"
+        said = f"No effect of false reports on {of} was detected{f' ({size})' * sure}"
+        return f"{said}, and a change of {margin} or more is not excluded."
     way = "raise" if decision.way > 0 else "lower"
-    sure = f" ({sure.partition(', ')[2]})" * sized
-    return f"False reports {way} {of} by {100 * abs(total.value):.0f} points{sure}. {_cause(decision, way, sized)}."
+    size = f" ({size.partition(', ')[2]})" * sure
+    return f"False reports {way} {of} by {100 * abs(total.value):.0f} points{size}. {_cause(decision, way, sure)}."
 
 
 def _cause(decision: Decision, way: str, sized: bool) -> str:
@@ -131,10 +119,9 @@ def _table(found: Results) -> Lines:
         own = {"agent": total.agent, "modality": total.modality}
         solved = {row.of: 100 * (row.value or 0.0) for row in found.where(_SUCCESS, **own)}
         for row in (total, *found.where(_CONTRAST, **own)):
-            pairs = TOTAL if row is total else CONTRASTS[row.of]
-            arms = ", ".join(f"{less}{ARROW}{more}" for more, less in pairs)
-            more, less = pairs[0]
-            shares = f"{solved[less]:.0f}{ARROW}{solved[more]:.0f} %" if len(pairs) == 1 else None
+            one = TOTAL if row is total else CONTRASTS[row.of]
+            arms = ", ".join(f"{less}{ARROW}{more}" for more, less in zip(one.of, one.minus, strict=True))
+            shares = f"{solved[one.minus[0]]:.0f}{ARROW}{solved[one.of[0]]:.0f} %" if len(one.of) == 1 else None
             concluded = conclusion_of(row, at=ALPHA if row is total else PART)
             yield [row.agent, _NAMES[row.of], arms, shares, row, p_cell(row.p_value), concluded, str(row.clusters)]
 
