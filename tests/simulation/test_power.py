@@ -171,7 +171,7 @@ def test_persons_and_boxes_are_solved_as_stated_and_no_person_meets_luck_twice(g
 def test_of_clusters_that_is_detected_which_the_report_says(given):
     model, size = Clusters(success=(0.4, 0.6), **given), 200 if "each" not in given else 30
     luck, tests = (lambda: np.random.default_rng(3)), (lambda: np.random.default_rng(4))
-    said = [str(place + 1) for place, one in each_difference(model.groups(size, luck()), tests()) if one.p_value < 0.05]
+    said = [str(place + 1) for place, one in each_difference(model.groups(size, luck())) if one.p_value < 0.05]
     assert model.detected(size, luck(), tests()) == said
     few, many = powers(model, size // 5, size)["2"]
     assert few < 0.6

@@ -52,7 +52,7 @@ def played(solved, broke, length=None):
 
 def compared(groups):
     """Success of the second group less that of the first, with its bounds."""
-    ((_, found),) = each_difference(groups, generator(1))
+    ((_, found),) = each_difference(groups)
     return found
 
 

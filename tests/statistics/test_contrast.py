@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe.statistics.blocks import contrast
-from lockprobe.statistics.contrast import against_control, against_first, declared, interactions
+from lockprobe.statistics.contrast import declared, effects, interactions
 from lockprobe.statistics.design import trend_weights
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.studies.options.studyfile import study
@@ -105,12 +105,13 @@ def played(conditions, agents=(AGENT,), n=6):
 
 
 def named(found):
-    return [(one.agent, one.control, one.condition, one.corrected_for) for one in found]
+    """The effects on single conditions."""
+    return [(one.agent, one.control, one.condition, one.corrected_for) for one in found if not one.axis]
 
 
 def test_agents_that_a_study_is_about_are_one_family_and_baselines_another_and_who_plays_alike_counts_in_none():
     agents = (AGENT, CAREFUL, BASELINE, BLIND)
-    assert named(against_control(*played(["drop?p=0.5"], agents))) == [
+    assert named(effects(*played(["drop?p=0.5"], agents))) == [
         (agent, "truth", "drop?p=0.5", many) for agent, many in zip(agents, (2, 2, 1, 1), strict=True)
     ]
 
@@ -118,9 +119,9 @@ def test_agents_that_a_study_is_about_are_one_family_and_baselines_another_and_w
 def test_a_condition_that_changed_nothing_or_shares_no_trial_with_the_control_is_compared_with_nothing():
     cells, design = played(["history?last=50", "tremble?p=0.5", "tremble?p=0.5 + nudge"])
     cells[AGENT, "tremble?p=0.5 + nudge"] = cell([make_trial([0], trial=1, broken="model")])
-    assert named(against_control(cells, design)) == [(AGENT, "truth", "tremble?p=0.5", 1)]
+    assert named(effects(cells, design)) == [(AGENT, "truth", "tremble?p=0.5", 1)]
     del cells[AGENT, "truth"]
-    assert named(against_control(cells, design)) == []
+    assert named(effects(cells, design)) == []
 
 
 def idle_in(cells, label, *specs):
@@ -141,7 +142,7 @@ def test_what_changed_nothing_beside_others_is_in_no_interaction_and_a_control_m
     assert list(interactions(idle_in(cells, f"{flip} + {tremble}", tremble), design)) == []
     cells, design = played(["warn", tremble])
     design = replace(design, arms=tuple(arm for arm in design.arms if arm.label != "truth"))
-    assert named(against_control(idle_in(cells, "warn", "warn", ""), design)) == [(AGENT, "warn", tremble, 1)]
+    assert named(effects(idle_in(cells, "warn", "warn", ""), design)) == [(AGENT, "warn", tremble, 1)]
 
 
 def test_a_study_declares_contrasts_of_agents_and_not_of_people():
@@ -173,9 +174,9 @@ def test_interactions_are_corrected_for_their_number_and_stand_once_in_a_grid_wh
 def test_other_conditions_change_no_p_value_of_a_factor_and_every_group_is_corrected_for_all_of_it():
     sticky = [f"flip?p={p}{option}" for p in (0.2, 0.4) for option in ("", "&others=kept")]
     cells, design = played(sticky, n=12)
-    found = list(against_first(cells, design))
-    assert named(found) == [
-        (AGENT, "flip?p=0.2", "flip?p=0.2&others=kept", 2), (AGENT, "flip?p=0.4", "flip?p=0.4&others=kept", 2),
+    found = [one for one in effects(cells, design) if one.axis]
+    assert [(one.control, one.condition, one.corrected_for) for one in found] == [
+        ("flip?p=0.2", "flip?p=0.2&others=kept", 2), ("flip?p=0.4", "flip?p=0.4&others=kept", 2),
     ]  # fmt: skip
     more, beside = played(["nudge", *sticky], n=12)
-    assert list(against_first(more, beside)) == found
+    assert [one for one in effects(more, beside) if one.axis] == found

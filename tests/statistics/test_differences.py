@@ -96,9 +96,9 @@ def test_conditions_are_compared_with_the_first_one_alone_and_corrected_for_thei
     solved = np.zeros((3, 1, 20))
     solved[1, 0, :9], solved[2, 0, 3:6] = 1, 1
     first, *others = (study(solved[i : i + 1]) for i in range(3))
-    (alone,) = (one for _, one in each_difference([first, others[0]], rng()))
+    (alone,) = (one for _, one in each_difference([first, others[0]]))
     assert alone.exchange == pytest.approx(binomtest(9, 9).pvalue)
-    both = dict(each_difference([first, *others], rng(), agents=2))
+    both = dict(each_difference([first, *others], agents=2))
     assert [one.exchange for one in both.values()] == pytest.approx([4 * binomtest(9, 9).pvalue, 4 * 0.25])
     assert all(one.p_value >= one.exchange for one in both.values())
     assert (both[1].value, both[1].second, both[1].dose) == (alone.value, alone.second, 1.0)

@@ -37,7 +37,7 @@ def test_only_blocks_that_both_have_are_compared_and_keep_their_places():
     found, solved = watched()
     missing = (found.dose == 0.4) & (found.trial % 3 == 0)
     first, *others = by_dose(found.at(~missing))
-    _, (_, change) = each_difference([first, *others], rng())
+    _, (_, change) = each_difference([first, *others])
     there = np.array([(i % 20 + 1) % 3 != 0 for i in range(60)])
     assert change.second.n == there.sum()
     assert change.value == pytest.approx((solved[2].astype(float) - solved[0])[there].mean())

@@ -89,7 +89,7 @@ def test_the_contrast_is_the_slope_over_both_doses_by_least_squares(rows, column
 
 
 def factors_in(*specs, controls=()):
-    return dict(factors_of(arms(*specs), controls))
+    return {one.axis: one.groups for one in factors_of(arms(*specs), controls)}
 
 
 @given(st.permutations(["truth", FLIP, STICKY, "nudge", BOTH, f"{STICKY} + nudge", "flip?p=0.2"]))

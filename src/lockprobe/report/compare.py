@@ -18,7 +18,6 @@ from typing import Any
 
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.formatting import change, count, p_value, percent
-from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.format import tested
 from lockprobe.report.opened import open_study
@@ -248,7 +247,7 @@ def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
             kind = _KINDS[2 * (first.study == second.study) + beside]
             one, two, same_luck = first.outcomes, second.outcomes, first.luck == second.luck
             paired = same_luck and not (one.crossed or two.crossed)
-            found = [at for _, at in each_difference([one, two], generator(first.luck))] if paired else []
+            found = [at for _, at in each_difference([one, two])] if paired else []
             if not paired and (apart := independent_difference(one, two, same_luck=same_luck)):
                 found = [apart]
             pairs.setdefault((first.side, second.side), []).extend(

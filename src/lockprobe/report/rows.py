@@ -86,9 +86,6 @@ BOUNDS = ("at least", "at most")
 """Parts of a share or a difference of trials some of which broke: what it is at least and at most, whatever became of
 these."""
 
-PERMUTED = "permutation within blocks, and interval"
-"""The test of success where outcomes are exchanged between conditions; its interval has to exclude 0 too."""
-
 UNITS = (
     *("share", "points", "ratio", "yes or no", "direction", "dose"),
     *("steps", "trials", "people", "claims", "reports", "decisions", "ms", "records", "lines"),

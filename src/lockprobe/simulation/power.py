@@ -174,9 +174,9 @@ def _played(solved: Flags, dose: float) -> Outcomes:
     return Outcomes(dose=at, repetition=nothing + 1, trial=trial, length=nothing, solved=solved, onset=nothing)
 
 
-def _differing(groups: Sequence[Outcomes], tests: np.random.Generator, agents: int = 1) -> list[int]:
+def _differing(groups: Sequence[Outcomes], agents: int = 1) -> list[int]:
     """The places of the groups that the report tells from the first one."""
-    return [place for place, one in each_difference(groups, tests, agents=agents) if one.p_value < ALPHA]
+    return [place for place, one in each_difference(groups, agents=agents) if one.p_value < ALPHA]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -244,7 +244,7 @@ class Conditions:
             said = [] if found.verdict == "inconclusive" else [f"verdict: {found.verdict}"]
             return [*said, *(f"claim: {claim}" for claim in found.claims)]
         if not self.family:
-            return [labels[place] for place in _differing(groups, tests, self.agents)]
+            return [labels[place] for place in _differing(groups, self.agents)]
         together = replace(joined(groups), dose=np.repeat(np.array(doses, dtype=np.float64), len(solved)))
         differ = {one.dose for one in any_difference(together, tests, agents=self.agents) if one.p_value < ALPHA}
         found_here = [label for label, dose in self.doses.items() if dose in differ]
@@ -430,7 +430,7 @@ class Clusters:
 
     def detected(self, size: int, luck: np.random.Generator, tests: np.random.Generator) -> list[str]:
         """The conditions that the report tells from the control; between persons a remainder of them is left out."""
-        return [str(place + 1) for place in _differing(self.groups(size, luck), tests)]
+        return [str(place + 1) for place in _differing(self.groups(size, luck))]
 
     def groups(self, size: int, luck: np.random.Generator) -> list[Outcomes]:
         """The trials of one study under each condition."""

@@ -16,11 +16,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.blocks import TIE, asked_contrast, blocks_of, contrast
 from lockprobe.statistics.clustered import share_of, student
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.design import Crossed, Design
+from lockprobe.statistics.design import CONDITIONS, Crossed, Design, Family
 from lockprobe.statistics.differences import DifferenceAt, each_difference
 from lockprobe.statistics.every_look import share_at_every_look
 from lockprobe.statistics.idle import idle_interventions
@@ -29,12 +28,6 @@ from lockprobe.statistics.outcomes import Outcomes, ended, plays_alike
 from lockprobe.statistics.proportions import Difference
 from lockprobe.trial.condition import Contrast
 from lockprobe.trial.record import Trial
-
-CONDITIONS, CONTROLS = "conditions against the control", "modalities against the first"
-"""Families of comparisons beside those of axes and options: conditions, and the controls of all modalities."""
-
-LEVELS = "levels of "
-"""How the names of families of factors begin."""
 
 
 class Cell(Protocol):
@@ -154,63 +147,37 @@ def acting(cells: Cells, design: Design, *, wholly: bool = False) -> Cells:
     return {name: cell for name, cell in cells.items() if not idle(name[1], cell)}
 
 
-def against_control(cells: Cells, design: Design) -> Iterator[Effect]:
-    """Each modality's other conditions against its control, and the controls of all modalities against the first."""
+def effects(cells: Cells, design: Design) -> Iterator[Effect]:
+    """Every condition against the first of its group, in each family of the design.
+
+    Of an axis, such as what becomes of a false report, an agent that plays alike under all levels is compared with
+    nothing.
+    """
     cells = acting(cells, design)
-    sizes = _judged_together(cells, design)
-    for agent, family, labels in _families(design):
-        if (agent, labels[0]) in cells:
-            many = max(1, sizes[family, labels[0], is_baseline(design.spec_of(agent))])
-            yield from _against_first(cells, agent, labels, "conditions", agents=many, family=family)
+    for family in design.families:
+        heeding = _heeding(cells, design, family)
+        sizes = Counter(is_baseline(design.spec_of(agent)) for agent in {agent for agent, _ in heeding})
+        for agent, group in product(design.agents, family.groups):
+            if (agent, group[0]) not in cells or (family.axis and (agent, group) not in heeding):
+                continue
+            agents = max(1, sizes[is_baseline(design.spec_of(agent))]) * len(family.groups)
+            names = [label for label in group if (agent, label) in cells]
+            modality = cells[agent, group[0]].trials[0].modality
+            tested = each_difference([cells[agent, name].outcomes for name in names], agents=agents)
+            for place, one in tested:
+                many = len(tested) * agents
+                yield Effect(agent, modality, group[0], names[place], one, many, family.name, family.axis)
 
 
-def _families(design: Design) -> Iterator[tuple[str, str, tuple[str, ...]]]:
-    """Agent, name and conditions of every family of comparisons with a control, which comes first."""
-    for agent, of in product(design.agents, design.comparisons.values()):
-        yield agent, CONDITIONS, (of.control, *of.others)
-        yield agent, CONTROLS, (of.control, *of.controls)
-
-
-def _judged_together(cells: Cells, design: Design) -> Counter[tuple[str, str, bool]]:
-    """How many agents are judged together in a family, by its control: those of which a difference can be found."""
-    return Counter(
-        (family, labels[0], is_baseline(design.spec_of(agent)))
-        for agent, family, labels in _families(design)
-        if _can_differ(cells, agent, labels)
-    )
-
-
-def _can_differ(cells: Cells, agent: str, names: Sequence[str]) -> bool:
-    """Whether the first condition and another have trials, in which the agent does not play alike."""
-    found = [cells[agent, name] for name in names if (agent, name) in cells]
-    if len(found) < 2 or (agent, names[0]) not in cells:
-        return False
-    return not plays_alike([trial for cell in found for trial in cell.trials])
-
-
-def against_first(cells: Cells, design: Design) -> Iterator[Effect]:
-    """Every level of a factor against the first one; all groups of conditions that differ in it are one family."""
-    cells = acting(cells, design)
-    for factor in design.factors:
-        asked = [one for one in product(design.agents, factor.groups) if _can_differ(cells, *one)]
-        sizes = Counter(is_baseline(design.spec_of(agent)) for agent in {agent for agent, _ in asked})
-        for agent, group in asked:
-            use = factor.name, *cells[agent, group[0]].trials[0].specs
-            many = sizes[is_baseline(design.spec_of(agent))] * len(factor.groups)
-            family = LEVELS + factor.name
-            yield from _against_first(cells, agent, group, *use, agents=many, family=family, axis=factor.name)
-
-
-def _against_first(
-    cells: Cells, agent: str, labels: Sequence[str], *use: str, agents: int, family: str, axis: str = ""
-) -> Iterator[Effect]:
-    """Conditions of one agent against the first; ``use`` names the stream of the permutations, which people need."""
-    names = [label for label in labels if (agent, label) in cells]
-    first = cells[agent, names[0]].trials[0]
-    rng = generator(first.seed, "analysis", first.spec, first.modality, *use)
-    tested = each_difference([cells[agent, name].outcomes for name in names], rng, agents=agents)
-    for place, one in tested:
-        yield Effect(agent, first.modality, names[0], names[place], one, len(tested) * agents, family, axis)
+def _heeding(cells: Cells, design: Design, family: Family) -> list[tuple[str, tuple[str, ...]]]:
+    """Agent and group, where the first condition and another have trials, in which the agent does not play alike."""
+    found = []
+    for agent, group in product(design.agents, family.groups):
+        own = [cells[agent, name].trials for name in group if (agent, name) in cells]
+        several = (agent, group[0]) in cells and len(own) > 1
+        if several and not plays_alike([trial for trials in own for trial in trials]):
+            found.append((agent, group))
+    return found
 
 
 def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, Difference, int]]:
@@ -219,8 +186,14 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, D
     Two interventions are left out where their doses have an interaction. None is computed where all must hold at every
     look.
     """
-    acted = acting(cells, design, wholly=True)
-    sizes = _judged_together(acting(cells, design), design)
+    acted, cells = acting(cells, design, wholly=True), acting(cells, design)
+    heeding = {
+        (of.groups[0][0], is_baseline(design.spec_of(agent)), agent)
+        for of in design.families
+        for agent, _ in _heeding(cells, design, of)
+        if of.name == CONDITIONS
+    }
+    sizes = Counter((control, baseline) for control, baseline, _ in heeding)
 
     def found_in(agent: str, crossed: Crossed, choices: int = 1) -> Difference | None:
         own = {name: acted[agent, name].outcomes for name in crossed.weights if (agent, name) in acted}
@@ -235,7 +208,7 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, D
         every = [one for one in of.crossed if found_in(agent, one)]
         dosed = {name for one in every if one.axes for name in one.conditions.values()}
         every = [one for one in every if one.axes or one.conditions[1, 1] not in dosed]
-        choices = max(1, sizes[CONDITIONS, of.control, is_baseline(design.spec_of(agent))]) * max(1, len(every))
+        choices = max(1, sizes[of.control, is_baseline(design.spec_of(agent))]) * max(1, len(every))
         for one in every:
             if found := found_in(agent, one, choices):
                 yield agent, one, found, choices

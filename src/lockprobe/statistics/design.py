@@ -39,6 +39,10 @@ AGENT = "agent"
 READING_FACTORS = ("flip others", "flip inverts")
 """Factors that are readings of a false report."""
 
+CONDITIONS, CONTROLS, LEVELS = "conditions against the control", "modalities against the first", "levels of "
+"""Families of comparisons beside those of axes: conditions, the controls of all modalities; and how the names of those
+of factors begin."""
+
 _FEWEST = 3
 """Fewest doses, 0 included, that make a series."""
 
@@ -235,22 +239,24 @@ def _trend(doses: Sequence[float]) -> tuple[list[int], Fraction]:
     return [one // common for one in whole], factor
 
 
-class Factor(NamedTuple):
-    """An option that is no number, and the conditions that differ in it alone.
+class Family(NamedTuple):
+    """Conditions that are compared, and judged together.
 
-    The name is that of the intervention and the option, ``flip others``. First of each group comes the condition that
-    does not say it, or else the first of the study, then those that are compared with it.
+    First of each group comes the condition that all others of it are compared with. The ``axis`` is the option in which
+    they differ, ``flip others``; empty for all others.
     """
 
     name: str
     groups: tuple[tuple[str, ...], ...]
+    axis: str = ""
 
 
 def factors_of(
     arms: Sequence[SeriesArm], controls: Collection[str], dosed: Collection[Collection[str]] = ()
-) -> Iterator[Factor]:
-    """Every factor of a study, in the order of its conditions.
+) -> Iterator[Family]:
+    """Every option that is no number, in which conditions differ alone, in the order of the conditions.
 
+    First of each group comes the condition that does not say it, or else the first of the study.
     With ``controls`` others are compared already, and so are those that are ``dosed``, together on one axis.
     """
     levels: dict[tuple[str, str], dict[tuple[object, ...], dict[str, str]]] = {}
@@ -268,7 +274,7 @@ def factors_of(
         first_without = [tuple(own[level] for level in sorted(own, key=bool)) for own in kept]
         new = [one for one in first_without if one[0] not in controls and not any({*one} <= {*of} for of in dosed)]
         if new:
-            yield Factor(name, tuple(new))
+            yield Family(LEVELS + name, tuple(new), name)
 
 
 def _is_number(text: str) -> bool:
@@ -381,11 +387,15 @@ class Design:
         return tuple(axis for of in self.comparisons.values() for axis in of.axes)
 
     @cached_property
-    def factors(self) -> tuple[Factor, ...]:
-        """Options that are no numbers, in which conditions differ alone.
+    def families(self) -> tuple[Family, ...]:
+        """What is compared with what, beside the doses of axes.
 
-        Those on the axis of a dose are none, nor what the arms of a study of controls say first and last.
+        Levels on the axis of a dose are none, nor what the arms of a study of controls say first and last.
         """
+        found = []
+        for of in self.comparisons.values():
+            found.append(Family(CONDITIONS, ((of.control, *of.others),)))
+            found.append(Family(CONTROLS, ((of.control, *of.controls),)))
         dosed: list[Collection[str]] = [one.doses for one in self.series if not one.agent]
         dosed += [arms[1].values() for shown in self._shown.values() if (arms := arms_of(shown))]
-        return tuple(factors_of(self.arms, self.controls, dosed))
+        return (*found, *factors_of(self.arms, self.controls, dosed))

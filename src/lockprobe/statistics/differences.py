@@ -2,8 +2,9 @@
 
 An estimate, its interval and its P value use the same sample. An agent's sample holds the trials that both have: trials
 of equal repetition and trial share their luck, and an unfinished study has some of them under one condition only.
-People meet no luck twice; their sample is all trials, clustered by person. What holds at every look uses the blocks
-that both have in the order of the plan; people come as they please, so their trials have no order.
+People meet no luck twice; their sample is all trials, clustered by person, with Student's t and no permutation. What
+holds at every look uses the blocks that both have in the order of the plan; people come as they please, so their trials
+have no order.
 Several boxes are clusters, which count alike (:mod:`lockprobe.statistics.pairs`). Where trials broke, everything holds
 whatever became of them. Studies of one seed share their luck too; others are independent samples.
 """
@@ -20,7 +21,14 @@ from numpy.typing import NDArray
 from lockprobe.statistics.blocks import blocks_of
 from lockprobe.statistics.broken_trials import bounded, whatever_broke
 from lockprobe.statistics.clustered import clustered_difference, share_of
-from lockprobe.statistics.every_look import AtEveryLook, Numbers, at_every_look, held_at_both_ends, share_at_every_look
+from lockprobe.statistics.every_look import (
+    E_PROCESS,
+    AtEveryLook,
+    Numbers,
+    at_every_look,
+    held_at_both_ends,
+    share_at_every_look,
+)
 from lockprobe.statistics.outcomes import Outcomes, joined
 from lockprobe.statistics.pairs import paired
 from lockprobe.statistics.proportions import Difference, Proportion, between, difference, proportion
@@ -35,6 +43,12 @@ _AT_ONCE = 1 << 27
 
 FEW_BROKE = 0.05
 """The share of the trials of a condition that may have broken by the step of an early comparison."""
+
+PERMUTED = "permutation within blocks, and interval"
+"""The test of success where outcomes are exchanged between doses; its interval has to exclude 0 too."""
+
+CLUSTERED = "t, clustered by person and block"
+"""The test beside people."""
 
 _TIE = 1e-9
 
@@ -53,7 +67,8 @@ class DifferenceAt(Difference):
             them.
         only: Pairs solved at the lowest dose alone, and at this one alone; None for people.
         exchange: Permutation P value, corrected for all doses (Westfall & Young's single-step maximum of differences in
-            standard errors) and for the agents.
+            standard errors) and for the agents; McNemar's if one condition is compared with another.
+        test: What the P value is of.
         p_value: The larger of ``exchange`` and the corrected P value of the interval, so that it is below 0.05 only if
             the interval excludes 0. If trials broke, the larger of both ends, and 1 if the signs differ.
         bounds: The least and the largest that the difference in all begun trials can be; None if no trial broke.
@@ -66,6 +81,7 @@ class DifferenceAt(Difference):
     only: tuple[int, int] | None
     exchange: float
     p_value: float
+    test: str
     bounds: tuple[float, float] | None = None
     course: AtEveryLook | None = None
 
@@ -95,18 +111,15 @@ def any_difference(
     return whatever_broke(lambda of: _by_dose(of[0], rng, permutations, agents), [begun], [later], _held)
 
 
-def each_difference(
-    groups: Sequence[Outcomes], rng: np.random.Generator, *, agents: int = 1
-) -> tuple[tuple[int, DifferenceAt], ...]:
+def each_difference(groups: Sequence[Outcomes], *, agents: int = 1) -> tuple[tuple[int, DifferenceAt], ...]:
     """Each group of trials against the first one, in the pairs of trials that the two share.
 
     A comparison looks at its own two groups alone, so that a further group changes its P value only by the number that
     it is corrected for (Bonferroni, with the agents). The P value is the larger of two: McNemar's exact one and that of
-    the interval. With people it is that of a permutation clustered by person in place of McNemar's.
+    the interval; with people the second alone.
 
     Args:
         groups: The trials of one agent by condition, the control first.
-        rng: The stream of the permutations, which only people need.
         agents: Number of agents that are judged together.
 
     Returns:
@@ -114,7 +127,7 @@ def each_difference(
     """
     begun = [one if len(one.ended) else one.ended for one in groups]
     gains = [i > 0 for i in range(len(groups))]
-    found = whatever_broke(lambda of: _against_first(of, rng, agents), begun, gains, _held)
+    found = whatever_broke(lambda of: _against_first(of, agents), begun, gains, _held)
     return tuple((int(one.dose), one) for one in found)
 
 
@@ -149,7 +162,7 @@ def independent_difference(first: Outcomes, second: Outcomes, *, same_luck: bool
         p_value = found.p_value or 0.0
         one = DifferenceAt(
             dose=1.0, first=before, second=after, value=found.value, low=found.low, high=found.high, only=None,
-            exchange=p_value, p_value=p_value,
+            exchange=p_value, p_value=p_value, test="Fisher",
         )  # fmt: skip
         return (one,)
 
@@ -178,17 +191,16 @@ def _held(found: Found, low: Found, high: Found) -> Found:
     return tuple(held)
 
 
-def _against_first(groups: Sequence[Outcomes], rng: np.random.Generator, agents: int) -> Found:
-    pairs = {i: [groups[0], one] for i, one in enumerate(groups) if i and len(one) and len(groups[0])}
-    if any(one.crossed for both in pairs.values() for one in both):
-        many = agents * len(pairs)
-        permutations = max(PERMUTATIONS, _PER_AGENT * many)
-        tested = {i: _by_dose(joined(both), rng, permutations, many) for i, both in pairs.items()}
-        return tuple(replace(one, dose=float(i)) for i, found in tested.items() for one in found)
-    if groups[0].order is not None:
+def _against_first(groups: Sequence[Outcomes], agents: int) -> Found:
+    people = any(one.crossed for one in groups)
+    if groups[0].order is not None and not people:
         return _at_every_look(groups, agents)
-    shared = {i: both for i, both in pairs.items() if len(blocks_of(both).whole([0, 1])[0])}
-    return tuple(_difference(one, two, float(i), choices=agents * len(shared)) for i, (one, two) in shared.items())
+    shared = {
+        i: one
+        for i, one in enumerate(groups[1:], 1)
+        if len(one) and len(groups[0]) and (people or len(blocks_of([groups[0], one]).whole([0, 1])[0]))
+    }
+    return tuple(_difference(groups[0], one, float(i), choices=agents * len(shared)) for i, one in shared.items())
 
 
 def _at_every_look(groups: Sequence[Outcomes], agents: int) -> Found:
@@ -209,7 +221,7 @@ def _at_every_look(groups: Sequence[Outcomes], agents: int) -> Found:
             DifferenceAt(
                 dose=float(i), first=before, second=after, value=pairs.value, low=course.low, high=course.high,
                 only=(pairs.only_first, pairs.only_second), exchange=course.p_value, p_value=course.p_value,
-                course=course,
+                test=E_PROCESS, course=course,
             )
         )  # fmt: skip
     return tuple(found)
@@ -220,43 +232,29 @@ def _difference(
 ) -> DifferenceAt:
     """The difference of two groups in the trials that can be compared; McNemar's test without a permutation."""
     if before.crossed or after.crossed:
-        both = joined([before, after])
+        both, test, only = joined([before, after]), CLUSTERED, None
         found = clustered_difference(both.solved, both.dose, both.player, both.luck, choices=choices)
         alone = interval_p = found.p_value or 0.0
         first, second = (proportion(int(one.solved.sum()), len(one)) for one in (before, after))
-        only = None
     else:
         solved, box = blocks_of([before, after]).whole([0, 1])
         found = pairs = paired(solved[:, 0], solved[:, 1], box, choices=choices)
         alone, interval_p, only = pairs.p_value, pairs.interval_p, (pairs.only_first, pairs.only_second)
         first, second = (share_of(column, (), (), box) for column in solved.T)
+        test = "McNemar, and interval" if exchange is None else PERMUTED
     tested = min(1.0, choices * alone) if exchange is None else exchange
     return DifferenceAt(
         dose=dose, first=first, second=second, value=found.value, low=found.low, high=found.high, only=only,
-        exchange=tested, p_value=max(tested, min(1.0, choices * interval_p)),
+        exchange=tested, p_value=max(tested, min(1.0, choices * interval_p)), test=test,
     )  # fmt: skip
 
 
 def _by_dose(outcomes: Outcomes, rng: np.random.Generator, permutations: int, agents: int) -> Found:
     values, place = np.unique(outcomes.dose, return_inverse=True)
     groups = [outcomes.at(outcomes.dose == dose) for dose in values]
-    if outcomes.order is not None and not outcomes.crossed:
-        return tuple(replace(one, dose=float(values[int(one.dose)])) for one in _at_every_look(groups, agents))
-    clusters = outcomes.cluster
-    n, met = np.bincount(place).astype(np.float64), np.unique(np.column_stack([clusters, place]), axis=0)
-    if len(met) > len(np.unique(clusters)):
-        solved, away, compared, error = _permuted_within_clusters(outcomes, place, len(values), permutations, rng)
-        size = np.broadcast_to(n, solved.shape)
-    elif outcomes.crossed and len(values) > 1:
-        solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
-    else:
-        return ()
-    if outcomes.crossed:
-        away, compared = solved / size - (solved / size)[:, :1], n
-        # with one more trial that differs at either dose: a dose with few trials, whose differences are large by
-        # chance, would else hide every effect beside it
-        share = float(outcomes.solved.mean())
-        error = np.sqrt(share * (1 - share) * (1 / n + 1 / n[0]) + 1 / n**2 + 1 / n[0] ** 2)
+    if outcomes.crossed or outcomes.order is not None:
+        return tuple(replace(one, dose=float(values[int(one.dose)])) for one in _against_first(groups, agents))
+    away, compared, error = _permuted(outcomes, place, len(values), permutations, rng)
     tested = np.flatnonzero(compared[1:] > 0) + 1
     scaled = np.abs(away) / error
     largest = scaled[1:, tested].max(axis=1, initial=0.0)
@@ -268,21 +266,21 @@ def _by_dose(outcomes: Outcomes, rng: np.random.Generator, permutations: int, ag
     return tuple(found)
 
 
-def _permuted_within_clusters(
+def _permuted(
     outcomes: Outcomes, place: NDArray[np.intp], places: int, permutations: int, rng: np.random.Generator
-) -> tuple[Array, Array, Array, Array]:
-    """Outcomes permuted within clusters; the first row is as observed.
+) -> tuple[Array, Array, Array]:
+    """Outcomes permuted within blocks of luck; the first row is as observed.
 
     Returns:
-        Solved trials per dose, shape (1 + permutations, doses); share solved at each dose minus that at the first, over
-        the clusters that have both, of the same shape; number of such clusters, shape (doses,); standard error of
-        these differences, with one more cluster that differs, of the same shape.
+        Share solved at each dose minus that at the first, over the blocks that have both, shape (1 + permutations,
+        doses); number of such blocks, shape (doses,); standard error of these differences, with one more block that
+        differs, of the same shape.
     """
     clusters = outcomes.cluster
     order, alike = np.lexsort((place, clusters)), dict[tuple[int, ...], list[NDArray[np.bool_]]]()
     for rows in np.split(order, np.flatnonzero(np.diff(clusters[order])) + 1):  # those at the same doses together
         alike.setdefault(tuple(place[rows].tolist()), []).append(outcomes.solved[rows])
-    solved, away = np.zeros((2, 1 + permutations, places))
+    away = np.zeros((1 + permutations, places))
     both, variance = np.zeros((2, places))
     for labels, of in alike.items():
         members, at = np.array(of), list(labels)
@@ -294,26 +292,10 @@ def _permuted_within_clusters(
         )
         totals = [some.sum(axis=1, dtype=np.float64) + np.count_nonzero(members.all(axis=1)) for some in shuffled]
         found = np.vstack([members.sum(axis=0), *totals])
-        solved += found @ np.eye(places)[at]
         if len(at) > 1 and at[0] == 0:
             away += (found - found[:, :1]) @ np.eye(places)[at]
             both[at] += len(members)
             count = members.sum(axis=1)
             variance[at] += float(np.sum(2 * count * (len(at) - count))) / (len(at) * (len(at) - 1))
     most = np.maximum(both, 1)
-    return solved, away / most, both, np.sqrt(variance + 1) / most
-
-
-def _permuted_whole_clusters(
-    outcomes: Outcomes, place: NDArray[np.intp], permutations: int, rng: np.random.Generator
-) -> tuple[Array, Array]:
-    """Solved trials and trials per dose, after shuffling whole clusters among the doses.
-
-    Both have the shape (1 + permutations, doses); the first row is as observed.
-    """
-    clusters = outcomes.cluster
-    _, first, sizes = np.unique(clusters, return_index=True, return_counts=True)
-    labels = place[first]
-    shuffled = np.vstack([labels, rng.permuted(np.broadcast_to(labels, (permutations, len(labels))), axis=1)])
-    member = (shuffled[..., None] == np.arange(int(place.max()) + 1)).swapaxes(1, 2)
-    return member @ np.bincount(clusters, weights=outcomes.solved), member @ (1.0 * sizes)
+    return away / most, both, np.sqrt(variance + 1) / most

@@ -20,6 +20,7 @@ from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, AgentPair, compa
 from lockprobe.statistics.contrast import acting
 from lockprobe.statistics.course import Cell, courses
 from lockprobe.statistics.design import FLIPS
+from lockprobe.statistics.differences import CLUSTERED
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.every_look import E_PROCESS
 
@@ -117,7 +118,7 @@ def _test(one: AgentPair, quantity: str, dose: float | None = None) -> str:
     if one.every_look:
         return E_PROCESS
     if one.people:
-        return "t, clustered by person and block"
+        return CLUSTERED
     if quantity == CHANGE:
         return "sign flips of blocks"
     return "McNemar" if quantity == SUCCESS and dose is not None else "permutation within blocks"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
@@ -19,7 +19,6 @@ from lockprobe.report.prose import chance_said, condition_words, distinct, inter
 from lockprobe.report.rows import (
     BOUNDS,
     MEASURES,
-    PERMUTED,
     Estimate,
     Fact,
     Results,
@@ -29,8 +28,8 @@ from lockprobe.report.rows import (
     share_rows,
 )
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table, note_at
-from lockprobe.statistics.contrast import LEVELS, Effect, against_control, against_first
-from lockprobe.statistics.every_look import E_PROCESS
+from lockprobe.statistics.contrast import effects
+from lockprobe.statistics.design import LEVELS
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.measures import find_measure, measured
 from lockprobe.statistics.outcomes import points
@@ -57,25 +56,16 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
             yield cell.estimate("steps", changed, of=of, unit="steps", n=steps)
 
 
-def compared_rows(found: Iterable[Effect], numbers: OpenedStudy) -> Iterator[Estimate]:
+def _effects(numbers: OpenedStudy) -> Iterator[Row]:
     """Success under conditions minus success under another one, and both shares."""
-    for one in found:
+    for one in () if numbers.study.of_flips else effects(numbers.by_name, numbers.design):
         gap, condition = one.difference, numbers.conditions[one.condition]
         pair: dict[str, Any] = {"agent": one.agent, "modality": condition.modality, "axis": one.axis}
         pair |= {"condition": one.condition, "control": one.control, "doses": dict(condition.doses)}
-        test = E_PROCESS if gap.course else "McNemar, and interval" if gap.only else PERMUTED
-        judged = {"family": one.family, "corrected_for": one.corrected_for, "test": test}
+        judged = {"family": one.family, "corrected_for": one.corrected_for, "test": gap.test}
         yield measured_row("success_difference", gap, **pair, **judged, n=gap.first.n, unit="points")
         yield from share_rows("success_in_pairs", gap.second, **pair)
         yield from share_rows("success_in_pairs", gap.first, **pair, of=CONTROL)
-
-
-def _effects(numbers: OpenedStudy) -> Iterator[Row]:
-    """Conditions against their control, and levels of one option against the first."""
-    if not numbers.study.of_flips:
-        cells, design = numbers.by_name, numbers.design
-        yield from compared_rows(against_control(cells, design), numbers)
-        yield from compared_rows(against_first(cells, design), numbers)
 
 
 def _compared(found: Results) -> list[Estimate]:
@@ -168,8 +158,8 @@ _PAIRED = Note(
     "Trials of equal repetition and number use common random numbers under every condition (a block) and are compared "
     "in pairs.",
     Markup(
-        "<i>P</i> is the larger of McNemar's exact one (over the doses of an axis, and with people, that of a "
-        "permutation within blocks) and that of the interval. Each axis is a family of its own, so are the modalities "
+        "<i>P</i> is the larger of McNemar's exact one (over the doses of an axis, that of a permutation within blocks; "
+        "with people there is none) and that of the interval. Each axis is a family of its own, so are the modalities "
         "and all other conditions; <i>P</i> is corrected for its members and for agents (baselines apart)."
     ),
 )

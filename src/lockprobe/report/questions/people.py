@@ -192,10 +192,8 @@ _NOTE = Note(
     "All are of the boxes that were played, not of others like them.",
     Markup(
         "<p>In other tables, people are one agent, <code>participant</code>. Each trial was played by one person, and "
-        "another person may have played the same trial under another condition. Tests of conditions cluster trials by "
-        "person, as they cluster trials of other agents by block; if everybody plays under one condition, whole people "
-        "are permuted. Comparisons with an agent cluster by both, and count only if they hold with every person "
-        "counted alike.</p>"
+        "another person may have played the same trial under another condition. Tests cluster trials by person and "
+        "block. Comparisons with an agent count only if they hold with every person counted alike.</p>"
     ),
 )
 

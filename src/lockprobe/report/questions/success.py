@@ -13,13 +13,12 @@ from lockprobe.foundation.formatting import capital, count
 from lockprobe.report.answer import headline
 from lockprobe.report.primary import CONTROL, dose_lines
 from lockprobe.report.prose import cause, false_reports, interval_kind, paper_rates
-from lockprobe.report.rows import BOUNDS, PERMUTED, Curve, DoseAxis, Estimate, Results, Row, measured_row, share_rows
+from lockprobe.report.rows import BOUNDS, Curve, DoseAxis, Estimate, Results, Row, measured_row, share_rows
 from lockprobe.report.rows import Course as Shown
 from lockprobe.report.section import Block, Figure, Note, Part, Section
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.design import AGENT, FLIPS
 from lockprobe.statistics.differences import any_difference
-from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.statistics.trend import Trend, trend
 from lockprobe.statistics.two_lines import TwoLines, two_lines
@@ -68,7 +67,7 @@ def _differences(course: Course) -> Iterator[Row]:
         yield measured_row(
             "success_difference", one, **columns, n=one.second.n, unit="points",
             family=f"success by {course.axis.name}", corrected_for=len(tested) * course.family,
-            test=E_PROCESS if one.course else PERMUTED,
+            test=one.test,
         )  # fmt: skip
         parts = {more: columns | {"of": ", ".join(filter(None, (columns.get("of", ""), more)))} for more in _PARTS}
         for more, share in (("", one.second), (CONTROL, one.first)):
