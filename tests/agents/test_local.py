@@ -6,6 +6,7 @@ import math
 
 import forked
 import pytest
+from lockprobe.studies.options.agent_names import named_agents
 
 from lockprobe import load, run_trial
 from lockprobe.agents import local
@@ -13,7 +14,6 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.local import CONSTANT, UNASKED, Engine, LocalModel
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, UserMistake
-from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal

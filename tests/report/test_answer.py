@@ -1,14 +1,12 @@
 """The answer: what the tests say and no more, for one agent and for thirty; a row for each, and names at lines' ends."""
 
-import re
-
 import pytest
 from builders import SOLUTION, make_trial, small_study
 from hypothesis import given
 from hypothesis import strategies as st
 from reported import found_in
 
-from lockprobe.report.answer import AnswerList, answer, needed_said, said_lines
+from lockprobe.report.answer import AnswerList, said_lines
 from lockprobe.report.curve import drawable
 from lockprobe.report.labels import placed
 from lockprobe.report.primary import primary_lines
@@ -53,7 +51,6 @@ ANSWERS = [
 @pytest.mark.parametrize(("courses", "said"), ANSWERS)
 def test_one_sentence_says_what_the_tests_say_and_every_agent_has_a_row(tmp_path, courses, said):
     found = study_in(tmp_path, **courses)
-    assert found.answer == answer(found)
     assert found.answer.startswith(said)
     assert len(found.answer.split()) <= 30
     lines, listing = primary_lines(found), AnswerList(found)
@@ -67,15 +64,6 @@ def test_one_sentence_says_what_the_tests_say_and_every_agent_has_a_row(tmp_path
     if changes:
         assert listing.many == (drawable(found) == [])
         assert sum(number for number, _ in listing.counts) == len(courses)
-
-
-def test_trials_needed_shrink_the_interval_to_ten_points(tmp_path):
-    found = study_in(tmp_path, 16, a={0: 5, 0.4: 8})
-    (line,) = primary_lines(found)
-    half = (line.change.high - line.change.low) / 2
-    (needed,) = map(int, re.findall(r"about (\d+) trials", needed_said([line])))
-    assert 16 * (half / 0.1) ** 2 <= needed <= 1.1 * 16 * (half / 0.1) ** 2
-    assert needed_said(primary_lines(study_in(tmp_path / "clear", a=UP))) == ""
 
 
 @given(

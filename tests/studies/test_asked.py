@@ -17,8 +17,8 @@ from lockprobe.boxes.boxfile import toml_of
 from lockprobe.boxes.families import ALIKE, box
 from lockprobe.boxes.solve import optimum
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
-from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.asked_and_done import Tremble
+from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.misread_flip import rates_of
 from lockprobe.report.verify import verify
 from lockprobe.statistics.arms import ARMS, CROSSED

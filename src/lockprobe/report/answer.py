@@ -15,74 +15,44 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.curve import MOST
 from lockprobe.report.format import entry_text
 from lockprobe.report.primary import Line, primary_lines
-from lockprobe.report.prose import at_dose, cause, who
+from lockprobe.report.prose import at_dose, who
 from lockprobe.report.rows import BOUNDS, Cell, Results
 from lockprobe.statistics.differences import FEW_BROKE
 
-ONE_LOOK = "The answer holds for one look: it stands here when all planned trials are played."
-"""What is said where the answer rests on tests that do not hold at every look."""
-
-_NARROW = 10
-"""Points up to which a change that is not excluded need not be said, and half the width of an interval that would
-decide whether one is small; chosen by eye."""
+_WIDE = 10
+"""Points up to which a change that is not excluded need not be said; chosen by eye."""
 
 _DOES = {"solves more": ("raise", "raises"), "solves fewer": ("lower", "lowers")}
 """Verdict -> what was done to the success of these agents, by several things and by one."""
 
 
-def answer(found: Results) -> str:
-    """What was found; a question of its own (why, modalities, many factors) has its sentences in its file."""
-    lines = primary_lines(found)
-    own = [line for line in lines if not line.baseline] or lines
-    if not own:
-        return "No trial has ended yet."
-    if found.design.contrasts and any(line.cause for line in own):
-        return headline(own, own[0].cause, several=False)
-    if found.several_p:
-        return headline(own, "false reports") or solved_said(found, own)
-    axes = [axis for axis in found.design.axes if not axis.of_flips]
-    if axes and any(line.under.startswith(f"at {axes[0].name} ") for line in own):
-        return headline(own, cause(axes[0].axis)) or solved_said(found, own)
-    said = conditions_said(own, other=bool(found.fact("overview", "changed_nothing")))
-    return said or solved_said(found, own)
-
-
-def headline(lines: Sequence[Line], causes: str, *, several: bool = True, named: bool = True) -> str:
+def headline(lines: Sequence[Line], cause: str = "", *, several: bool = True, named: bool = True) -> str:
     """What was found, in one sentence that serves one agent and thirty; empty if nothing was compared.
 
-    ``causes`` may change their success (false reports), which is a plural if ``several``; ``named`` is whether it says
-    whose success it is, which a heading may have said.
+    The ``cause`` may change their success (false reports), which is a plural if ``several``; without one it is the
+    condition of each line. ``named`` is whether it says whose success it is, which a heading may have said.
     """
-    of = {said: [line.label for line in lines if line.verdict == said] for said in (*_DOES, "not detected")}
-    more, fewer, hidden = of.values()
-    if not (more or fewer):
-        what = f" of {causes} on {_whose(hidden)}" if named and hidden else ""
-        return f"No effect{what} was detected{_open(lines)}." if hidden else ""
-    raise_, lower = (_DOES[verdict][not several] for verdict in _DOES)
-    changed = [f"{raise_} {_whose(more)}"] if more else []
-    changed += [f"{lower} {_whose(fewer, 'that' if more else '')}"] if fewer else []
-    rest = f"; no effect on {_whose(hidden, 'that')} was detected" if hidden else ""
-    said = f"{' and '.join(changed)}{rest}" if named else f"{raise_ if more else lower} success"
-    return f"{capital(causes)} {said}."
-
-
-def conditions_said(lines: Sequence[Line], *, other: bool = False) -> str:
-    """The same for single conditions, of which a line has the clearest; empty if nothing was compared.
-
-    ``other`` says that there are conditions besides, in which nothing was changed.
-    """
-    done: dict[tuple[str, str], list[str]] = {}
-    for line in lines:
-        if line.verdict in _DOES:
-            done.setdefault((line.conditions[-1], line.verdict), []).append(line.label)
+    done: dict[str, dict[str, list[str]]] = {}
+    for line in (line for verdict in _DOES for line in lines if line.verdict == verdict):
+        done.setdefault(cause or line.conditions[-1], {}).setdefault(line.verdict, []).append(line.label)
     hidden = [line for line in lines if line.verdict == "not detected"]
-    names, any_ = {line.conditions[-1] for line in hidden}, f"any {'other ' * other}condition"
+    labels, names = [line.label for line in hidden], {line.conditions[-1] for line in hidden}
+    if not (done or hidden):
+        return ""
     if not done:
         alone = len(names) == 1 and all(line.change.corrected_for <= 1 for line in hidden if line.change)
-        return headline(lines, names.pop() if alone else any_)
-    said = [f"{condition} {_DOES[did][1]} {_whose(agents)}" for (condition, did), agents in done.items()]
-    whose = _whose([line.label for line in hidden], "that") if hidden else ""
-    return f"{capital('; '.join(said))}{f'; no effect of {any_} on {whose} was detected' * bool(hidden)}."
+        what = cause or (names.pop() if alone else "any condition")
+        most = not_excluded(lines)
+        open_ = f"; changes of up to {most} points are not excluded" * (most > _WIDE)
+        return f"No effect{f' of {what} on {_whose(labels)}' * named} was detected{open_}."
+    said = []
+    for what, by in done.items():
+        does = [(_DOES[verdict][not (several and cause)], own) for verdict, own in by.items()]
+        whose = [f"{does_} {_whose(own, 'that' if i else '')}" for i, (does_, own) in enumerate(does)]
+        said.append(f"{what} {' and '.join(whose) if named else f'{does[0][0]} success'}")
+    if hidden and named:
+        said.append(f"no effect{' of any condition' * (not cause)} on {_whose(labels, 'that')} was detected")
+    return f"{capital('; '.join(said))}."
 
 
 def solved_said(found: Results, lines: Sequence[Line]) -> str:
@@ -109,32 +79,10 @@ def solved_said(found: Results, lines: Sequence[Line]) -> str:
     return f"Of {len(shares)} agents {listed([line.label for line in best], named=3)} solved the most: {of}.{rest}"
 
 
-def needed_said(lines: Sequence[Line]) -> str:
-    """How many trials narrow the widest interval of an undetected change to 10 points; empty if none has to."""
-    open_ = [
-        (math.ceil(row.n * ((row.high - row.low) * 100 / 2 / _NARROW) ** 2), row.n, line.label)
-        for line in lines
-        if not line.baseline and line.verdict == "not detected" and (row := line.change) and row.n
-        if row.low is not None and row.high is not None and row.low > -1 and row.high < 1
-    ]
-    if not open_ or (largest := max(open_))[0] <= largest[1]:
-        return ""
-    unit = int(10.0 ** max(len(str(largest[0])) - 2, 0))
-    return (
-        f"Estimating the change of {largest[2]} to ±{_NARROW} points takes about {-(-largest[0] // unit) * unit} "
-        f"trials under each condition; it has {largest[1]}."
-    )
-
-
 def not_excluded(lines: Iterable[Line]) -> int:
     """The largest change in points that intervals of undetected changes hold; 0 without any."""
     rows = [line.change for line in lines if line.change and line.verdict == "not detected"]
     return round(100 * max((abs(end) for row in rows for end in (row.low, row.high) if end is not None), default=0.0))
-
-
-def _open(lines: Iterable[Line]) -> str:
-    most = not_excluded(lines)
-    return f"; changes of up to {most} points are not excluded" * (most > _NARROW)
 
 
 def _whose(labels: Sequence[str], what: str = "") -> str:

@@ -93,11 +93,3 @@ def test_an_agent_that_always_breaks_is_named_and_the_others_are_judged(tmp_path
 def test_no_answer_stands_where_its_numbers_are_missing(models):
     assert answer_of(models) == models.answer
     assert answer_of(models.with_rows(models.facts)).startswith("The answer could not be computed")
-
-
-def test_an_unfinished_study_says_how_many_trials_its_agents_have(tmp_path):
-    planned = study_of(name="flips", agents=("llm:a", "llm:b"), boxes=(box("chain-4"),), repetitions=1, trials=10)
-    trials = [make_trial(SOLUTION, agent="llm:a", p=p, trial=i) for p in (0, 0.4) for i in range(1, 5)]
-    found = found_in(tmp_path, planned, trials)
-    assert found.fact("overview", "unfinished") == "Still to come: llm:a has 8 of 20 and llm:b has none of 20 trials."
-    assert "Partial: 8 of 40 trials." in screen(Page(found=found).text())

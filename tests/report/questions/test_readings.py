@@ -65,16 +65,13 @@ def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
     assert part.answer.startswith(inverted)
     assert "The paper does not say which of these false reports it has" in said
     assert f"False reports that stay lower the success of {AGENT}" in said or "No effect of false reports that" in said
-    assert f"false reports that stay, {AGENT} solved fewer trials than with flip rate 0." in part.answer
     assert found.answer.startswith(f"False reports raise the success of {AGENT}")
     assert "false reports that stay" in Page(found=found).text()
 
 
 def test_one_reading_says_what_was_not_tested(tmp_path):
     found = found_in(tmp_path, study("flips", agent=AGENT, p=[0, 0.4], trials=4, repetitions=1))
-    said = found.fact("readings", "untested")
-    assert said == (
-        f"Not tested for {AGENT}: whether false reports that stay do the same (--readings fresh,kept: 4 trials more)."
-    )
+    (part,) = SECTIONS[0].show(found)
+    assert part.blocks == ["Whether other false reports do the same is not tested (--readings fresh,kept)."]
     assert tables_of(found)["effects"] == []
     assert draw(found) is None

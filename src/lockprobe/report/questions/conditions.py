@@ -158,9 +158,9 @@ _PAIRED = Note(
     "Trials of equal repetition and number use common random numbers under every condition (a block) and are compared "
     "in pairs.",
     Markup(
-        "<i>P</i> is the larger of McNemar's exact one (over the doses of an axis, that of a permutation within blocks; "
-        "with people there is none) and that of the interval. Each axis is a family of its own, so are the modalities "
-        "and all other conditions; <i>P</i> is corrected for its members and for agents (baselines apart)."
+        "<i>P</i> is the larger of McNemar's exact one (over the doses of an axis, that of a permutation within "
+        "blocks; with people there is none) and that of the interval. Each axis is a family of its own, so are the "
+        "modalities and all other conditions; <i>P</i> is corrected for its members and for agents (baselines apart)."
     ),
 )
 

@@ -9,7 +9,7 @@ from typing import Any
 from lockprobe.agents.catalogue import description
 from lockprobe.foundation.formatting import capital, listed
 from lockprobe.foundation.spec import spec_name
-from lockprobe.report.answer import ONE_LOOK, AnswerList, answer, broken_said, known_of_broken, needed_said
+from lockprobe.report.answer import AnswerList, broken_said, headline, known_of_broken, solved_said
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
 from lockprobe.report.opened import OpenedStudy
@@ -24,7 +24,6 @@ from lockprobe.report.questions.stopping import every_look_said, small_said
 from lockprobe.report.rows import Fact, Results, Row
 from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.statistics.arms import arms_of
-from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.idle import idle_interventions, never_acted
 from lockprobe.studies.study import Study, design_of
 
@@ -37,7 +36,7 @@ _MODEL = ("served", "model", "temperature", "host")
 _JOINTS = 6
 """Joints of a box that is drawn on the first screen; the drawing of a larger one stands in its part of the page."""
 
-_NOTES = ("unfinished", "small", "every_look", "changed_nothing", "boxes")
+_NOTES = ("small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
 
 _CHANGES, _MOST = (CONTRASTS, why.TABLE, EFFECTS), 20
@@ -46,9 +45,6 @@ Of more it shows what was detected, and says so. The last stands beside no list 
 
 _FIGURES = (stopping.FIGURE, speed.FIG3)
 """Figures of questions of their own, for a study whose answer is no curve over doses: the first that applies."""
-
-
-_FALSE = " Some reports are false: the flip rate says how often."
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
@@ -60,7 +56,6 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
         "every_look": every_look_said(study, numbers.every_look, numbers.decisions, numbers.finished),
         "small": "" if until is None or _asks_why(study) else small_said(numbers.decisions, until),
         "changed_nothing": " ".join(_changed_nothing(numbers)),
-        "unfinished": _unfinished(numbers),
         "rules": numbers.broken_rules_said,
     }
     for kind, text in said.items():
@@ -79,20 +74,18 @@ def _question(study: Study) -> str:
     design, box = design_of(study), study.boxes_in_words
     if _asks_why(study):
         return f"Why do false reports change how agents open {box}?"
-    if study.contrasts:
-        name, first = next(iter(study.contrasts.items()))
-        if first.measure == "misreading":
-            misread = [name for name, one in study.contrasts.items() if one.measure == "misreading"]
-            return f"Do{'es' * (len(misread) == 1)} {listed(misread, named=3)} change what agents misread of {box}?"
-        return f"Does {name} change how agents open {box}?"
-    if study.of_flips and len(study.modalities) > 1 and not any(study.p):
-        return f"Does what agents see change how they open {box}?"
+    misread = [name for name, one in study.contrasts.items() if one.measure == "misreading"]
+    if misread and next(iter(study.contrasts)) == misread[0]:
+        return f"Do{'es' * (len(misread) == 1)} {listed(misread, named=3)} change what agents misread of {box}?"
     compared = [design.comparisons[modality] for modality in design.modalities]
     flips = ["false reports"] if any(one.p for one in study.flip_axis) else []
     causes = flips or list(dict.fromkeys(cause(one.axis) for of in compared for one in of.axes))
     rest = [label for of in compared for label in (*of.others, *of.controls)]
-    if len(rest) == 1 and not causes:
-        return f"Does {rest[0]} change how agents open {box}?"
+    alone = [*study.contrasts][:1] or rest * (len(rest) == 1 and not causes)
+    if study.of_flips and len(study.modalities) > 1 and not flips and not study.contrasts:
+        alone = ["what agents see"]
+    if alone:
+        return f"Does {alone[0]} change how agents open {box}?"
     if rest and not flips:
         causes.append(f"{len(rest)}{' other' * bool(causes)} condition{'s' * (len(rest) > 1)}")
     return f"Do {listed(causes)} change how agents open {box}?" if causes else f"How well do agents open {box}?"
@@ -102,7 +95,8 @@ def _trial(study: Study) -> str:
     """What happens in a trial, and what is varied."""
     told, steps = "After each step it is told what happened.", study.max_steps
     if any(one.p for one in study.flip_axis):
-        told += " Some reports are false, and some corrected." if _asks_why(study) else _FALSE
+        said = "and some corrected." if _asks_why(study) else "as often as the flip rate says."
+        told += f" Some reports are false, {said}"
     elif study.of_flips and len(study.modalities) > 1:
         told = "After each step it is shown, or told, how the joints stand."
     elif not study.of_flips:
@@ -133,17 +127,6 @@ def _changed_nothing(numbers: OpenedStudy) -> Iterator[str]:
         yield f"{said}{who} (0 of {sum(agents.values())} steps), so nothing is concluded from it."
 
 
-def _unfinished(numbers: OpenedStudy) -> str:
-    """How many of their planned trials the agents of an unfinished study have finished; empty if all have."""
-    study, found = numbers.study, []
-    for spec in [one for one in study.run_agents if not is_baseline(one)] or study.run_agents:
-        label = study.label_of(spec)
-        done = study.places_filled([trial for trial in numbers.trials if trial.group == label])
-        if numbers.every_look == "unfinished" and done < (planned := study.size_of(spec)):
-            found.append(f"{label} has {done or 'none'} of {planned}")
-    return f"Still to come: {listed(found, named=3)} trials." if found else ""
-
-
 def _who(numbers: OpenedStudy) -> Iterator[tuple[str, str]]:
     """What each agent that played is, in a few words: what its facts say of a model, else its description."""
     facts: dict[str, Mapping[str, object]] = {}
@@ -163,20 +146,28 @@ def answer_of(found: Results) -> str:
     solved, broke = found.where("success", of=""), found.where("broken", of="")
     if found.progress.finished and not (solved or broke):
         return "The answer could not be computed; the sections below that are left out say why."
-    misread = found.where("misreading_difference")
+    lines, nothing = primary_lines(found), found.fact("overview", "changed_nothing")
+    own = [line for line in lines if not line.baseline] or lines
+    declared, misread = any(line.cause for line in lines), found.where("misreading_difference")
     shown = [row for row in found.where("modality_effect") if row.agent in found.subjects]
     alone = bool(shown) and not found.several_p and not found.beside_flips
+    axes = [axis for axis in found.design.axes if not axis.of_flips]
     if found.where("false_report_effect", of="total"):
         said = why.answer(found)
     elif found.progress.every_look and (misread or alone):
-        said = ONE_LOOK
-    elif misread and not any(line.cause for line in primary_lines(found)):
+        said = "The answer holds for one look: it stands here when all planned trials are played."
+    elif misread and not declared:
         said = misreading_said(misread)
+    elif alone:
+        said = effect_said(found, shown[0])
+    elif nothing and not any(line.change or line.alike for line in lines):
+        said = nothing
+    elif declared:
+        said = headline(own, own[0].cause, several=False)
     else:
-        said = effect_said(found, shown[0]) if alone else answer(found)
-        nothing = found.fact("overview", "changed_nothing")
-        if nothing and not any(line.change or line.alike for line in primary_lines(found)):
-            said = nothing
+        dosed = axes and any(line.under.startswith(f"at {axes[0].name} ") for line in own)
+        what = "false reports" if found.several_p else cause(axes[0].axis) if dosed else ""
+        said = headline(own, what) or solved_said(found, own)
     everything = broken_said(found)
     sentences = everything, said * (bool(solved) or not everything), found.fact("overview", "rules")
     return " ".join(filter(None, sentences))
@@ -217,8 +208,6 @@ def _show(found: Results) -> Iterator[Part]:
     values = {
         "said": said,
         "notes": [said[kind] for kind in _NOTES if kind in said and said[kind] not in found.answer],
-        "rest": list(filter(None, [found.fact("readings", "untested")])),
-        "needed": "" if found.progress.every_look or len(found.boxes) > 1 else needed_said(listing.lines),
         "listing": listing,
         "broke": known_of_broken(found),
         "compared": max((row.corrected_for for row in tested), default=1),

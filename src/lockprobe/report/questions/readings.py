@@ -8,23 +8,23 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import capital, listed
+from lockprobe.foundation.formatting import capital
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.report.answer import headline
-from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import dose_lines
-from lockprobe.report.prose import cause, condition_words, false_reports, interval_kind, inverted, who
+from lockprobe.report.prose import cause, false_reports, interval_kind, inverted
 from lockprobe.report.questions.success import panel
-from lockprobe.report.rows import Course, Estimate, Fact, Results, Row, detected_said
+from lockprobe.report.rows import Course, Fact, Results, Row, detected_said
 from lockprobe.report.section import Block, Figure, Note, Part, Section
-from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.design import READING_FACTORS
 
 _NAME = "readings"
 
 _BOTH_FIT = "The paper does not say which of these false reports it has; its numbers fit agents under each."
 """Of several readings (``docs/readings.md``)."""
+
+_ONE = "Whether other false reports do the same is not tested (--readings fresh,kept)."
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
@@ -34,44 +34,6 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
         return
     said = f"The flip rate is the probability that {inverted(study.flip, positions=positions)}."
     yield Fact(about=_NAME, name="what", text=said)
-    if said := untested(numbers):
-        yield Fact(about=_NAME, name="untested", text=said)
-
-
-def untested(numbers: OpenedStudy) -> str:
-    """That agents were played with only false reports that are soon corrected, and what the others would take."""
-    study, rates, how = numbers.study, sum(rate > 0 for rate in numbers.study.p), "--readings fresh,kept"
-    if any(arms_of(numbers.design.shown(modality)) for modality in numbers.design.modalities):
-        rates, how = len(study.conditions), "--flip integrated"  # a study of controls has one: the other is a study
-    heeding = {course.agent for course in numbers.courses if not course.blind} & {*numbers.subjects}
-    alone = [
-        agent
-        for agent in study.run_agents
-        if study.label_of(agent) in heeding
-        and not any(one.doses.get("flip.keep", 0.0) > 0 for one in study.conditions_of(agent))
-    ]
-    if study.flip.keep or not rates or not alone:
-        return ""
-    more = sum(rates * study.repetitions * study.trials_of(agent) for agent in alone)
-    names = listed([who(study.label_of(agent)) for agent in alone], named=3)
-    return f"Not tested for {names}: whether false reports that stay do the same ({how}: {more} trials more)."
-
-
-def _compared(found: Results) -> list[Estimate]:
-    """Success under one reading minus success under another at the same flip rate."""
-    return [row for row in found.where("success_difference", of="") if row.axis in READING_FACTORS and not row.versus]
-
-
-def _answer(found: Results) -> str:
-    """What it is, and the largest difference between readings that was detected."""
-    what = capital(found.fact(_NAME, "what").removeprefix("The flip rate is the probability that "))
-    detected = [row for row in _compared(found) if row.detected and row.agent in found.subjects]
-    if not detected:
-        return what
-    largest, words = max(detected, key=lambda row: abs(row.value or 0.0)), condition_words(found)
-    more = "more" if (largest.value or 0.0) > 0 else "fewer"
-    said = f"With {words[largest.condition]}, {who(largest.agent)} solved {more} trials than with"
-    return f"{what} {said} {words[largest.control]} ({entry_text(largest)} points)."
 
 
 def draw(found: Results) -> Any:
@@ -109,15 +71,16 @@ _NOTE = Note(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    if not found.fact(_NAME, "what"):
+    if not (what := found.fact(_NAME, "what")):
         return
-    compared, several = _compared(found), len(found.readings) > 1
+    answer = capital(what.removeprefix("The flip rate is the probability that "))
+    rows = found.where("success_difference", of="", versus="")
+    compared, several = [row for row in rows if row.axis in READING_FACTORS], len(found.readings) > 1
     others = [one for one, options in found.readings if options] * several
     effects = [headline(dose_lines(found, one), cause(one.axis)) for one in others]
-    said = [_BOTH_FIT * bool(compared), *effects, found.fact(_NAME, "untested")]
-    blocks: list[Block] = [*filter(None, said), *[_FIGURE] * several]
-    blocks += [detected_said(compared, "differences between readings")] if compared else []
-    yield Part("What is a false report here?", _answer(found), [*blocks, *[_NOTE] * bool(compared)], _NAME)
+    said: list[Block] = [*filter(None, [_BOTH_FIT if compared else _ONE * (not several), *effects])]
+    said += [_FIGURE] * several + [detected_said(compared, "differences between readings"), _NOTE] * bool(compared)
+    yield Part("What is a false report here?", answer, said, _NAME)
 
 
 SECTIONS = (Section(_NAME, "What a false report is", _rows, _show, figures=(_FIGURE,)),)

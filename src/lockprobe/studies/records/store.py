@@ -18,8 +18,7 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import LARGEST_INPUT, check_regular, is_there
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.trial.record import Trial
-from lockprobe.trial.trial_json import trial_to_json
-from lockprobe.trial.trial_json import TrialReader
+from lockprobe.trial.trial_json import TrialReader, trial_to_json
 
 STORE = "study.db"
 """The name of the file in the directory of a study."""
