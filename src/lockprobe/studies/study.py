@@ -205,6 +205,7 @@ class Study:
             raise BadValue("name", self.name, f"a name of at most {_LONGEST_NAME} characters without slashes")
         _check_sizes(self)
         _check_conditions(self, labels)
+        _check_plants(self)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -500,7 +501,7 @@ def _check_sizes(study: Study) -> None:
 
 
 def _check_conditions(study: Study, labels: Sequence[str]) -> None:
-    """Refuse what a plant cannot show, people cannot play and no curve can be fitted to, and unknown labels."""
+    """Refuse what people cannot play and no curve can be fitted to, and unknown labels."""
     named = {"strategy_conditions": study.strategy_conditions}
     named |= {f"contrasts, {name}": (*one.of, *one.minus) for name, one in study.contrasts.items()}
     for what, known in named.items():
@@ -515,6 +516,10 @@ def _check_conditions(study: Study, labels: Sequence[str]) -> None:
             raise BadValue(f"a dose of {one.label}", unfit, DOSES_SAID)
     if PEOPLE in study.agents:
         check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
+
+
+def _check_plants(study: Study) -> None:
+    """Refuse what a plant cannot show, and a layout or labels that it cannot have."""
     for spec, conditions in grouped(study.conditions, study.plant_of).items():
         plant = resolve_plant(spec)
         check_shown(conditions, plant)

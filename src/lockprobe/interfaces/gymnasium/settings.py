@@ -106,7 +106,7 @@ class EnvironmentSettings:
         if not (isinstance(condition, Condition) or (isinstance(condition, str) and says_modality(condition))):
             asked = {"modality": "symbolic"} | asked
         self.truth = info == "truth"
-        self.study = trial_study({"shuffle": "never"} | asked, agent="gymnasium", name="lockbox")
+        self.study = trial_study("gymnasium", name="lockbox", **({"shuffle": "never"} | asked))
         self.box, joints = space_of(self.study.box), len(self.study.box.joints)
         (plant,) = self.study.plants  # with what the condition changes of it
         source = resolve_plant(plant)

@@ -124,9 +124,7 @@ class HeldEpisode:
         with PLANT:
             plant = plant_of(plan, self._names.labels)
         self._open.callback(plant.close)
-        self._loop = play(
-            plan, plant=plant, interventions=(*settings.chain, self), agent=self, on_step=self._note, names=self._names
-        )
+        self._loop = play(plan, plant=plant, interventions=(*settings.chain, self), agent=self, on_step=self._note)
         self._open.callback(self._loop.close)
         self._send(None)
         for action in actions:

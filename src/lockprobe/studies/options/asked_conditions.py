@@ -163,7 +163,7 @@ def _with_controls(
         found += [control(modality), *(replace(one, modality=modality) for one in acting if one is not truth)]
     found += [control(modality_doses(one.modality)[0]) for one in own]
     found += [one for one in own if one.name or not one.does_nothing or modality_doses(one.modality)[1]]
-    found, called = [*distinct(found)], dict[tuple[object, ...], str]()
+    found, called = [*dict.fromkeys(found)], dict[tuple[object, ...], str]()
     for one in found:  # under two names it would be compared as if it were two
         what = (() if one.does_nothing else one.specs, one.modality)
         if (first := called.setdefault(what, one.label)) != one.label:

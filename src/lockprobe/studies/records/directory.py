@@ -124,10 +124,10 @@ def claim(directory: Path, study: Study) -> None:
         SettingsChanged: If any other setting differs.
         BadFile: If there are records without settings, or settings that cannot be read or written.
     """
-    there, played = (directory / SETTINGS).exists(), holds_records(directory)
-    if played and not there:
+    has_settings, played = (directory / SETTINGS).exists(), holds_records(directory)
+    if played and not has_settings:
         raise BadFile(directory, f"holds {STORE} but no {SETTINGS}: put it back, or give another --out")
-    if not (played or (there and has_joined(directory))):  # who has joined plays this study
+    if not (played or (has_settings and has_joined(directory))):  # who has joined plays this study
         write_settings(directory, study)
         return
     there = read_study(directory)
