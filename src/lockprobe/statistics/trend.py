@@ -81,7 +81,7 @@ def trend(points: Sequence[Point], quantity: Quantity, draws: Array) -> Trend | 
     )
 
 
-FEWEST = 5
+FEWEST = 4
 """Points of which a correlation is given: of three, r is near -1 or 1 by chance, and its P value only rounding."""
 
 
