@@ -20,7 +20,6 @@ from lockprobe.trial.record import Moment, Percept, Task
 TASK = Task(joints=("A", "B", "C"), target="C", budget=20)
 TRUTH = Percept(joint="B", outcome="moved", positions=(False, True, False))
 LIKE = [OutcomeFlip(inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 0.5, 1)]
-NOISY = OutcomeFlip(inverts="position", others="noisy")
 PARTS = [OutcomeFlip(part="outcome"), *(OutcomeFlip(part="position", inverts=one) for one in ("position", "outcome"))]
 
 
@@ -35,7 +34,7 @@ def told_errors(trial):
     return [[a != b for a, b in zip(one, other, strict=True)] for one, other in zip(truth, told, strict=False)]
 
 
-@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("like", [*LIKE, *PARTS], ids=lambda one: one.reading)
 def test_each_reading_is_its_law_of_false_positions(like, seed):
     """Position: false if this report is flipped. Outcome: false if it was before, or this report is flipped, not both.
@@ -54,15 +53,6 @@ def test_each_reading_is_its_law_of_false_positions(like, seed):
             else:
                 assert not after[joint] or before[joint]
         before = after
-
-
-def test_noise_on_all_joints_inverts_each_position_with_probability_p_and_independently():
-    rng, flip = np.random.default_rng(5), NOISY.at_rate(0.3)
-    percepts = [flip.perceive(TRUTH, (), TASK, rng) for _ in range(20_000)]
-    false = np.array([one.positions for one in percepts]) ^ np.array(TRUTH.positions)
-    assert false.mean(axis=0) == pytest.approx([0.3] * 3, abs=0.014)
-    assert np.corrcoef(false.T.astype(float)) == pytest.approx(np.eye(3), abs=0.03)
-    assert ([one.outcome == "blocked" for one in percepts] == false[:, 1]).all()
 
 
 @pytest.mark.parametrize(
@@ -117,7 +107,7 @@ def test_options_leave_out_some_of_the_same_steps():
     assert lies("flip?p=0.5&at=4;8;11", seed=3)[0] == every & {4, 8, 11}
 
 
-@pytest.mark.parametrize("seed", range(1, 9))
+@pytest.mark.parametrize("seed", range(1, 5))
 def test_while_looping_every_report_is_true_until_the_first_loop_is_complete(seed):
     every, trial = lies("flip?p=1&while=looping", agent="random", seed=seed)
     first = onset(trial.actions) or None
@@ -146,7 +136,7 @@ def false(condition, trial):
     return [step.told_falsely for step in blind(condition, trial).steps]
 
 
-@pytest.mark.parametrize("trial", range(1, 9))
+@pytest.mark.parametrize("trial", [1, 2])
 def test_misreadings_are_as_frequent_as_each_direction_and_joint_has_it_and_at_one_rate_the_flip(trial):
     truth = blind("truth", trial)
     moved = [step.moved for step in truth.steps]
@@ -166,7 +156,7 @@ def yoked(condition, trial):
     return [step.told_falsely for step in run_trial(condition=condition, trial=trial, **settings).steps]
 
 
-@pytest.mark.parametrize("trial", range(1, 7))
+@pytest.mark.parametrize("trial", [1, 2])
 def test_yoked_lies_where_the_flip_of_the_next_trial_does_or_shuffled_exactly_as_often(trial):
     assert yoked("yoked?p=0.4", trial) == yoked("flip?p=0.4", trial + 1) != yoked("flip?p=0.4", trial)
     found = {}

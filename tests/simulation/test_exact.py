@@ -96,12 +96,11 @@ def test_the_course_is_the_sum_over_every_choice_and_all_luck(flip, tell):
         assert course.solved == pytest.approx(solved, abs=1e-12)
 
 
-@pytest.mark.parametrize("name", ["chain-4", "chain-5", "bichain-4", "fork", "converge", "reset", "gray-code"])
-@pytest.mark.parametrize("p", [0.0, 0.4])
-def test_blind_agents_have_the_curves_of_the_box(name, p):
+@pytest.mark.parametrize("name", ["chain-4", "fork", "reset", "gray-code"])
+def test_blind_agents_have_the_curves_of_the_box(name):
     """0.392655 for the uniform agent on chain-4, whatever it is told."""
     for agent, repeats in (("random", True), ("random-no-repeat", False)):
-        course = propagate(agent, name, p=p, flip="sticky")
+        course = propagate(agent, name, p=0.4, flip="sticky")
         assert course.solved == pytest.approx(random_curve(box(name), repeats=repeats), abs=1e-12)
     assert propagate("random").success == pytest.approx(0.392655, abs=5e-7)
 

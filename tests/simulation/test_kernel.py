@@ -8,19 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import chi2
 
 import lockprobe.interfaces.gymnasium  # noqa: F401  registers the environment
 from lockprobe import run_trial
 from lockprobe.agents.policy import Policy
 from lockprobe.boxes.box import Shuffle
-from lockprobe.boxes.families import box
-from lockprobe.boxes.solve import random_curve
-from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation import population as populations
 from lockprobe.simulation.exact import propagate
-from lockprobe.simulation.kernel import policy_of, world_of
 from lockprobe.simulation.population import population
 
 
@@ -39,12 +35,6 @@ class Diary(Policy[tuple]):
         for told in memory[-2:]:
             weights[(told.joint + told.moved + (told.shifted or 0)) % view.joints] += 4
         return tuple(weight / sum(weights) for weight in weights)
-
-
-def as_recorded(trial):
-    """Joints by place in panel order, whether they moved, what was told of it."""
-    joints = [trial.joints.index(step.joint) for step in trial.steps]
-    return joints, [step.moved for step in trial.steps], [step.told_moved for step in trial.steps], trial.solved
 
 
 AGENTS = (
@@ -76,7 +66,7 @@ def modality_of(tell):
     return "symbolic" if tell == "both" else f"symbolic?tell={tell}"
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     agent=st.sampled_from(AGENTS),
     name=st.sampled_from(["chain-3", "chain-4", "reset", "common-effect-4", "random-6-2", "chain-8"]),
@@ -94,8 +84,9 @@ def test_loop_kernel_and_gymnasium_play_one_trial(agent, name, told, p, seed, re
     given_ = {"seed": seed, "repetition": repetition, "shuffle": shuffle, "max_steps": max_steps}
     flip = like.at_rate(p)
     recorded = run_trial(agent=agent, box=name, condition=[flip], trial=trial, modality=modality_of(tell), **given_)
-    joints, moved, said, solved = as_recorded(recorded)
-    n, rest = len(joints), max_steps - len(joints)
+    joints = [recorded.joints.index(step.joint) for step in recorded.steps]
+    moved, said = ([getattr(step, what) for step in recorded.steps] for what in ("moved", "told_moved"))
+    n, rest, solved = len(joints), max_steps - len(joints), recorded.solved
 
     found = population(agent, name, p=p, flip=like, modality=modality_of(tell), trials=trial, **given_)
     assert (int(found.steps[-1]), bool(found.solved[-1])) == (n, solved)
@@ -130,27 +121,10 @@ def test_loop_kernel_and_gymnasium_play_one_trial(agent, name, told, p, seed, re
             assert (seen[2] == 2) == said[step]
 
 
-def misfit(found, shares):
-    """How improbable the steps at which trials were solved are if these are the true shares by step."""
-    trials = len(found)
-    expected = trials * np.append(np.diff(shares), 1 - shares[-1])
-    ends = np.where(found.solved, found.steps, len(shares))
-    counted = np.bincount(ends, minlength=len(shares) + 1)[1:]
-    assert not counted[expected < 1e-6].any()
-    rare = expected < 5
-    expected = np.append(expected[~rare], expected[rare].sum())
-    counted = np.append(counted[~rare], counted[rare].sum())[expected > 0]
-    expected = expected[expected > 0]
-    statistic = 2 * (counted[counted > 0] * np.log(counted[counted > 0] / expected[counted > 0])).sum()
-    return chi2.sf(max(statistic, 0), max(len(expected) - 1, 1))
-
-
-AS_4_5_SIGMA = 6.8e-6
 FOLLOWED = [
-    *((agent, "chain-4", like, "state") for agent in ("human-inspired", "cognitive:perseverant") for like in READINGS),
+    *(("human-inspired", "chain-4", like, "state") for like in READINGS),
     *(("human-inspired", "chain-4", like, "both") for like in PARTS),
-    *(("human-inspired", "chain-4", like, "outcome") for like in (READINGS[3], READINGS[5])),
-    ("random", "random-5-17", READINGS[2], "state"),
+    ("cognitive:perseverant", "chain-4", READINGS[4], "state"),
     ("random-no-repeat", "reset", READINGS[0], "both"),
     ("human-inspired:proximity", "chain-4", READINGS[2], "state"),
     ("human-inspired?lapse=0.2", "reset", READINGS[3], "outcome"),
@@ -158,23 +132,15 @@ FOLLOWED = [
 ]
 
 
-@pytest.mark.parametrize("trials", [10_000, pytest.param(200_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("trials", [5_000, pytest.param(200_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("agent", "name", "like", "tell"), FOLLOWED)
 def test_the_kernel_has_the_exact_distribution(agent, name, like, tell, trials):
-    """The step that solves the box: G-test at the level of 4.5 standard errors, and the mean."""
+    """Of the steps that solve the box, up to 4.5 standard errors at each."""
     asked = {"modality": modality_of(tell), "max_steps": 12}
     found = population(agent, name, p=0.3, flip=like, trials=trials, **asked)
-    exact = propagate(agent, name, p=0.3, flip=like, **asked)
-    assert misfit(found, exact.solved) > AS_4_5_SIGMA
-    error = (exact.success * (1 - exact.success) / trials) ** 0.5
-    assert abs(found.success - exact.success) <= 4.5 * error + 1e-12
+    exact = np.array(propagate(agent, name, p=0.3, flip=like, **asked).solved)
+    assert (np.abs(found.curve - exact) <= 4.5 * np.sqrt(exact * (1 - exact) / trials) + 1e-9).all()
     assert found.curve[-1] == found.success
-
-
-def test_the_test_of_distributions_can_fail():
-    found = population("random", trials=100_000)
-    assert misfit(found, random_curve(box("chain-4"))) > AS_4_5_SIGMA
-    assert misfit(found, propagate("cognitive:softmax-memory?recent=0.06").solved) < AS_4_5_SIGMA
 
 
 def test_the_size_of_a_population_and_of_its_pieces_changes_no_trial(monkeypatch):
@@ -186,13 +152,12 @@ def test_the_size_of_a_population_and_of_its_pieces_changes_no_trial(monkeypatch
 
 
 def test_mistakes_are_one_line():
-    with pytest.raises(UnknownName, match=r"^no agent is called 'rundom'"):
-        policy_of("rundom")
-    with pytest.raises(UnknownName, match=r"^no box is called 'chain-9'"):
-        world_of("chain-9", flip=OutcomeFlip(), max_steps=20)
-    with pytest.raises(BadValue, match=r"^max_steps: got 20000, expected a whole number from 1 to 10000$"):
-        world_of("chain-4", flip=OutcomeFlip(), max_steps=20_000)
-    with pytest.raises(BadValue, match=r"^trials: got 0, expected a whole number from 1$"):
-        population(trials=0)
-    with pytest.raises(BadValue, match=r"^steps of all trials: got 2000000000, expected at most 1000000000$"):
-        population(trials=100_000_000)
+    for asked, said in (
+        ({"agent": "rundom"}, "no agent is called 'rundom'"),
+        ({"box": "chain-9"}, "no box is called 'chain-9'"),
+        ({"max_steps": 20_000}, "max_steps: got 20000, expected a whole number from 1 to 10000$"),
+        ({"trials": 0}, "trials: got 0, expected a whole number from 1$"),
+        ({"trials": 100_000_000}, "steps of all trials: got 2000000000, expected at most 1000000000$"),
+    ):
+        with pytest.raises(UserMistake, match=f"^{said}"):
+            population(**asked)
