@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lockprobe.interfaces.export import tidy, trial_rows
     from lockprobe.report.results import results
     from lockprobe.simulation.exact import propagate
-    from lockprobe.simulation.population import population
+    from lockprobe.simulation.kernel import population
     from lockprobe.studies.options.studyfile import study
     from lockprobe.studies.records.read_records import load
     from lockprobe.studies.running.runner import run_study
@@ -75,7 +75,7 @@ _NAMES = {
     "interfaces.export": "tidy trial_rows",
     "report.results": "results",
     "simulation.exact": "propagate",
-    "simulation.population": "population",
+    "simulation.kernel": "population",
     "studies.records.read_records": "load",
     "studies.running.runner": "run_study",
     "studies.running.single": "run_trial",

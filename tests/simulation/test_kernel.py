@@ -15,9 +15,9 @@ from lockprobe.agents.policy import Policy
 from lockprobe.boxes.box import Shuffle
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.simulation import population as populations
+from lockprobe.simulation import kernel
 from lockprobe.simulation.exact import propagate
-from lockprobe.simulation.population import population
+from lockprobe.simulation.kernel import population
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,7 +145,7 @@ def test_the_kernel_has_the_exact_distribution(agent, name, like, tell, trials):
 
 def test_the_size_of_a_population_and_of_its_pieces_changes_no_trial(monkeypatch):
     whole = population("cognitive:perseverant", p=0.3, trials=900)
-    monkeypatch.setattr(populations, "PIECE", 250)
+    monkeypatch.setattr(kernel, "PIECE", 250)
     part = population("cognitive:perseverant", p=0.3, trials=700)
     for name in ("solved", "steps", "actions", "moved", "told_moved"):
         assert np.array_equal(getattr(part, name), getattr(whole, name)[:700])

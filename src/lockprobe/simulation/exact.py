@@ -4,7 +4,7 @@ A trial of a policy is a Markov chain. A state is the true configuration, the jo
 and the policy's memory. False positions may be kept until the joint is attempted again (``others=kept``), kept with a
 chance, or drawn anew. If the memory has few values, the probability of every state after every step can be computed,
 and from it the success rate in the limit of infinitely many trials. Larger state spaces are sampled by
-:mod:`lockprobe.simulation.population`, conditions of other interventions by :func:`lockprobe.run_trial`.
+:mod:`lockprobe.simulation.kernel`, conditions of other interventions by :func:`lockprobe.run_trial`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import permutations
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
@@ -115,13 +114,8 @@ def propagate(
 
 def heeds_order(policy: Policy[Any]) -> bool:
     """Whether the order of the listing can matter to a policy; True for unknown policies."""
-    if type(policy) is SoftmaxMemory:
-        return policy.position != 0
-    return type(policy) not in _HEEDLESS
-
-
-_HEEDLESS = (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver, LoopBreaker)
-"""Policies to which the order of the listing does not matter."""
+    heedless = (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver, LoopBreaker)
+    return policy.position != 0 if type(policy) is SoftmaxMemory else type(policy) not in heedless
 
 
 class _State(NamedTuple):
@@ -228,14 +222,8 @@ class _MarkovChain:
         said = moved != (inverted and flip.part != "position")
         if world.states_only:
             said = (told ^ state.compared) & bit != 0
-        shifted = _listed(told, self._order) if positions else None
-        report = Told(joint=place, moved=said, shifted=shifted, states_only=world.states_only)
+        shifted = sum((told >> joint & 1) << at for at, joint in enumerate(self._order))
+        report = Told(joint=place, moved=said, shifted=shifted if positions else None, states_only=world.states_only)
         wrong = told ^ configuration if flip.keep or flip.inverts == "outcome" else 0
         memory = self._policy.remember(self._view, state.memory, report)
         return _State(configuration, wrong, told if world.states_only else 0, memory)
-
-
-@lru_cache(maxsize=4096)
-def _listed(configuration: int, order: tuple[int, ...]) -> int:
-    """A configuration with its bits in the order of the listing."""
-    return sum((configuration >> joint & 1) << place for place, joint in enumerate(order))
