@@ -49,7 +49,7 @@ def study(**options: Any) -> Task:
     planned = _planned(asked)
     samples = [
         Sample(
-            id=plan.name.place,
+            id=plan.key.split("/", 2)[2],
             input=f"The lockbox {plan.box.name} under {plan.label}.",
             metadata={"condition": plan.label, "repetition": plan.repetition, "trial": plan.trial},
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choices, check_probability
 from lockprobe.interventions.flip import Inverts, OutcomeFlip
-from lockprobe.trial.luck import at_step
+from lockprobe.trial.luck import elsewhere
 from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:
@@ -171,15 +171,12 @@ class Yoked(AtRate):
     always_tells: ClassVar[bool] = True
     how: How = "next"
 
-    @property
-    def ahead(self) -> int:
-        """How many trials after this one the trial is whose luck it has."""
-        return 1 if self.how == "next" else 0
-
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""
         if percept.joint is None:
             return percept
         if self.how == "shuffle":
-            rng = at_step(rng, 1 + int(at_step(rng, 0).permutation(task.budget)[len(past) - 1]))
-        return OutcomeFlip(p=self.p).perceive(percept, past, task, rng)
+            luck = elsewhere(rng, step=1 + int(elsewhere(rng, step=0).permutation(task.budget)[len(past) - 1]))
+        else:
+            luck = elsewhere(rng, ahead=1)
+        return OutcomeFlip(p=self.p).perceive(percept, past, task, luck)

@@ -48,7 +48,8 @@ def optimal_actions(
     """
     counted = [trial for trial in ended(trials) if trial.steps]
     prior = prior_for(max((len(trial.joints) for trial in counted), default=0))
-    if prior is None or not all(trial.ordinary for trial in counted):
+    steps = [step for trial in counted for step in trial.steps]
+    if prior is None or any(step.chosen is not None or step.told_moved is None for step in steps):
         return None
     chosen, contradicted, actions = list[list[tuple[_Moment, int]]](), False, 0
     for trial in counted[:JUDGED]:

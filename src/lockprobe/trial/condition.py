@@ -145,10 +145,8 @@ class PlantChange:
 
 def _recorded(interventions: tuple[Intervention | Recorded, ...]) -> list[dict[str, object]]:
     """Interventions as settings name them."""
-    doses = [[*InterventionTraits.of(one).doses] for one in interventions]
-    return [
-        {"spec": spec_of(one)} | ({"doses": of} if of else {}) for one, of in zip(interventions, doses, strict=True)
-    ]
+    found = ((spec_of(one), [*InterventionTraits.of(one).doses]) for one in interventions)
+    return [{"spec": spec} | ({"doses": doses} if doses else {}) for spec, doses in found]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -185,31 +185,27 @@ def _error(fault: TrialFault, step: int) -> TrialError:
     )
 
 
+_OF_PLAN = (
+    *("key", "study", "agent", "called", "modality", "repetition", "trial"),
+    *("seed", "budget", "assessment", "hypothesis"),
+)
+"""What a record has as its plan has it."""
+
+
 def _record(plan: Plan, ending: Ending, error: TrialError | None, **played: Any) -> Trial:
     """The record of a trial: what its plan says of it, and what was played."""
-    condition, box, names = plan.condition, plan.box, plan.names
     return Trial(
-        key=plan.key,
-        study=plan.study,
-        agent=plan.agent,
-        called=plan.called,
-        box=box.name,
+        **{name: getattr(plan, name) for name in _OF_PLAN},
+        box=plan.box.name,
         condition=plan.label,
-        specs=condition.specs,
-        doses=condition.doses,
-        modality=condition.modality,
-        repetition=plan.repetition,
-        trial=plan.trial,
-        seed=plan.seed,
-        budget=plan.budget,
-        joints=box.names,
-        labels=names.labels,
-        listing=names.listing,
-        target=box.target,
+        specs=plan.condition.specs,
+        doses=plan.condition.doses,
+        joints=plan.box.names,
+        labels=plan.names.labels,
+        listing=plan.names.listing,
+        target=plan.box.target,
         ending=ending,
         error=error,
-        assessment=plan.assessment,
-        hypothesis=plan.hypothesis,
         fork=plan.fork.name if plan.fork is not None else None,
         **played,
     )

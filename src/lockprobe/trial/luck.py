@@ -42,13 +42,13 @@ class Luck:
         default_factory=lambda: np.random.Generator(np.random.Philox(key=0)), init=False, repr=False, compare=False
     )
 
-    def at(self, stream: str, step: int = 0, ahead: int = 0) -> np.random.Generator:
-        """A stream at one step, from 1, or of the trial ``ahead`` trials later; what is drawn once is at step 0.
+    def at(self, stream: str, step: int = 0) -> np.random.Generator:
+        """A stream at one step, from 1; what is drawn once a trial is at step 0.
 
         Whatever was drawn before, it begins at its own address. The next call for any stream moves it.
         """
         key = _key(self.seed, self.box, stream if self.time == 1 else f"{stream}/luck-{self.time}")
-        address = {"key": key, "counter": (0, step, self.trial + ahead, self.repetition)}
+        address = {"key": key, "counter": (0, step, self.trial, self.repetition)}
         self._generator.bit_generator.state = {"bit_generator": "Philox", "state": address, **_NOTHING_DRAWN}
         return self._generator
 
@@ -61,11 +61,11 @@ _NOTHING_DRAWN = {"buffer": (0, 0, 0, 0), "buffer_pos": 4, "has_uint32": 0, "uin
 """The rest of the state of NumPy's Philox where a block of four numbers begins."""
 
 
-def at_step(rng: np.random.Generator, step: int) -> np.random.Generator:
-    """The stream of a generator of :meth:`Luck.at` at another step of the same trial."""
+def elsewhere(rng: np.random.Generator, *, step: int | None = None, ahead: int = 0) -> np.random.Generator:
+    """The stream of a generator of :meth:`Luck.at` at another step, or of the trial ``ahead`` trials later."""
     state: Any = rng.bit_generator.state["state"]
     counter = state["counter"].copy()
-    counter[:2] = 0, step
+    counter[:3] = 0, counter[1] if step is None else step, counter[2] + np.uint64(ahead)
     return np.random.Generator(np.random.Philox(key=state["key"], counter=counter))
 
 

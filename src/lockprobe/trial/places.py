@@ -35,8 +35,8 @@ class Places:
     """Interventions, and at which place of the loop each of them acts. All trials of a condition have them alike.
 
     Attributes:
-        streams: The random stream of each, and how many trials ahead it lies. It is named after its kind and its number
-            among those of its kind, so an intervention has the same luck whatever else is in its condition.
+        streams: The random stream of each. It is named after its kind and its number among those of its kind, so an
+            intervention has the same luck whatever else is in its condition.
         specs: The spec of each, and how often it came before if it did; empty for what makes words or pictures.
         at: Those of each place, in the order in which they act; of those that change what is *told*, the ones that act
             before reports become words or pictures.
@@ -48,14 +48,14 @@ class Places:
 
     def __init__(self, interventions: Sequence[Intervention]) -> None:
         seen = Counter[str]()
-        self.streams, self.specs = list[tuple[str, int]](), list[str]()
+        self.streams, self.specs = list[str](), list[str]()
         self.at: dict[str, list[Placed]] = {place: [] for place in PLACES}
         facts: dict[bool, list[Mapping[str, Fact]]] = {True: [], False: []}
         for number, one in enumerate(interventions):
             kind, traits, told = type(one).__name__, InterventionTraits.of(one), hasattr(one, PLACES["told"])
             spec = spec_of(one) if is_dataclass(one) and traits.shown is None else ""
             self.specs.append(f"{spec} ({seen[spec] + 1})" if spec and seen[spec] else spec)
-            self.streams.append((f"{traits.stream or kind}-{seen[f'class {kind}']}", traits.ahead))
+            self.streams.append(f"{traits.stream or kind}-{seen[f'class {kind}']}")
             seen.update((spec, f"class {kind}"))
             for place, method in PLACES.items():
                 if (act := getattr(one, method, None)) is not None:
@@ -108,8 +108,7 @@ class Acting:
         return percept if percept.look is None else replace(percept, look=None), facts
 
     def _rng(self, placed: Placed, step: int) -> np.random.Generator:
-        stream, ahead = self._places.streams[placed.number]
-        return self.luck.at(stream, step, ahead)
+        return self.luck.at(self._places.streams[placed.number], step)
 
     def _heard(self, channels: Sequence[Placed], step: int) -> Sequence[Placed]:
         """Those that act on the report of a step: an arm of a fork acts in place of those that act on its facts."""

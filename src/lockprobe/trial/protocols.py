@@ -103,8 +103,7 @@ class InterventionTraits:
         variant: An option that chooses it among several classes of its name: ``flip?like=…``.
         doses: The names of its fields that are doses. At 0 of the first one it does nothing.
         implied: The names of its fields that its spec leaves out, because others say them.
-        stream: The name of its random stream, by default that of its class. Classes of one ``stream`` share their luck,
-            which is that of the trial so many ``ahead``.
+        stream: The name of its random stream, by default that of its class. Classes of one ``stream`` share their luck.
         always_tells: Whether no report is missing because of it. Others may leave reports out.
         after_words: Whether ``perceive`` gets reports as words or pictures, and not the facts before them.
         shown: Of what puts reports into words or pictures, which may leave facts out: what the agent gets of a percept.
@@ -116,7 +115,6 @@ class InterventionTraits:
     doses: tuple[str, ...] = ()
     implied: tuple[str, ...] = ()
     stream: str = ""
-    ahead: int = 0
     always_tells: bool = False
     after_words: bool = False
     shown: Callable[[Percept], object] | None = None

@@ -279,11 +279,6 @@ class TrialName:
     repetition: int
     trial: int
 
-    @property
-    def place(self) -> str:
-        """Its place among the trials of its agent: the last three parts."""
-        return str(self).split("/", 2)[2]
-
     def __str__(self) -> str:
         names = "/".join(part.replace("/", "%2F") for part in (self.study, self.agent, self.condition))
         return f"{names}/rep={self.repetition}/trial={self.trial}"
@@ -407,11 +402,6 @@ class Trial:
     def player(self) -> str:
         """The person's spec: one cluster of trials. Empty for agents, whose trials are independent."""
         return self.agent if self.group == PEOPLE else ""
-
-    @property
-    def ordinary(self) -> bool:
-        """Whether every chosen joint was attempted and every attempt was reported, as models of choices assume."""
-        return all(step.chosen is None and step.told_moved is not None for step in self.steps)
 
     @property
     def states_only(self) -> bool:
