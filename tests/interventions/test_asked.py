@@ -166,5 +166,3 @@ def test_one_step_is_the_experimenter_s_and_all_others_are_the_agent_s():
     assert [step.step for step in trial.steps if step.chosen is not None] == [3]
     assert trial.actions[:2] == plain.actions[:2]
     assert trial.steps[2].chosen == plain.actions[2]
-    with pytest.raises(BadValue, match="joint: got 'door', expected one of A, D, C, B"):
-        run_trial(agent="round-robin", condition="force?at=2&joint=door", modality="symbolic")

@@ -36,7 +36,7 @@ def test_every_one_that_ships_has_a_line_in_the_documentation():
 MORE = [
     *(f"flip?p=0.3&{reading}" for reading in ("keep=0.5", "others=kept", "at=4", "from=9", "while=looping")),
     *(f"flip?p=0.3&inverts=position&{others}" for others in ("keep=0.5", "others=kept", "others=noisy")),
-    "yoked?p=0.4", "correction?p=0.4&first=truth&last=lie", "remark?after=0", "distract?p=0.3&luck=flip",
+    "correction?p=0.4&first=truth&last=lie", "remark?after=0", "distract?p=0.3&luck=flip",
 ]  # fmt: skip
 CONTRACTS = [spec for spec in ROWS if "like=" not in spec] + MORE
 """But for the one that needs another study, whose tests have the same laws."""
@@ -83,7 +83,6 @@ def test_every_one_keeps_its_contract_and_plays_as_in_truth_at_dose_0(spec, monk
         ("flip?like=rgb&rates=slider:0.1:1.2", "rates: got 'slider:0.1:1.2'"),
         ("flip?like=", "DIR/CONDITION, with the directory of a finished study"),
         ("phantom?p=1.2", "phantom rate p: got 1.2, expected a number from 0 to 1"),
-        ("yoked?how=random", "how: got 'random', expected one of next, shuffle"),
         ("correction?at=3;0", "at: got 0, expected a step from 1"),
         ("correction?first=half", "first: got 'half', expected one of lie, truth"),
         ("correction?last=half", "last: got 'half', expected one of lie, truth"),

@@ -157,15 +157,8 @@ def yoked(condition, trial):
 
 
 @pytest.mark.parametrize("trial", [1, 2])
-def test_yoked_lies_where_the_flip_of_the_next_trial_does_or_shuffled_exactly_as_often(trial):
+def test_yoked_lies_where_the_flip_of_the_next_trial_does(trial):
     assert yoked("yoked?p=0.4", trial) == yoked("flip?p=0.4", trial + 1) != yoked("flip?p=0.4", trial)
-    found = {}
-    for p in (0.0, 0.2, 0.4, 1.0):
-        source, shuffled = yoked(f"flip?p={p}", trial), yoked(f"yoked?p={p}&how=shuffle", trial)
-        assert sum(shuffled) == sum(source)
-        assert p in (0.0, 1.0) or shuffled != source
-        found[p] = shuffled
-    assert all(more or not fewer for fewer, more in zip(found[0.2], found[0.4], strict=True))
 
 
 # Phantoms: which joint seems to jump, how often, and that nothing else is false.

@@ -17,7 +17,7 @@ from lockprobe.trial.record import Moment, Percept, Task
 TASK = Task(joints=("B", "A"), target="A", budget=20)
 
 
-FORMS, TELLS = ("words", "json", "table"), ("state", "outcome", "both")
+FORMS, TELLS = ("words", "json"), ("state", "outcome", "both")
 LABELS = ("B", "D", "A", "C", "E")
 EARLIER = (Moment(was=Percept(), told=Percept()),)
 
@@ -32,14 +32,6 @@ def parsed(form, text, labels):
         positions = told.get("positions")
         outcome = None if moved is None else "moved" if moved else "blocked"
         return told.get("attempted"), outcome, positions and tuple(bool(positions[label]) for label in labels)
-    if form == "table":
-        head, *lines = (re.split(r"\s{2,}", line) for line in text.splitlines())
-        rows = {row["joint"]: row for line in lines for row in [dict(zip(head, line, strict=True))]}
-        joint = next((label for label in labels if rows[label].get("last action", "-") != "-"), None)
-        done = None if joint is None else rows[joint]["last action"]
-        outcome = {"moved": "moved", "did not move": "blocked"}.get(done)
-        positions = tuple(rows[label]["position"] == "1" for label in labels) if "position" in head else None
-        return joint, outcome, positions
     moved, blocked, tried = (
         re.search(rf"(?:^|\. ){pattern}\.", text)
         for pattern in (r"(\w) moved", r"(\w) did not move", r"You attempted (\w)")
@@ -103,12 +95,6 @@ IN_ROWS = {
     "json": (
         '{"positions": {"B": 0, "A": 0, "C": 0}, "panel": {"rows from above, each from left to right": '
         '[["A", "B"], ["C"]], "kinds": {"B": "slider", "A": "knob", "C": "knob"}}}'
-    ),
-    "table": (
-        "joint  position  row from above  place from left  kind\n"
-        "B      0         1               2                slider\n"
-        "A      0         1               1                knob\n"
-        "C      0         2               1                knob"
     ),
 }
 

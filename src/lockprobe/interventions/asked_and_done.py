@@ -193,27 +193,21 @@ class Tremble(AtRandomSteps):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Force:
-    """At one step a given or random joint is attempted instead of the agent's choice, and reported truthfully.
+    """At one step, from 1, a random joint is attempted instead of the agent's choice, and reported truthfully.
 
-    The step is from 1, 0 for none; the joint is a label, or empty for one that is drawn, each equally likely.
+    Each joint is equally likely. 0 is no step.
     """
 
     name: ClassVar[str] = "force"
     at: int = 0
-    joint: str = ""
 
     def __post_init__(self) -> None:
         if self.at < 0:
             raise BadValue("at", self.at, "a step from 1, or 0 for none")
 
     def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
-        """The joint, or at that step the one that is given or drawn."""
-        which = int(rng.random() * len(task.joints))
-        if len(past) != self.at:
-            return joint
-        if self.joint and self.joint not in task.joints:
-            raise BadValue("joint", self.joint, f"one of {', '.join(task.joints)}")
-        return self.joint or task.joints[which]
+        """The joint, or at that step the one that is drawn."""
+        return task.joints[int(rng.random() * len(task.joints))] if len(past) == self.at else joint
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

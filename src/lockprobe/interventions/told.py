@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choices, check_probability
 from lockprobe.interventions.flip import Inverts, OutcomeFlip
-from lockprobe.trial.luck import elsewhere
+from lockprobe.trial.luck import of_next_trial
 from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:
@@ -19,8 +19,6 @@ Luck = Literal["own", "flip"]
 
 Says = Literal["lie", "truth"]
 """What a statement says: a false report, or the true one."""
-
-How = Literal["next", "shuffle"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,24 +157,15 @@ class Correction(AtRate):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Yoked(AtRate):
-    """False reports at the steps at which ``flip`` lies in the next trial, or in this one in shuffled order.
+    """False reports at the steps at which ``flip`` lies in the next trial of the same repetition, step by step.
 
-    It has the dose of its source and is independent of the course of this trial. With ``next`` it has the luck of the
-    next trial of the same repetition, step by step. With ``shuffle`` it has the luck of this trial at permuted steps:
-    over the whole budget exactly as many reports are false as under ``flip``. A flip that depends on what happens
-    (``only``, ``while``) has no steps in advance: what is yoked is its rate, not its lies. It draws nothing itself.
+    It has the dose of its source and is independent of the course of this trial. A flip that depends on what happens
+    (``only``, ``while``) has no steps in advance: what is yoked is its rate, not its lies.
     """
 
     name: ClassVar[str] = "yoked"
     always_tells: ClassVar[bool] = True
-    how: How = "next"
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""
-        if percept.joint is None:
-            return percept
-        if self.how == "shuffle":
-            luck = elsewhere(rng, step=1 + int(elsewhere(rng, step=0).permutation(task.budget)[len(past) - 1]))
-        else:
-            luck = elsewhere(rng, ahead=1)
-        return OutcomeFlip(p=self.p).perceive(percept, past, task, luck)
+        return OutcomeFlip(p=self.p).perceive(percept, past, task, of_next_trial(rng))

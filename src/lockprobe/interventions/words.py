@@ -16,8 +16,8 @@ from lockprobe.trial.record import Moment, Outcome, Percept, Task, in_words
 Tell = Literal["state", "outcome", "both"]
 """The content of a report: the positions of all joints, the outcome of the attempt, or both."""
 
-Form = Literal["words", "json", "table"]
-"""The form of a report: sentences, one JSON object, or a table."""
+Form = Literal["words", "json"]
+"""The form of a report: sentences, or one JSON object."""
 
 CORRECTION = "Correction:"
 """The words before a report that corrects the previous one."""
@@ -71,7 +71,8 @@ class TextChannel:
             self.form == "words" and outcome is None and self.tell != "state"
         )
         joint = None if untold else percept.joint
-        return _WRITERS[self.form](joint, outcome, positions, task, rows_of(task) if self.places and first else [])
+        rows = rows_of(task) if self.places and first else []
+        return (_words if self.form == "words" else _json)(joint, outcome, positions, task, rows)
 
     def shown(self, percept: Percept) -> object:
         """What agents get of a percept: the joint, the facts that are told, and pictures that were there before."""
@@ -127,26 +128,3 @@ def _json(joint: str | None, outcome: Outcome | None, positions: Positions, task
         kinds = {label: _kind(task, label) for label in task.joints} if task.kinds else {}
         said["panel"] = {"rows from above, each from left to right": rows} | ({"kinds": kinds} if kinds else {})
     return json.dumps(said) if said else ""
-
-
-def _table(joint: str | None, outcome: Outcome | None, positions: Positions, task: Task, rows: Rows) -> str:
-    columns: dict[str, Sequence[object]] = {"joint": task.joints}
-    if positions is not None:
-        columns["position"] = [int(position) for position in positions]
-    if joint is not None:
-        done = in_words(outcome, "attempted")
-        columns["last action"] = [done if label == joint else "-" for label in task.joints]
-    if rows:
-        at = {label: (i, j) for i, row in enumerate(rows, 1) for j, label in enumerate(row, 1)}
-        columns["row from above"] = [at[label][0] for label in task.joints]
-        columns["place from left"] = [at[label][1] for label in task.joints]
-        if task.kinds:
-            columns["kind"] = [_kind(task, label) for label in task.joints]
-    if len(columns) == 1:
-        return ""
-    cells = [[name, *map(str, column)] for name, column in columns.items()]
-    padded = [[cell.ljust(max(map(len, column))) for cell in column] for column in cells]
-    return "\n".join("  ".join(line).rstrip() for line in zip(*padded, strict=True))
-
-
-_WRITERS = {"words": _words, "json": _json, "table": _table}

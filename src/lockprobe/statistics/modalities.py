@@ -12,7 +12,7 @@ _SPOKEN: Mapping[str, str] = {"rgb": "RGB", "rgbd": "RGB-D", "symbolic": ""}
 _CONTENTS: Mapping[str, str] = {"both": "positions and outcomes", "state": "positions", "outcome": "outcomes"}
 """What a report in words tells."""
 
-_FORMS: Mapping[str, str] = {"words": "in words", "json": "as JSON", "table": "as a table"}
+_FORMS: Mapping[str, str] = {"words": "in words", "json": "as JSON"}
 """The form of a report in words."""
 
 _SOURCES: Mapping[str | None, str] = {"verdict": "verdicts of the arm", "camera": "readings of the camera"}

@@ -61,12 +61,11 @@ _NOTHING_DRAWN = {"buffer": (0, 0, 0, 0), "buffer_pos": 4, "has_uint32": 0, "uin
 """The rest of the state of NumPy's Philox where a block of four numbers begins."""
 
 
-def elsewhere(rng: np.random.Generator, *, step: int | None = None, ahead: int = 0) -> np.random.Generator:
-    """The stream of a generator of :meth:`Luck.at` at another step, or of the trial ``ahead`` trials later."""
-    state: Any = rng.bit_generator.state["state"]
-    counter = state["counter"].copy()
-    counter[:3] = 0, counter[1] if step is None else step, counter[2] + np.uint64(ahead)
-    return np.random.Generator(np.random.Philox(key=state["key"], counter=counter))
+def of_next_trial(rng: np.random.Generator) -> np.random.Generator:
+    """The stream of a generator of :meth:`Luck.at` at the same step of the next trial."""
+    address: Any = rng.bit_generator.state["state"]
+    _, step, trial, repetition = map(int, address["counter"])
+    return np.random.Generator(np.random.Philox(key=address["key"], counter=[0, step, trial + 1, repetition]))
 
 
 @lru_cache(maxsize=4096)
