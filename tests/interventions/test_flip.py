@@ -162,7 +162,7 @@ def test_yoked_lies_where_the_flip_of_the_next_trial_does(trial):
 
 
 # Phantoms: which joint seems to jump, how often, and that nothing else is false.
-def jumped(p, seed=1, truth=TRUTH, reports=4_000):
+def jumped(p, seed=1, truth=TRUTH, reports=1_000):
     """Whether the position of each joint is false in each report, shape (reports, joints)."""
     rng, past, found = np.random.default_rng(seed), (), []
     for _ in range(reports):
@@ -176,7 +176,7 @@ def jumped(p, seed=1, truth=TRUTH, reports=4_000):
 def test_a_share_p_of_reports_has_one_joint_that_jumps_each_other_equally_likely_and_nested():
     share = jumped(0.4)
     assert set(share.sum(axis=1)) == {0, 1}
-    assert share.mean(axis=0) == pytest.approx([0.2, 0, 0.2], abs=0.03)
+    assert share.mean(axis=0) == pytest.approx([0.2, 0, 0.2], abs=0.05)
     fewer, more, every = (jumped(p, reports=200) for p in (0.2, 0.5, 1))
     assert (fewer <= more).all()
     assert (more <= every).all()

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from seen import PhotographedPlant
@@ -33,18 +32,6 @@ def test_names_agree_with_each_other_and_handles_have_the_order_of_the_listing()
     assert [int(x) for x in percept.look().handles[:, 0, 0]] == list(names.order)
     assert percept.joint == names.labels[2]
     assert names.percept(PhotographedPlant(PLAN.box).observe()).joint is None
-
-
-@pytest.mark.parametrize(
-    ("agent", "name", "key"),
-    [
-        ("fake", "", "test/fake/rgb/rep=1/trial=3"),
-        ("llm:a/b?host=http://c", "d/e", "test/llm:a%2Fb?host=http:%2F%2Fc/d%2Fe/rep=1/trial=3"),
-        ("participant:3f9a01bc", "x", "test/participant/x/rep=1/trial=3"),
-    ],
-)
-def test_a_key_has_five_parts_whatever_is_called_how(agent, name, key):
-    assert replace(PLAN, agent=agent, condition=replace(PLAN.condition, name=name)).key == key
 
 
 def test_the_key_of_a_fork_is_that_of_its_parent_and_what_was_changed():
