@@ -180,8 +180,8 @@ def test_only_flips_have_a_flip_rate_and_dose_0_does_nothing(spec, p, nothing):
         ("flip?p=0.4&keep=0,0.5,1", ["flip?p=0.4", "flip?p=0.4&keep=0.5", "flip?p=0.4&others=kept"]),
         ("flip?p=0,0.4 + rgb?blur=0,8", ["rgb", "rgb?blur=8", "flip?p=0.4 + rgb", "flip?p=0.4 + rgb?blur=8"]),
         (
-            "nudge + rgbd?depth=height&p=0.2,0.4",
-            ["nudge + rgbd?depth=height&p=0.2", "nudge + rgbd?depth=height&p=0.4"],
+            "nudge + rgbd?depth=height&blur=2,4",
+            ["nudge + rgbd?depth=height&blur=2", "nudge + rgbd?depth=height&blur=4"],
         ),
     ],
 )  # fmt: skip
@@ -206,8 +206,6 @@ def test_a_sweep_is_over_several_values_of_a_dose(spec):
     [
         ("integrated", "symbolic", "flip?p=0.4&others=kept + symbolic", "symbolic"),
         ("integrated", "rgb", "flip?p=0.4&others=kept + rgb", "rgb"),
-        ("re-observed", "rgb?p=0.4", "flip?p=0.4 + rgb?p=0.4", "rgb?p=0.4"),
-        ("integrated", "rgb?p=0.4", "flip?p=0.4&others=kept + rgb?p=0.4", "flip?p=0&others=kept + rgb?p=0.4"),
         ("integrated", "rgb?blur=2", "flip?p=0.4&others=kept + rgb?blur=2", "rgb?blur=2"),
         (
             "outcome-only", "symbolic?form=json", "flip?p=0.4 + symbolic?form=json&tell=outcome",

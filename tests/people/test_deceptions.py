@@ -15,13 +15,13 @@ from lockprobe.trial.condition import Condition, place_of
         (["truth", "flip?p=0.4"], ["false"]), (["flip?p=0.4&only=moved + nudge"], ["false"]),
         (["yoked?p=0.4"], ["false"]), (["phantom?p=0.4"], ["false"]),
         (["correction?p=0.4"], ["false"]), (["correction?p=0.4&first=truth&last=lie"], ["false"]),
-        (["rgb?p=0.4"], ["false"]), (["nudge + rgb?p=0.4"], ["false"]), (["delay?lag=2"], ["late"]),
+        (["flip?p=0.4 + rgb"], ["false"]), (["delay?lag=2"], ["late"]),
         (["tremble?p=0.1"], ["another"]), (["force?at=4"], ["another"]), (["warn"], ["warned"]),
         (["warn?rate=0.4 + flip?p=0.4"], ["false"]), (["warn + tremble?p=0.1"], ["another", "warned"]),
         (["tremble?p=0.1", "flip?p=0.4 + warn", "delay"], ["false", "late", "another"]),
         *(([spec], []) for spec in (
             "truth", "flip?p=0", "delay?lag=0", "drop?p=0.3", "nudge", "correction?p=1&first=truth&last=truth",
-            "remark", "distract?p=0.3", "nudge + tremble?p=0", "rgb?blur=8", "rgb?p=0",
+            "remark", "distract?p=0.3", "nudge + tremble?p=0", "rgb?blur=8",
         )),
     ],
 )  # fmt: skip

@@ -113,7 +113,7 @@ def test_nobody_plays_a_box_twice_and_boxes_are_balanced_over_conditions_and_pos
     assert max(positions.values()) - min(positions.values()) <= 2
 
 
-def test_the_practice_is_another_box_in_which_no_condition_acts_and_no_picture_is_false():
+def test_the_practice_is_another_box_in_which_no_condition_acts_and_no_picture_is_degraded():
     planned = people_study(p=(0.4,), max_steps=9)
     plan = practice_plan(planned, Experiment(practice="chain-2"))
     assert (plan.condition.specs, plan.box.name, plan.budget) == ((), "chain-2", 9)
@@ -121,7 +121,7 @@ def test_the_practice_is_another_box_in_which_no_condition_acts_and_no_picture_i
     assert plan.seed != planned.seed
     acting = under("flip?p=1", "nudge + tremble?p=1", "warn", "delay?lag=2", "drop?p=1")
     assert practice_plan(acting, Experiment()).condition.specs == ()
-    pictured = under("rgb?p=1&blur=8", "nudge + rgb?blur=4&occlude=0.3", plant="fast-twin")
+    pictured = under("rgb?blur=8", "nudge + rgb?blur=4&occlude=0.3", plant="fast-twin")
     assert practice_plan(pictured, Experiment()).condition.modality == "rgb"
 
 

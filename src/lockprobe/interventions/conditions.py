@@ -23,7 +23,7 @@ from lockprobe.foundation.spec import Spec, spec_name, split_specs, with_options
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import plant_change, resolve_plant
 from lockprobe.trial.condition import PLANT, TRUTH, Condition, Recorded, place_of
-from lockprobe.trial.doses import MODALITY_DOSES, modality_doses
+from lockprobe.trial.doses import MODALITY_DOSES
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES
 
@@ -117,20 +117,15 @@ def flips(
 ) -> tuple[Condition, ...]:
     """The conditions of the paper's studies: every flip rate in every modality, modalities outermost.
 
-    A flip at rate 0 is left out, which leaves the truth, unless it says what false pictures of a modality are
-    (``rgb?p=0.4``). A false report is a word, or a flip whose rate does not count. Modalities are specs,
-    :data:`lockprobe.trial.record.STATES` if none are given; under ``outcome-only`` they are blind.
+    A flip at rate 0 is left out, which is the truth. A false report is a word, or a flip whose rate does not count.
+    Modalities are specs, :data:`lockprobe.trial.record.STATES` if there is none; under ``outcome-only`` they are blind.
     """
     like = kind if isinstance(kind, OutcomeFlip) else flip_of(kind)
-    rates = list(p)
-    shown = (STATES,) if modalities is None and kind != "outcome-only" else tuple(modalities or ("symbolic",))
-    found = []
-    for modality in map(blind, shown) if kind == "outcome-only" else shown:
-        says_more = like.at_rate(0) != OutcomeFlip() and "p" in modality_doses(_without_zeros(modality))[1]
-        for rate in rates:
-            acting = (like.at_rate(rate),) if rate or says_more else ()
-            found.append(Condition(interventions=acting, modality=modality))
-    return tuple(found)
+    found = (STATES,) if modalities is None and kind != "outcome-only" else tuple(modalities or ("symbolic",))
+    return tuple(
+        Condition(interventions=(like.at_rate(rate),) if rate else (), modality=modality)
+        for modality, rate in product(map(blind, found) if kind == "outcome-only" else found, p)
+    )
 
 
 def blind(modality: str) -> str:

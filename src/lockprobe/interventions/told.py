@@ -168,4 +168,5 @@ class Yoked(AtRate):
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""
-        return OutcomeFlip(p=self.p).perceive(percept, past, task, of_next_trial(rng))
+        flip = OutcomeFlip(p=self.p)
+        return percept if percept.joint is None else flip.perceive(percept, past, task, of_next_trial(rng))

@@ -166,7 +166,7 @@ def practice_plan(study: Study, experiment: Experiment, identity: str = "0") -> 
     """The practice box of a participant, which is no trial of the study: true reports only, in a modality of the study.
 
     Everybody has the same box, on a panel and with labels of their own unless the panel of the study is fixed, so that
-    no order in space can be learnt. No picture in it is false or degraded.
+    no order in space can be learnt. No picture in it is degraded.
     """
     modality, _ = modality_doses(study.modalities_of(PEOPLE)[0])
     own = study.layout != "fixed"

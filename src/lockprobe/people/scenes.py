@@ -19,7 +19,6 @@ from lockprobe.people.experiment import Experiment, Longer, OneRight, Question, 
 from lockprobe.studies.modality import is_pictured, shown
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
-from lockprobe.trial.doses import modality_doses
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Percept, Situation, Task
 
@@ -282,6 +281,4 @@ def _in(condition: Condition) -> set[Deception]:
         kind = _KINDS.get(spec.full_name, "changed")
         if kind and not true and not (doses and float(spec.options.get(doses[0], "0")) == 0):
             found.add(kind)
-    if float(modality_doses(condition.modality)[1].get("p", "0")):
-        found.add("false")
     return found - {"warned"} if found & {"false", "late", "changed"} else found

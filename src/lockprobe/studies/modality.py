@@ -1,8 +1,7 @@
 """The modalities by spec: how the box is shown to an agent (paper, Sec. 2.2).
 
 Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture and a depth picture). Options follow a
-question mark: ``symbolic?tell=state``, ``rgbd?depth=height``. ``rgb?p=0.4`` is short for a flip before the camera,
-which makes pictures false.
+question mark: ``symbolic?tell=state``, ``rgbd?depth=height``.
 """
 
 from __future__ import annotations
@@ -40,27 +39,6 @@ def shows_places(modality: str) -> bool:
 
 
 @lru_cache(maxsize=64)
-def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
-    """The channel of a modality, and its rate of false pictures.
-
-    The option ``source`` of words is the trial's (:mod:`lockprobe.trial.source`).
-    """
-    spec = Spec.parse(modality, "modality")
-    name = spec.full_name
-    if name not in MODALITIES:
-        raise UnknownName("modality", name, MODALITIES)
-    if name == "symbolic":
-        source_of(modality)
-        return with_options(TextChannel, name, spec.without(["source"]).options), 0.0
-    flips = with_options(OutcomeFlip, name, {"p": spec.options.get("p", "0")})
-    taken = _OF_DEPTH if name == "rgb" else ()
-    options: dict[str, Any] = arguments_from(CameraChannel, name, spec.without(["p"]).options, taken)
-    found = CameraChannel(**{"depth": _DEPTH[name], **options})
-    if name == "rgbd" and found.depth == "none":
-        raise BadValue("modality", modality, "rgbd with a kind of depth")
-    return found, flips.p
-
-
 def shown(modality: str) -> TextChannel | CameraChannel:
     """The channel of a modality: words or a camera.
 
@@ -71,7 +49,20 @@ def shown(modality: str) -> TextChannel | CameraChannel:
         UnknownName: If there is no such modality, or it has no such option; the message lists what exists.
         BadValue: If an option has a value that it cannot have.
     """
-    return _read(modality)[0]
+    spec = Spec.parse(modality, "modality")
+    name = spec.full_name
+    if name not in MODALITIES:
+        raise UnknownName("modality", name, MODALITIES)
+    if name == "symbolic":
+        return _words(spec)
+    known = [field.name for field in fields(CameraChannel) if name == "rgbd" or field.name not in _OF_DEPTH]
+    for option in spec.options:
+        if option not in known:
+            raise UnknownName(f"option of {name}", option, known)
+    found = with_options(CameraChannel, name, spec.options, {"depth": _DEPTH[name]})
+    if name == "rgbd" and found.depth == "none":
+        raise BadValue("modality", modality, "rgbd with a kind of depth")
+    return found
 
 
 def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
@@ -98,21 +89,15 @@ def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
 def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
     """All interventions of a trial in order; the modality's channel comes last, with interventions on its words.
 
-    A picture is false if a flip acts before the camera, from the condition or from the modality (``rgb?p=0.4``).
+    A picture is false if a flip acts before the camera.
 
     Raises:
         UserMistake: If an intervention is not here, or what is flipped cannot be shown.
     """
-    channel, own = _read(condition.modality)
-    acting = interventions_in(condition)
+    channel, acting = shown(condition.modality), interventions_in(condition)
     flips = [one for one in acting if isinstance(one, OutcomeFlip)]
-    if own and any(one.p for one in flips):
-        rates = [one.p for one in flips]
-        raise BadValue("p", rates, f"0 with {condition.modality}, which has a flip rate of its own")
     if isinstance(channel, CameraChannel):
-        like = flips[0] if flips else OutcomeFlip()
         acting = tuple(one for one in acting if not (isinstance(one, OutcomeFlip) and one.p == 0))
-        acting = ((like.at_rate(own),) if own else ()) + acting
     outcomes = isinstance(channel, TextChannel) and channel.tell != "state"
     for flip in flips:
         flip.check_told(condition.modality, outcomes=outcomes, positions=tells_positions(condition.modality))

@@ -178,9 +178,7 @@ class Condition:
         object.__setattr__(self, "specs", (*map(spec_of, self.interventions), *filter(None, [self.plant.spec])))
         label = self.label
         if not label.isprintable() or label != label.strip() or len(label) > _LONGEST:
-            expected = f"a name of at most {_LONGEST} visible characters without blanks around it"
-            if not self.name and len(label) > _LONGEST:
-                expected = f"at most {_LONGEST} characters, not {len(label)}, or a name: --condition 'NAME=SPEC'"
+            expected = f"a name (NAME=SPEC) of at most {_LONGEST} visible characters without blanks around it"
             raise BadValue("condition", printable(label), expected)
 
     @cached_property

@@ -12,8 +12,8 @@ from lockprobe.foundation.spec import Spec
 FLIP_RATE = "flip.p"
 """The dose of the paper: the probability that a report is inverted (Sec. 3.2)."""
 
-MODALITY_DOSES = ("p", "blur", "noise", "occlude", "exposure")
-"""Options of a modality that are doses: how often pictures are false, and how much they are degraded."""
+MODALITY_DOSES = ("blur", "noise", "occlude", "exposure")
+"""Options of a modality that are doses: how much pictures are degraded."""
 
 OF_PLAIN_FLIPS = frozenset({"p", "inverts", "others", "keep"})
 """The options of a flip that acts on every report."""
@@ -77,8 +77,7 @@ def doses_of(acting: Sequence[tuple[str, Sequence[str]]], modality: str) -> dict
         try:
             dose = float(text)
         except ValueError:
-            several = f"; several: --sweep '{modality}'" if "," in text else ""
-            raise BadValue(f"{option} of {modality}", text, f"a number{several}") from None
+            raise BadValue(f"{option} of {modality}", text, f"a number; --sweep '{modality}' takes several") from None
         found |= {f"{shown}.{option}": dose} if dose else {}
     return found
 

@@ -146,11 +146,11 @@ class Acting:
         ``drawn`` is the step of their luck, ``noted`` that at which their changes count. ``shown`` is the part of the
         value that the agent gets; all of it without one.
         """
-        value, shown = given, shown or _whole
+        value, shown = given, shown or (lambda whole: whole)
         changers: list[tuple[Placed, _V]] = []
         for placed in acting:
             before, value = value, placed.act(value, past, self._task, self._rng(placed, drawn))
-            if value is not before and _whole(value) != _whole(before):
+            if value is not before and value != before:
                 changers.append((placed, before))
         if changers:
             end = shown(value)
@@ -167,8 +167,3 @@ class Acting:
                 if changed:
                     self._changed[noted].add(placed.number)
         return value
-
-
-def _whole(value: object) -> object:
-    """All of a value, and its way to take a picture if it has one: equality leaves that out."""
-    return value, getattr(value, "look", None)
