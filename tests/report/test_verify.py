@@ -420,8 +420,9 @@ ROWS = {
 }  # fmt: skip
 """A column -> what somebody puts there in the row of a failure under flips."""
 
-DAMAGE = dict.fromkeys(["key", "record"], "its record is damaged (it is of small/")
-DAMAGE |= {"identity": "which is no trial of the study in study.json", "current": "its last record does not count"}
+OF_ANOTHER = ("key", "condition", "repetition", "trial", "identity")
+DAMAGE = dict.fromkeys(OF_ANOTHER, "which is no trial of the study in study.json")
+DAMAGE |= {"record": "its record is damaged (it is of small/", "current": "its last record does not count"}
 
 
 @pytest.mark.parametrize("column", ROWS)

@@ -112,15 +112,15 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
     monkeypatch.syspath_prepend(tmp_path)
     allow("python:dying:Raises", "python:dying:Unclosed", "python:dying:Nowhere")
 
-    def in_processes(source, *_, **__):
-        raise UserMistake(f"{source.spec} cannot be loaded")
+    def in_processes(turn, pool):
+        raise UserMistake("round-robin cannot be loaded")
 
     def elsewhere(spec, access):
         source = resolve(spec, access)
         return replace(source, engine="process") if spec == "round-robin" else source
 
     monkeypatch.setattr(runner, "resolve", elsewhere)
-    monkeypatch.setattr(executor, "_play_elsewhere", in_processes)
+    monkeypatch.setattr(executor._Turn, "elsewhere", in_processes)
     agents = ["Ours=python:dying:Raises", "python:dying:Unclosed", "round-robin", "python:dying:Nowhere", "random"]
     with pytest.raises(AgentsGivenUp) as end:
         played(tmp_path / "s", agent=agents, trials=12, p=[0], repetitions=1)

@@ -14,7 +14,7 @@ import asyncio
 import time
 import zlib
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
@@ -34,7 +34,7 @@ from lockprobe.studies.records.picture_store import ALBUM, keep_picture
 from lockprobe.studies.records.store import packed
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.study import Study
-from lockprobe.trial.loop import broken
+from lockprobe.trial.loop import Executor, broken
 from lockprobe.trial.loop import here as in_this_thread
 from lockprobe.trial.patience import PATIENCE
 from lockprobe.trial.pictures.picture import Picture
@@ -107,74 +107,13 @@ def play(
         SettingsChanged: If the agent or the plant is another one than ``known`` says.
         UserMistake: If the agent is not available, yields only errors, or its workers keep being lost.
     """
-    keep, queue, began = partial(keep_picture, journal.directory / ALBUM), deque(plans), time.monotonic()
-    owed, hosted = len(queue), source.engine == "network" and not study.attended
-    lanes = limits.access.connections if hosted else 1
-    finish = _Finish(source, journal, observer, lanes, known)
-    quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
-    pool = _pool(study, source, limits, quick=quick)
-
-    def takes_long() -> bool:
-        took = time.monotonic() - began
-        return pool is not None and took > _ALONE and took * len(queue) > _ALONE * (owed - len(queue)) > 0
-
-    if pool is None or (quick and isinstance(pool, Processes)):
-        threaded = hosted and (study.simulated or study.has_pictures)
+    turn = _Turn(study, source, plans, journal, limits, observer, known)
+    if turn.pool is None or (turn.quick and isinstance(turn.pool, Processes)):
+        threaded = turn.hosted and (study.simulated or study.has_pictures)
         with own_thread() if threaded else nullcontext(in_this_thread) as place:
-            one = partial(play_timed, on_step=observer.step, keep=keep, calls=journal.calls, place=place)
-            asyncio.run(_play_here(source, queue, one, finish, lanes, takes_long))
-    if pool is not None and queue:
-        _play_elsewhere(source, queue, pool, observer, finish, keep, at_once=_AT_ONCE if quick else 1)
-
-
-async def _play_here(
-    source: AgentSource,
-    queue: deque[Plan],
-    play_one: Callable[..., Awaitable[tuple[Trial, float]]],
-    finish: _Finish,
-    lanes: int,
-    leave: Callable[[], bool],
-) -> None:
-    """Play plans in order, with so many open at once. Once ``leave`` says so, the others stay in the queue.
-
-    An error other than a broken trial ends all trials, and those under way are cancelled. If the budget is reached, no
-    trial is opened any more, and each open one goes on until it is refused a call itself.
-    """
-    agent, spent, opened = source.make(), list[BudgetReached](), list[asyncio.Task[None]]()
-
-    async def lane() -> None:
-        while queue and not spent and not leave():
-            try:
-                finish(*await play_one(queue.popleft(), agent))
-            except BudgetReached as reached:
-                spent.append(reached)
-            await asyncio.sleep(0)  # here Ctrl-C is heard where trials wait for nothing
-
-    try:
-        if source.engine == "network":
-            finish.expect(agent.facts)
-        opened += [asyncio.create_task(lane()) for _ in range(min(lanes, len(queue)))]
-        await asyncio.gather(*opened)
-    finally:
-        for task in opened:
-            task.cancel()
-        await asyncio.gather(*opened, return_exceptions=True)
-        if isinstance(agent, Closable):
-            with closed_in_one_line("agent", source.spec):
-                await agent.aclose()
-    if spent:
-        raise spent[-1]
-
-
-def _pool(study: Study, source: AgentSource, limits: Limits, *, quick: bool) -> Pool | None:
-    """Where an agent's trials are played if not in this process."""
-    if study.attended or source.engine == "network":
-        return None
-    if limits.cluster is not None and can_travel(study, source):
-        return limits.cluster
-    if source.engine == "process" or (limits.workers > 1 and (not quick or can_travel(study, source))):
-        return Processes(limits.workers)
-    return None
+            asyncio.run(turn.here(place))
+    if turn.pool is not None and turn.queue:
+        turn.elsewhere(turn.pool)
 
 
 def can_travel(study: Study, source: AgentSource) -> bool:
@@ -188,31 +127,109 @@ def can_travel(study: Study, source: AgentSource) -> bool:
     )
 
 
-def _play_elsewhere(
-    source: AgentSource,
-    plans: Iterable[Plan],
-    pool: Pool,
-    observer: Observer,
-    finish: _Finish,
-    keep: Callable[[Picture], None],
-    *,
-    at_once: int,
-) -> None:
-    """Play plans by workers, in any order."""
-    fault = PlantFault if source.engine == "inline" else ModelFault
-    reader = TrialReader()
-    for plan, played in pool.each(partial(_player, source.spec, allowed()), plans, at_once=at_once):
-        if isinstance(played, Lost):
-            error = ModelFault(played.why) if played.explained else fault(f"{plan.agent} lost its worker: {played.why}")
-            finish(broken(plan, error), 0.0)
-            continue
-        record, seconds, pictures = played
-        for picture in pictures:
-            keep(picture)
-        trial = reader.read(zlib.decompress(record))
-        for step in trial.steps:
-            observer.step(trial.key, step)
-        finish(trial, seconds, record)
+class _Turn:
+    """The turn of an agent: the trials that it still owes, and where they are played if not in this process."""
+
+    def __init__(
+        self,
+        study: Study,
+        source: AgentSource,
+        plans: Iterable[Plan],
+        journal: Journal,
+        limits: Limits,
+        observer: Observer,
+        known: KnownFacts,
+    ) -> None:
+        self._source, self._journal, self._observer, self._known = source, journal, observer, known
+        self._keep = partial(keep_picture, journal.directory / ALBUM)
+        self.queue = deque(plans)
+        self.hosted = source.engine == "network" and not study.attended
+        self.quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
+        self._lanes = limits.access.connections if self.hosted else 1
+        self._broken_in_a_row = 0
+        self.pool: Pool | None = None
+        if study.attended or source.engine == "network":
+            return
+        if limits.cluster is not None and can_travel(study, source):
+            self.pool = limits.cluster
+        elif source.engine == "process" or (limits.workers > 1 and (not self.quick or can_travel(study, source))):
+            self.pool = Processes(limits.workers)
+
+    async def here(self, place: Executor) -> None:
+        """Play plans in order; if that takes long and there are workers, the others stay in the queue.
+
+        An error other than a broken trial ends all trials, and those under way are cancelled. If the budget is reached,
+        no trial is opened any more, and each open one goes on until it is refused a call itself.
+        """
+        agent, spent, opened = self._source.make(), list[BudgetReached](), list[asyncio.Task[None]]()
+        began, owed = time.monotonic(), len(self.queue)
+
+        def takes_long() -> bool:
+            took, left = time.monotonic() - began, len(self.queue)
+            return self.pool is not None and took > _ALONE and took * left > _ALONE * (owed - left) > 0
+
+        async def lane() -> None:
+            while self.queue and not spent and not takes_long():
+                plan = self.queue.popleft()
+                try:
+                    played = play_timed(
+                        plan, agent, self._observer.step, keep=self._keep, calls=self._journal.calls, place=place
+                    )
+                    self._finish(*await played)
+                except BudgetReached as reached:
+                    spent.append(reached)
+                await asyncio.sleep(0)  # here Ctrl-C is heard where trials wait for nothing
+
+        try:
+            if self._source.engine == "network":  # a changed model is refused before it is called and paid
+                self._refuse(self._known.differences(self._source.spec, agent.facts))
+            opened += [asyncio.create_task(lane()) for _ in range(min(self._lanes, len(self.queue)))]
+            await asyncio.gather(*opened)
+        finally:
+            for task in opened:
+                task.cancel()
+            await asyncio.gather(*opened, return_exceptions=True)
+            if isinstance(agent, Closable):
+                with closed_in_one_line("agent", self._source.spec):
+                    await agent.aclose()
+        if spent:
+            raise spent[-1]
+
+    def elsewhere(self, pool: Pool) -> None:
+        """Play plans by workers, in any order."""
+        begin, reader = partial(_player, self._source.spec, allowed()), TrialReader()
+        for plan, played in pool.each(begin, self.queue, at_once=_AT_ONCE if self.quick else 1):
+            if isinstance(played, Lost):
+                fault = PlantFault if self._source.engine == "inline" else ModelFault
+                why = f"{plan.agent} lost its worker: {played.why}"
+                self._finish(broken(plan, ModelFault(played.why) if played.explained else fault(why)), 0.0)
+                continue
+            record, seconds, pictures = played
+            for picture in pictures:
+                self._keep(picture)
+            trial = reader.read(zlib.decompress(record))
+            for step in trial.steps:
+                self._observer.step(trial.key, step)
+            self._finish(trial, seconds, record)
+
+    def _finish(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
+        """Write a trial to the journal and tell of it; give up an agent that yields only errors."""
+        self._refuse(self._known.note(trial))
+        self._journal.append(trial, seconds, record)
+        self._observer.trial(trial, seconds)
+        program = self._source.engine == "inline"
+        broken = trial.owed_again or (program and trial.error is not None)  # a model's final errors are findings
+        self._broken_in_a_row = self._broken_in_a_row + 1 if broken else 0
+        most = max(GIVE_UP_AFTER, self._lanes + 1)  # one outage breaks all that is on its way
+        if trial.error is not None and self._broken_in_a_row == most:
+            why = f"{trial.error.boundary}: {trial.error.message}"
+            again = "" if trial.owed_again else f"; --again {trial.error.boundary} plays these anew"
+            raise UserMistake(f"{trial.group} broke {most} trials in a row ({why}){again}")
+
+    def _refuse(self, different: Mapping[tuple[str, str], tuple[Fact, Fact]]) -> None:
+        if different:
+            said = {f"{who}, {name}": pair for (who, name), pair in different.items()}
+            raise SettingsChanged(self._journal.directory, said)
 
 
 def _player(spec: str, code: Iterable[str]) -> Callable[[Plan], tuple[bytes, float, Sequence[Picture]]]:
@@ -228,35 +245,3 @@ def _player(spec: str, code: Iterable[str]) -> Callable[[Plan], tuple[bytes, flo
         return packed(trial), seconds, [*taken.values()]
 
     return play_one
-
-
-class _Finish:
-    """Writes each trial that ends to the journal and tells of it, and gives up an agent that yields only errors."""
-
-    def __init__(
-        self, source: AgentSource, journal: Journal, observer: Observer, lanes: int, known: KnownFacts
-    ) -> None:
-        self._source, self._journal, self._observer, self._known = source, journal, observer, known
-        self._give_up_after = max(GIVE_UP_AFTER, lanes + 1)  # one outage breaks all that is on its way
-        self._broken_in_a_row = 0
-
-    def __call__(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
-        self._refuse(self._known.note(trial))
-        self._journal.append(trial, seconds, record)
-        self._observer.trial(trial, seconds)
-        program = self._source.engine == "inline"
-        broken = trial.owed_again or (program and trial.error is not None)  # a model's final errors are findings
-        self._broken_in_a_row = self._broken_in_a_row + 1 if broken else 0
-        if trial.error is not None and self._broken_in_a_row == self._give_up_after:
-            why = f"{trial.error.boundary}: {trial.error.message}"
-            again = "" if trial.owed_again else f"; --again {trial.error.boundary} plays these anew"
-            raise UserMistake(f"{trial.group} broke {self._broken_in_a_row} trials in a row ({why}){again}")
-
-    def expect(self, facts: Mapping[str, Fact]) -> None:
-        """Refuse a changed agent (model, prompt, runtime) before it is called and paid."""
-        self._refuse(self._known.differences(self._source.spec, facts))
-
-    def _refuse(self, different: Mapping[tuple[str, str], tuple[Fact, Fact]]) -> None:
-        if different:
-            said = {f"{who}, {name}": pair for (who, name), pair in different.items()}
-            raise SettingsChanged(self._journal.directory, said)
