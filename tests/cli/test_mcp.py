@@ -17,7 +17,6 @@ import pytest
 pytest.importorskip("mcp")
 
 import forked
-from killed import KILLS
 from stored import contents
 from tool_player import SPEC, Player, plain_records
 
@@ -28,6 +27,8 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import STORE, read
 from lockprobe.studies.running.runner import run_study
+
+KILLS = int(os.environ.get("LOCKPROBE_KILLS", "3"))
 
 STUDY = {"p": [0.0, 0.3], "trials": 3, "repetitions": 1, "max_steps": 12}
 OPTIONS = ["flips", "--p", "0,0.3", "--trials", "3", "--repetitions", "1", "--max-steps", "12"]

@@ -10,14 +10,15 @@ import random
 import re
 import shutil
 import signal
+import sqlite3
 import subprocess
 import time
 from collections import Counter
+from contextlib import closing, suppress
 from functools import partial
 
 import forked
 import pytest
-from killed import KILLS, MOMENTS, begun, ended, settled, start
 from provider_server import Manner, account, elsewhere
 from stored import unanswered
 
@@ -27,8 +28,54 @@ from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load, replaced_records
-from lockprobe.studies.records.store import read
+from lockprobe.studies.records.store import STORE, read
 from lockprobe.studies.running.runner import Limits, run_study
+
+KILLS = int(os.environ.get("LOCKPROBE_KILLS", "3"))
+"""How often a run is killed; ``LOCKPROBE_KILLS=100`` in the environment kills so often."""
+
+MOMENTS = 0.3
+"""Within so many seconds from its first call a run is killed: that is several replies on each connection."""
+
+MODEL = "import lockprobe.agents.llm.model"
+"""What takes long and is the same for every command that asks a model."""
+
+
+def start(*asked):
+    """Starts ``lockprobe`` in a process of its own, which says nothing."""
+    return forked.start(asked, first=MODEL, stdout=subprocess.DEVNULL)
+
+
+def settled(url):
+    """The server's account once nothing is on its way."""
+    while (seen := account(url))["on_their_way"]:
+        time.sleep(0.02)
+    return seen
+
+
+def replies(directory):
+    """How many replies are stored in a directory, by whatever is writing there now."""
+    with suppress(sqlite3.Error), closing(sqlite3.connect(f"file:{directory / STORE}?mode=ro", uri=True)) as db:
+        return db.execute("select count(answer ->> 'reply') from call").fetchone()[0]
+    return 0
+
+
+def ended(start, directory, luck, by=signal.SIGKILL):
+    """The exit status of a run in a directory that gets a signal some moments after its first reply."""
+    process = begun(start, directory)
+    time.sleep(luck.uniform(0, MOMENTS))
+    process.send_signal(by)
+    return process.wait()
+
+
+def begun(start, directory):
+    """A run in a directory that has its first reply."""
+    before, began = replies(directory), time.monotonic()
+    process = start()
+    while replies(directory) <= before and process.poll() is None and time.monotonic() - began < 60:
+        time.sleep(0.005)
+    return process
+
 
 SPEC = "llm:openai-api/fake/model"
 CONNECTIONS = 4
@@ -99,7 +146,7 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
 
 
 def test_what_a_run_of_strategies_has_told_of_is_on_disk_when_it_is_killed(tmp_path):
-    planned = study(StudyOptions(agent=["random", "human-inspired"], p=[0.3], trials=200 + 200 * KILLS, repetitions=1))
+    planned = study(StudyOptions(agent=["random", "human-inspired"], p=[0.3], trials=100 + 150 * KILLS, repetitions=1))
     asked = ["run", "flips", "--agent=random", "--agent=human-inspired", "--p=0.3", "--no-report", "--json"]
     asked += [f"--trials={planned.trials}", "--repetitions=1", f"--out={tmp_path / 'killed'}"]
     luck, told = random.Random(3), set()
@@ -203,9 +250,7 @@ ASKED, ANSWERED, RECORDED = "insert into call", "update call", "insert into tria
 
 
 @pytest.mark.parametrize("when", ["before", "after"])
-@pytest.mark.parametrize(
-    ("what", "at"), [(ASKED, 1), (ASKED, 9), (ANSWERED, 1), (ANSWERED, 9), (RECORDED, 1), (RECORDED, 2)]
-)
+@pytest.mark.parametrize(("what", "at"), [(ASKED, 1), (ANSWERED, 9), (RECORDED, 1)])
 def test_killed_when_a_call_or_a_trial_is_written(tmp_path, monkeypatch, unbroken, what, at, when):
     whole, once = unbroken
     monkeypatch.setenv("PAID", str(tmp_path / "killed.txt"))
@@ -252,7 +297,7 @@ def test_a_copy_of_any_moment_as_a_power_cut_leaves_it_opens_and_is_finished(tmp
             assert {
                 call.key for call in answered
             } >= journal.trials.keys()  # what was paid for is there before its trial
-        for copy in copies[-2:]:
+        for copy in copies[-1:]:
             run_study(planned, copy, limits=MANY)
             assert {trial.key: trial for trial in load(copy)} == whole
 
@@ -272,7 +317,7 @@ except (UserMistake, OSError) as error:
 """
 
 
-@pytest.mark.parametrize("most", [20_000, 60_000, 70_000, 90_000])
+@pytest.mark.parametrize("most", [20_000, 70_000])
 def test_a_full_disk_stops_a_run_and_loses_nothing(tmp_path, monkeypatch, unbroken, most):
     whole, once = unbroken
     monkeypatch.setenv("PAID", str(tmp_path / "full.txt"))

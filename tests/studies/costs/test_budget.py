@@ -3,25 +3,64 @@
 import asyncio
 import random
 import tempfile
+from functools import cache
 from pathlib import Path
 
 import pytest
+from builders import call_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_up_prices import CHEAP, DEAR, FREE, call, plan, planned, prices, usage  # noqa: F401 - a fixture
 from stored import call_log
 
-from lockprobe.agents.llm.model_facts import Price
+from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
 from lockprobe.foundation.errors import BadValue, BudgetReached
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Budget, Ledger, price_of
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
+
+PRICES = """
+[[model]]
+match = ["fake/dear*"]
+price = { input = 3, cached = 1, stored = 4, output = 10, date = "2026-01-02", source = "made up" }
+[[model]]
+match = ["fake/cheap"]
+price = { input = 0.5, cached = 0.5, output = 1, date = "2026-01-03", source = "made up" }
+"""
+DEAR, CHEAP, FREE = "llm:fake/dear", "llm:fake/cheap", "llm:fake/unheard"
+
+
+@pytest.fixture(autouse=True, scope="module")
+def prices(tmp_path_factory):
+    path = tmp_path_factory.mktemp("prices") / "models.toml"
+    path.write_text(PRICES)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(OWN_FACTS, str(path))
+        yield
+
+
+def planned(*agents):
+    return study(StudyOptions(agent=list(agents), trials=9, p=[0], repetitions=1))
+
+
+@cache
+def plans(agent):
+    return list(planned(agent).plans(agent))
+
+
+def call(agent=DEAR, trial=1, step=1, reply="said", **more):
+    return call_of(plans(agent)[trial - 1], step, reply, **more)
+
+
+def usage(read=0, wrote=0, cached=0, stored=0):
+    return Usage(calls=1, input_tokens=read, output_tokens=wrote, cached_tokens=cached, stored_tokens=stored)
 
 
 async def reserve(calls, most, agent=DEAR, trial=1, unanswered=0):
     """Announce the next call of a trial, as its agent does."""
     announced = call(agent, trial, reply=None, most=most, unanswered=unanswered)
-    await calls.of(plan(agent, trial)).reserve(announced)
+    await calls.of(plans(agent)[trial - 1]).reserve(announced)
 
 
 @pytest.mark.parametrize("allowed", [0, -1, float("nan"), float("inf")])

@@ -1,12 +1,15 @@
 """Calls on disk: looked up instead of made again, accounted for whatever happens, and never beyond a budget."""
 
 import asyncio
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from builders import call_of, small_study
 from stored import call_log, contents, sql, unanswered
 
+from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
@@ -122,3 +125,20 @@ def test_a_damaged_call_is_named_in_one_line_and_nothing_is_overwritten(tmp_path
         assert "\n" not in str(named.value)
         assert len(str(named.value)) < 1000
     assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("change", ["replaced", "deleted"])
+def test_what_is_asked_is_not_asked_where_somebody_changed_the_file_and_all_is_beside_it(tmp_path, change):
+    """Cloud clients save an older state of a file in its place."""
+    store = tmp_path / "study.db"
+    with call_log(tmp_path) as calls:
+        ask(calls, replied())
+        Path(shutil.copy(store, tmp_path / "older")).replace(store)
+        if change == "deleted":
+            store.unlink()
+        with pytest.raises(BadFile, match=f"study.db: {change} by somebody else .* is in study.db.rescued"):
+            asyncio.run(calls.of(OTHER).reserve(about(replied(trial=OTHER))))
+    for beside in ("-wal", "-shm"):
+        (tmp_path / f"study.db{beside}").unlink(missing_ok=True)
+    (tmp_path / "study.db.rescued").replace(store)
+    assert read_calls(tmp_path) == [replied()]

@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 from builders import make_trial, small_study, write_study
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from stored import contents, sql
 
@@ -51,7 +51,7 @@ def test_records_of_other_settings_are_refused_wherever_they_are_read(tmp_path, 
     """Somebody has changed ``study.json`` by hand: what the settings do not say, the identity of a record says."""
     here, there = replace(STUDY, **ours), replace(STUDY, **theirs)
     run_study(there, tmp_path)
-    settings = (tmp_path / "study.json").read_bytes()
+    before = (tmp_path / "study.json").read_bytes()
     (tmp_path / "study.json").unlink()
     write_settings(tmp_path, here)
 
@@ -62,7 +62,7 @@ def test_records_of_other_settings_are_refused_wherever_they_are_read(tmp_path, 
     for use in (partial(load, tmp_path), counted, partial(run_study, here, tmp_path)):
         with pytest.raises(BadFile, match="which is no trial of the study in study.json: put back the one"):
             use()
-    (tmp_path / "study.json").write_bytes(settings)
+    (tmp_path / "study.json").write_bytes(before)
     assert len(run_study(there, tmp_path)) == there.size
 
 
@@ -128,6 +128,7 @@ def test_no_single_bit_of_a_record_flips_unseen(tmp_path):
     assert contents(tmp_path) == before
 
 
+@settings(max_examples=25)
 @given(key=st.text(), of=st.integers(1, 60))
 def test_every_key_is_in_exactly_one_part(key, of):
     assert sum(Shard(number=number, of=of).has(key) for number in range(1, of + 1)) == 1
