@@ -4,32 +4,12 @@ The columns of every edited row, the identity too, are those that its record wou
 """
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from stored import records, rewrite, sql
 
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import checksum, written
-
-
-@dataclass
-class Sent:
-    """A call as it is stored: as it was sent, and its outcome; None where there is none."""
-
-    asked: dict[str, Any] | None
-    answer: dict[str, Any] | None
-
-    @property
-    def said(self):
-        """Both, those that are there."""
-        return [one for one in (self.asked, self.answer) if one is not None]
-
-    @property
-    def key(self):
-        """Its trial."""
-        return self.said[0]["key"]
 
 
 class Evidence:
@@ -42,8 +22,7 @@ class Evidence:
     def __init__(self, directory):
         self.directory = Path(directory)
         self.records = records(self.directory)
-        rows = sql(self.directory, "select asked, answer from call order by id")
-        self.calls = [Sent(*(one and json.loads(one) for one in row)) for row in rows]
+        self.calls = [json.loads(one) for one in sql(self.directory, "select call from call order by id")]
         self.settings = json.loads((self.directory / "study.json").read_text("utf-8"))
 
     def save(self):
@@ -52,11 +31,11 @@ class Evidence:
         study = read_study(self.directory)
         identities = {one.label: study.record_identity(one) for one in study.conditions}
         rewrite(self.directory, self.records, [identities[record["condition"]] for record in self.records])
-        rows = [(one.key, *(part and json.dumps(part) for part in (one.asked, one.answer))) for one in self.calls]
+        rows = [(one["key"], json.dumps(one)) for one in self.calls]
         rows = [(*row, checksum(*row)) for row in rows]
         with written(self.directory) as store, store.transaction() as writing:
             writing.execute("delete from call")
-            writing.executemany("insert into call (key, asked, answer, crc) values (?, ?, ?, ?)", rows)
+            writing.executemany("insert into call (key, call, crc) values (?, ?, ?)", rows)
 
     def of(self, agent, ending=None):
         """The records of an agent, those that ended so if that is given."""
@@ -64,12 +43,12 @@ class Evidence:
 
     def calls_of(self, record):
         """The outcomes of the calls of a trial, oldest first."""
-        return [call.answer for call in self.calls if call.key == record["key"]]
+        return [call for call in self.calls if call["key"] == record["key"]]
 
     def drop(self, keep, *, calls=False):
         """Drop the records, or the calls too, whose key is not to be kept."""
         self.records = [one for one in self.records if keep(one["key"])]
-        self.calls = [one for one in self.calls if keep(one.key) or not calls]
+        self.calls = [one for one in self.calls if keep(one["key"]) or not calls]
 
 
 def relabelled(record, *, steps=None):

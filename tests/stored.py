@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.spec import PEOPLE, group_of
-from lockprobe.studies.costs.call_log import Calls, logged_calls
+from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.records.store import INSERT, STORE, checksum, read, row_of, write_acts, written
-from lockprobe.trial.model_call import Call
 from lockprobe.trial.trial_json import TrialReader
 
 
@@ -101,11 +100,6 @@ def call_log(directory: Path) -> Iterator[Calls]:
     """The open log of calls of a directory."""
     with written(directory) as store:
         yield Calls(store)
-
-
-def unanswered(directory: Path) -> list[Call | None]:
-    """The calls that were sent and have no outcome."""
-    return [one.asked for one in logged_calls(directory) if one.answer is None]
 
 
 def contents(directory: Path) -> dict[str, object]:

@@ -22,7 +22,7 @@ def played(tmp_path):
 def test_replies_of_trials_that_are_not_finished_are_counted(lockprobe, tmp_path, played):
     (key,) = sql(played, "delete from trial where id = 1 returning key")
     call = {"key": key, "step": 1, "turn": 1, "request": "r", "reply": "{}"}
-    sql(played, "insert into call values (1, ?1, null, ?2, checksum(?1, null, ?2))", key, json.dumps(call))
+    sql(played, "insert into call values (1, ?1, ?2, checksum(?1, ?2))", key, json.dumps(call))
     said = lockprobe("import", tmp_path / "new", played)[1]
     assert "5 trials imported, 0 already there, 1 unfinished. 1 replies of unfinished trials were imported" in said
 

@@ -78,7 +78,7 @@ def test_calls_are_counted_by_agent_and_in_all(tmp_path, told):
     facts, lines = told(tmp_path / "s")
     assert (facts["calls"], facts["failed_calls"], facts["broken_off_calls"], facts["retries"]) == (6, 1, 1, 3)
     assert (facts["input_tokens"], facts["cached_tokens"], facts["output_tokens"]) == (12_000, 3000, 600)
-    assert (facts["in_progress"], facts["in_progress_calls"], facts["unanswered_calls"]) == (2, 2, 0)
+    assert (facts["in_progress"], facts["in_progress_calls"]) == (3, 2)
     assert facts["dollars"] is None  # one price is not known
     dear = facts["agents"][DEAR]
     assert dear["dollars"] == pytest.approx((8500 * 3 + 2500 * 1 + 500 * 10) / 1e6)
@@ -144,13 +144,12 @@ def test_a_study_is_read_while_another_process_writes_it_and_after_that_is_kille
     line = [sys.executable, "-c", RUNNING, directory]
     with subprocess.Popen(line, env=os.environ | ways, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as run:
         assert run.stdout.readline() == b"written\n"
-        during, lines = told(directory)
+        during, _ = told(directory)
         run.kill()
     after, _ = told(directory)
     for facts in (during, after):
         assert (facts["done"], facts["owed"], facts["calls"]) == (1, 2, 1)
-        assert (facts["in_progress"], facts["unanswered_calls"], facts["broken_off_calls"]) == (2, 1, 1)
-    assert "            1 call in progress, or lost with a killed run" in lines
+        assert (facts["in_progress"], facts["broken_off_calls"]) == (2, 1)
     assert run.returncode == -signal.SIGKILL
 
 

@@ -14,7 +14,7 @@ from functools import partial
 import pytest
 from builders import make_trial, play_study, small_study, write_study
 from provider_server import ENDS, Manner, here, truthful
-from saboteur import Evidence, Sent, flipped, played_by, relabelled, reply_of
+from saboteur import Evidence, flipped, played_by, relabelled, reply_of
 from stored import acts, sql
 from taking_part import take_part
 from tool_player import AGENT, Player, calls
@@ -238,13 +238,8 @@ def another_joint(step):
     step["decision"]["joint"] = next(one for one in "ABCD" if one != step["decision"]["joint"])
 
 
-def fewer_attempts(files):
-    for call in files.calls:
-        call.answer.update({"unanswered": 1} if call.answer.get("unanswered") == 3 else {})
-
-
 def other_call(files):
-    call = next(one.answer for one in files.calls if one.answer["step"] == 2)
+    call = next(one for one in files.calls if one["step"] == 2)
     call["reply"] = json.dumps(json.loads(call["reply"]) | {"hypothesis": "by luck"})
 
 
@@ -267,7 +262,7 @@ def decisions(change, after=0):
 
 
 def answers(change):
-    return lambda files: [change(call.answer) for call in files.calls]
+    return lambda files: [change(call) for call in files.calls]
 
 
 def then(*edits):
@@ -295,12 +290,12 @@ def facts(**changes):
 
 def sent(files, record, number):
     """A call of a trial as it is stored, by its place among them."""
-    return [call for call in files.calls if call.key == record["key"]][number]
+    return [call for call in files.calls if call["key"] == record["key"]][number]
 
 
 def one_more_call(files, record):
     files.calls.append(deepcopy(sent(files, record, -1)))
-    files.calls[-1].answer["reply"] = '{"last_action": "moved", "hypothesis": "", "joint": "A"}'
+    files.calls[-1]["reply"] = '{"last_action": "moved", "hypothesis": "", "joint": "A"}'
 
 
 PLACE = ("key", "agent", "condition", "repetition", "trial")
@@ -313,16 +308,12 @@ def place_of(line):
 
 def of_another(agent=MODEL, **place):
     """Calls that are said to be of another agent, whose costs they then are, or of another place."""
-    return lambda files: [said.update({"agent": agent} | place) for call in files.calls for said in call.said]
-
-
-def without_an_outcome(files, record):
-    files.calls.append(Sent(deepcopy(sent(files, record, -1).asked), None))
+    return lambda files: [said.update({"agent": agent} | place) for said in files.calls]
 
 
 def forgotten(files, record):
     mark = place_of(record) | {"step": 0, "turn": 0, "request": "", "reply": None, "error": "owed anew"}
-    files.calls += [Sent(None, mark), *(deepcopy(one) for one in files.calls if one.key == record["key"])]
+    files.calls += [mark, *(deepcopy(one) for one in files.calls if one["key"] == record["key"])]
 
 
 def dropped(*, lowered=True, calls=False):
@@ -368,7 +359,6 @@ EDITS = {
     "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"]), "attempts", "is not on record"),
     "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision"),
     "a claim there": ("bench", of_the_model(lambda step: flipped(step["decision"])), "replies", ""),
-    "fewer attempts without an answer": ("resumed", fewer_attempts, "replies", "step 1 had 2 attempts without an answer, not 1"),
     "no reply there": ("bench", of_the_model(lambda step: step["decision"].pop("replies")), "replies", ""),
     "a reply in the log there": ("bench", other_call, "replies", ""),
     "a reply of a fork dropped": ("branched", without_last_of_a_fork, "fork replies", ""),
@@ -384,12 +374,10 @@ EDITS = {
     "cheaper calls": ("sabotaged", answers(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies", ""),
     "a call dropped": ("sabotaged", first(lambda files, one: files.calls.remove(sent(files, one, -1)), "solved"), "replies", ""),
     "one more call": ("sabotaged", first(one_more_call, "budget"), "replies", ""),
-    "a call of another trial": ("sabotaged", first(lambda files, one: [said.update(place_of(files.of(MODEL)[1])) for said in sent(files, one, 0).said]), "replies", ""),
-    "an outcome of another trial": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "records", ""),
+    "a call of another trial": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "replies", ""),
     "calls of another agent": ("sabotaged", of_another("llm:openai-api/fake/cheap"), "replies", ""),
     "calls of another place": ("sabotaged", of_another(trial=1), "replies", ""),
     "edited calls": ("sabotaged", answers(lambda call: call.update(reply=call["reply"] and call["reply"].replace("in turn", "I see the plan"))), "replies", ""),
-    "a call without an outcome": ("sabotaged", first(without_an_outcome), "replies", ""),
     "replies to be forgotten": ("sabotaged", first(forgotten, "budget"), "replies", ""),
     "trials dropped, number lowered": ("sabotaged", dropped(), "replies", ""),
     "the model left out": ("sabotaged", left_out(MODEL), "replies", ""),

@@ -20,10 +20,9 @@ from functools import partial
 import forked
 import pytest
 from provider_server import Manner, account, elsewhere
-from stored import unanswered
 
 from lockprobe.agents.llm.settings import Access
-from lockprobe.studies.costs.call_log import logged_calls, read_calls
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
@@ -56,7 +55,7 @@ def settled(url):
 def replies(directory):
     """How many replies are stored in a directory, by whatever is writing there now."""
     with suppress(sqlite3.Error), closing(sqlite3.connect(f"file:{directory / STORE}?mode=ro", uri=True)) as db:
-        return db.execute("select count(answer ->> 'reply') from call").fetchone()[0]
+        return db.execute("select count(call ->> 'reply') from call").fetchone()[0]
     return 0
 
 
@@ -80,7 +79,7 @@ def begun(start, directory):
 SPEC = "llm:openai-api/fake/model"
 CONNECTIONS = 4
 MANY = Limits(access=Access(connections=32))
-DONE = {"trial": "current", "call": "answer is not null"}
+DONE = {"trial": "current", "call": "call ->> 'reply' is not null"}
 """The rows of a table that never change again."""
 # Many joints, so that no two trials have the same conversation, and one step of it is one request.
 STUDY = {"box": "random-8-1", "p": [0.3], "trials": 12 + 2 * KILLS, "repetitions": 1, "max_steps": 10}
@@ -114,7 +113,6 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
     with elsewhere(manner) as url:
         monkeypatch.setenv("FAKE_BASE_URL", url)
         assert ended(partial(runs, directory), directory, luck, signal.SIGINT) == 130
-        assert unanswered(directory) == []
         lost = settled(url)["arrived"] - sum(call.reply is not None for call in read_calls(directory))
         assert 0 <= lost <= CONNECTIONS
         while kills < KILLS and ended(partial(runs, directory), directory, luck) == -signal.SIGKILL:
@@ -139,7 +137,6 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
     assert all(call.broken_off for call in broken)
     assert seen["conversations"].keys() == asked["conversations"].keys()
     assert seen["arrived"] - len(calls) == lost <= len(broken) <= (1 + KILLS) * CONNECTIONS
-    assert unanswered(directory) == []
     print(
         f"{kills} kills, {len(calls)} calls, {lost} on their way at a kill, {seen['left']} of them left before the reply"
     )
@@ -263,9 +260,9 @@ def test_killed_when_a_call_or_a_trial_is_written(tmp_path, monkeypatch, unbroke
     assert len(once) == len(set(once)) == sum(len(trial.steps) for trial in whole) > 9
     assert set(paid) == set(once)
     assert len(paid) - len(once) == ((what, when) == (ANSWERED, "before"))
-    calls = logged_calls(tmp_path / "killed")
-    assert sum(call.answer.broken_off for call in calls) == ((what, when) in {(ASKED, "after"), (ANSWERED, "before")})
-    assert sum(not call.answer.broken_off for call in calls) == len(once)
+    calls = read_calls(tmp_path / "killed")
+    assert sum(call.broken_off for call in calls) == ((what, when) in {(ASKED, "after"), (ANSWERED, "before")})
+    assert sum(not call.broken_off for call in calls) == len(once)
 
 
 def test_a_copy_of_any_moment_as_a_power_cut_leaves_it_opens_and_is_finished(tmp_path, monkeypatch):
@@ -293,7 +290,7 @@ def test_a_copy_of_any_moment_as_a_power_cut_leaves_it_opens_and_is_finished(tmp
             with Journal.open(copy, planned) as journal:
                 assert list(journal.trials) == in_order[: len(journal.trials)]
             assert {trial.key: trial for trial in load(copy)} == {key: whole[key] for key in journal.trials}
-            answered = [call.answer for call in logged_calls(copy) if not call.answer.broken_off]
+            answered = [call for call in read_calls(copy) if not call.broken_off]
             assert {
                 call.key for call in answered
             } >= journal.trials.keys()  # what was paid for is there before its trial

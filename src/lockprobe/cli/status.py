@@ -5,7 +5,6 @@ from __future__ import annotations
 import json as json_
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,20 +21,20 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import flow_of, read_diaries
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.branch import FORKS, read_forks
-from lockprobe.studies.costs.call_log import LoggedCall, logged_calls
+from lockprobe.studies.costs.call_log import kept_replies, read_calls
 from lockprobe.studies.costs.spending import Ledger, Spending, total
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import Tally, load, tally
 from lockprobe.studies.records.store import read, trials_in
 from lockprobe.studies.study import Study
-from lockprobe.trial.model_call import BROKEN_OFF
+from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Trial
 
 
 def status(directory: Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study."""
-    study, logged = read_study(directory), logged_calls(directory)
+    study, logged = read_study(directory), read_calls(directory)
     with read(directory) as store:
         records = tally(store, study)
         steps, seconds = store.one("select total(steps), total(seconds) from trial where not current")
@@ -66,7 +65,7 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     if study.until:
         said, facts["decided"] = decided(study, trials)
         facts["until"] = str(study.until)
-    ledger, forks = _ledger(study, logged), _ledger(study, logged_calls(directory / FORKS))
+    ledger, forks = Ledger(study, logged), Ledger(study, read_calls(directory / FORKS))
     both = total([*ledger.by_agent.values(), *forks.by_agent.values()])
     if json:
         agents = {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()}
@@ -85,15 +84,11 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
             print(printable(f"{name:<12}{line}"))
 
 
-def _in_progress(logged: Sequence[LoggedCall], finished: set[str]) -> dict[str, object]:
-    """The trials that were begun and are owed, the replies that are kept for them, and calls without an answer."""
-    waiting, begun = [one.asked.key for one in logged if one.answer is None and one.asked is not None], Counter[str]()
-    for call in (one.answer for one in logged if one.answer is not None):
-        begun.update([call.key] if call.reply is not None and call.key not in finished else [])
-        if call.owed_anew:
-            del begun[call.key]
-    in_progress = len({*begun, *waiting} - finished)
-    return {"in_progress": in_progress, "in_progress_calls": begun.total(), "unanswered_calls": len(waiting)}
+def _in_progress(logged: Sequence[Call], finished: set[str]) -> dict[str, object]:
+    """The trials that were begun and are owed, and the replies that are kept for them."""
+    kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in finished}
+    begun = {call.key for call in logged if call.broken_off and call.key not in finished} | kept.keys()
+    return {"in_progress": len(begun), "in_progress_calls": sum(kept.values())}
 
 
 def _played(study: Study, records: Sequence[Tally], trials: Sequence[Trial]) -> dict[str, object]:
@@ -122,17 +117,11 @@ def _played(study: Study, records: Sequence[Tally], trials: Sequence[Trial]) -> 
     }
 
 
-def _asked_again(study: Study, logged: Sequence[LoggedCall]) -> dict[str, dict[str, int]]:
+def _asked_again(study: Study, logged: Sequence[Call]) -> dict[str, dict[str, int]]:
     """Agent -> its replies, and those of them that were asked for after another one could not be used."""
-    replied = [one.answer for one in logged if one.answer is not None and one.answer.reply is not None]
+    replied = [call for call in logged if call.reply is not None]
     replies, again = (Counter(call.agent for call in replied if call.turn >= turn) for turn in (1, 2))
     return {study.label_of(agent): {"replies": replies[agent], "asked_again": again[agent]} for agent in again}
-
-
-def _ledger(study: Study, logged: Sequence[LoggedCall]) -> Ledger:
-    """The cost of all calls; those without an answer count as broken off."""
-    waiting = [replace(one.asked, error=BROKEN_OFF) for one in logged if one.answer is None and one.asked is not None]
-    return Ledger(study, (*waiting, *(one.answer for one in logged if one.answer is not None)))
 
 
 def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -152,8 +141,6 @@ def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str
     if facts["in_progress"]:
         kept = f"{facts['in_progress_calls']} replies kept for them"
         yield "open", f"{count(facts['in_progress'], 'trial')} unfinished, {kept}"
-    if facts["unanswered_calls"]:
-        yield "", f"{count(facts['unanswered_calls'], 'call')} in progress, or lost with a killed run"
     yield from _played_lines(directory, facts)
 
 

@@ -30,7 +30,7 @@ from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.replay import AgentKind, ReplayedTrial, is_foreign, kind_of, played_again
 from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
 from lockprobe.studies.branch import FORKS, fork_plan
-from lockprobe.studies.costs.call_log import kept_replies, logged_calls
+from lockprobe.studies.costs.call_log import kept_replies, read_calls
 from lockprobe.studies.decisions import due
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
@@ -123,7 +123,7 @@ class _PlayedAgain:
 
 def _kept(directory: Path) -> dict[str, list[Call]]:
     """The replies to each trial in a log of calls."""
-    return kept_replies([one.answer for one in logged_calls(directory) if one.answer is not None])
+    return kept_replies(read_calls(directory))
 
 
 def _also(count: int, said: str) -> str:
@@ -230,26 +230,21 @@ def _replies_held(
 
     ``known`` are the trials on record, and those that are owed; ``again`` is what follows of the records.
     """
-    logged, hosted = logged_calls(directory), [one for one in again if one.kind == "hosted"]
+    logged, hosted = read_calls(directory), [one for one in again if one.kind == "hosted"]
     if not (hosted or logged):
         return
-    kept, marks = _kept(directory), Counter(one.answer.key for one in logged if one.answer and one.answer.owed_anew)
+    kept, marks = kept_replies(logged), Counter(call.key for call in logged if call.owed_anew)
     failed = [
         f"{one.key}: {one.choices if kept.get(one.key) else 'the log of calls has no reply of it'}"
         for one in hosted
         if one.choices
     ]
-    for _, asked, answer in logged:
-        for call in filter(None, (asked, answer)):
-            one, place = known.get(call.key), (call.agent, call.condition, call.repetition, call.trial)
-            if one is None:
-                failed.append(f"{call.key}: calls of no trial on record")
-            elif place != (one.agent, one.name.condition, one.repetition, one.trial):
-                failed.append(f"{call.key}: its calls name another trial or agent")
-        if asked and answer is None and isinstance(known.get(asked.key), Trial):
-            failed.append(f"{asked.key}: a call that was sent has no outcome")
-        if asked and answer and (lost := answer.lacks(asked)):
-            failed.append(f"{asked.key}: step {answer.step} had {lost}")
+    for call in logged:
+        one, place = known.get(call.key), (call.agent, call.condition, call.repetition, call.trial)
+        if one is None:
+            failed.append(f"{call.key}: calls of no trial on record")
+        elif place != (one.agent, one.name.condition, one.repetition, one.trial):
+            failed.append(f"{call.key}: its calls name another trial or agent")
     for key, one in known.items():
         if isinstance(one, Trial) and marks[key] != one.replays + (one.error is not None and one.error.again):
             failed.append(

@@ -112,19 +112,6 @@ class Call:
         """Whether it has a reply and no count of tokens."""
         return self.reply is not None and not (self.usage.input_tokens or self.usage.output_tokens)
 
-    def lacks(self, asked: Call) -> str:
-        """What an outcome leaves out of the account of attempts that were announced before; empty for nothing."""
-        counted = self.usage if self.claimed is None else self.claimed
-        for what, mine, before in (
-            ("retries", self.retries, asked.retries),
-            ("attempts without an answer", self.unanswered, asked.unanswered),
-            ("tokens in of failed attempts", counted.input_tokens, asked.usage.input_tokens),
-            ("tokens out of failed attempts", counted.output_tokens, asked.usage.output_tokens),
-        ):
-            if mine < before:
-                return f"{before} {what}, not {mine}"
-        return ""
-
     @property
     def unpriced(self) -> int:
         """Attempts whose cost nobody said: each can have cost :attr:`most`."""

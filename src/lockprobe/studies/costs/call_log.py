@@ -2,7 +2,7 @@
 
 A reply that was paid for is never lost. A trial that was interrupted by a fault, a kill or the budget resumes at the
 same point: its earlier calls are looked up, not repeated. The cost of a study is the sum of its calls, including those
-of broken trials. A call that was sent and has no answer was broken off by a kill; the next run says so.
+of broken trials. A call is written as broken off, with its maximum cost, until it has an outcome: so a kill leaves it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -27,43 +26,27 @@ from lockprobe.trial.plan import Plan
 _adapter: TypeAdapter[Call] = TypeAdapter(Call)
 
 
-class LoggedCall(NamedTuple):
-    """A call as it is stored.
+def read_calls(directory: Path | str) -> list[Call]:
+    """The calls of a study in the order in which they were asked; empty if no provider was asked.
 
-    Attributes:
-        number: From 1, in the order in which they were asked.
-        asked: As it was last sent, with its maximum cost; None of a mark that a trial is owed anew.
-        answer: With its outcome; None while it is on its way, or if its run was killed.
+    One that is on its way, or was when its run was killed, is broken off.
     """
-
-    number: int
-    asked: Call | None
-    answer: Call | None
-
-
-def logged_calls(directory: Path | str) -> list[LoggedCall]:
-    """The calls of a study in the order in which they were asked; empty if no provider was asked."""
     if not is_there(Path(directory) / STORE):
         return []
     with read(directory) as store:
-        return [*_logged(store)]
+        return [*_calls_in(store)]
 
 
-def read_calls(directory: Path | str) -> list[Call]:
-    """The calls of :func:`logged_calls` that have an outcome."""
-    return [one.answer for one in logged_calls(directory) if one.answer is not None]
-
-
-def _logged(store: Database) -> Iterator[LoggedCall]:
-    for number, key, asked, answer, crc in store.rows("select * from call order by id", nulls=True):
-        check_row(store, f"call {number}, {key}", crc, key, asked, answer)
+def _calls_in(store: Database) -> Iterator[Call]:
+    for number, key, said, crc in store.rows("select * from call order by id"):
+        check_row(store, f"call {number}, {key}", crc, key, said)
         try:
-            sent, came = (one and _adapter.validate_json(one, strict=True, extra="forbid") for one in (asked, answer))
+            call = _adapter.validate_json(said, strict=True, extra="forbid")
         except ValidationError as error:
             raise Damaged(store.path, f"call {number}, {key}: {error.errors()[0]['msg']}") from None
-        if {one.key for one in (sent, came) if one} != {key}:
+        if call.key != key:
             raise Damaged(store.path, f"call {number} is not one of {key}")
-        yield LoggedCall(number, sent, came)
+        yield call
 
 
 def kept_replies(calls: Iterable[Call]) -> dict[str, list[Call]]:
@@ -90,10 +73,10 @@ def take(kept: list[Call], step: int, turn: int, request: str) -> Call | None:
 
 
 class Calls:
-    """The open log of calls of a study. Calls that a kill left without an answer are settled as broken off.
+    """The open log of calls of a study.
 
     Attributes:
-        listener: Called with every call that is written.
+        listener: Called with every call that has an outcome.
     """
 
     def __init__(self, store: Database) -> None:
@@ -103,19 +86,14 @@ class Calls:
         self._claimed: Call | None = None
         self._news = asyncio.Event()
         self.listener: Callable[[Call], None] = lambda call: None
-        logged = [*_logged(store)]
-        for number, asked, answer in logged:
-            if answer is None and asked is not None:
-                self._put(number, asked, replace(asked, error=BROKEN_OFF))
-        self._kept = kept_replies(answer for _, _, answer in logged if answer is not None)
+        self._kept = kept_replies(_calls_in(store))
         for (key,) in store.rows("select key from trial where current and not owed") if self._kept else ():
             self.forget(key)
 
     def limit(self, budget: Budget) -> None:
         """Set the budget that no further call may exceed; calls of earlier runs count."""
-        for _, _, answer in _logged(self._store):
-            if answer is not None:
-                budget.settle(answer)
+        for call in _calls_in(self._store):
+            budget.settle(call)
         self._budget = budget
 
     def has_replies(self, key: str) -> bool:
@@ -166,17 +144,16 @@ class Calls:
         while self._budget is not None and not self._budget.reserve(call):
             await self._news.wait()
         number, _, began = self._on_their_way.get(call.key, (None, call, time.monotonic()))
-        self._on_their_way[call.key] = self._put(number, call, None), call, began
+        self._on_their_way[call.key] = self._put(number, replace(call, error=BROKEN_OFF)), call, began
 
     def write(self, call: Call) -> None:
         """Write a call to disk, with or without a reply. A call of unknown cost keeps its maximum cost."""
-        number, asked, _ = self._on_their_way.pop(call.key, (None, None, 0.0))
-        if asked is not None:
-            if call.broken_off:
-                call = replace(call, retries=asked.retries, unanswered=asked.unanswered, usage=asked.usage)
-            if call.unpriced:
-                call = replace(call, most=asked.most)
-        self._put(number, asked, call)
+        number, asked, _ = self._on_their_way.pop(call.key, (None, call, 0.0))
+        if call.broken_off:
+            call = replace(call, retries=asked.retries, unanswered=asked.unanswered, usage=asked.usage)
+        if call.unpriced:
+            call = replace(call, most=asked.most)
+        self._put(number, call)
         if call.owed_anew:
             self.forget(call.key)
         elif call.reply is not None:
@@ -188,18 +165,17 @@ class Calls:
         self._news = asyncio.Event()
         self.listener(call)
 
-    def _put(self, number: int | None, asked: Call | None, answer: Call | None) -> int:
+    def _put(self, number: int | None, call: Call) -> int:
         """Write a row, a new one without its number, and wait for the disk; return its number."""
-        (key,) = {one.key for one in (asked, answer) if one}
-        said = [one and _adapter.dump_json(one, exclude_defaults=True).decode() for one in (asked, answer)]
-        crc = checksum(key, *said)
+        said = _adapter.dump_json(call, exclude_defaults=True).decode()
+        row = call.key, said, checksum(call.key, said)
         with self._store.transaction(sync=True) as writing:
             if number is not None:
-                writing.execute("update call set asked = ?, answer = ?, crc = ? where id = ?", (*said, crc, number))
+                writing.execute("update call set key = ?, call = ?, crc = ? where id = ?", (*row, number))
                 return number
-            new = writing.execute("insert into call (key, asked, answer, crc) values (?, ?, ?, ?)", (key, *said, crc))
-        assert new.lastrowid is not None
-        return new.lastrowid
+            new = writing.execute("insert into call (key, call, crc) values (?, ?, ?)", row).lastrowid
+        assert new is not None
+        return new
 
 
 class TrialCalls:

@@ -22,7 +22,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.database import Database
-from lockprobe.studies.costs.call_log import logged_calls
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
@@ -61,7 +61,7 @@ class Gathered:
 def check_source(directory: Path) -> None:
     """Refuse a directory in which something is damaged, or which is not that of a study."""
     load(directory)
-    logged_calls(directory)
+    read_calls(directory)
     AttemptLog.read(directory)
 
 
@@ -102,7 +102,7 @@ def gather(
             for key in filter(journal.owes, calls):
                 if Counter(own.get(key, ())) <= Counter(calls[key]):  # else it began otherwise
                     missing = _copy_calls(journal, calls[key], own.get(key, ()))
-                    found.replies += sum(json.loads(answer).get("reply") is not None for _, _, answer, _ in missing)
+                    found.replies += sum(json.loads(call).get("reply") is not None for _, call, _ in missing)
         found.unfinished = sum(map(journal.owes, begun))
         beside(journal)
     return found
@@ -150,9 +150,8 @@ def _calls_in(directory: Path) -> _Calls:
 
 
 def _calls(store: Database) -> _Calls:
-    """The rows of the calls of each trial that have an outcome."""
-    rows = store.rows("select key, asked, answer, crc from call where answer is not null order by id", nulls=True)
-    return grouped(rows, lambda row: row[0])
+    """The rows of the calls of each trial."""
+    return grouped(store.rows("select key, call, crc from call order by id"), lambda row: row[0])
 
 
 def _copy_calls(
@@ -161,7 +160,7 @@ def _copy_calls(
     """Copy those calls of a trial that are missing here, and return them."""
     missing = [*(Counter(calls) - Counter(own)).elements()]
     with journal.store.transaction() as writing:
-        writing.executemany("insert into call (key, asked, answer, crc) values (?, ?, ?, ?)", missing)
+        writing.executemany("insert into call (key, call, crc) values (?, ?, ?)", missing)
     return missing
 
 
@@ -182,7 +181,7 @@ _DELETED = 1_000_000
 """So many more rows may have been there before."""
 
 _LOGS = {
-    "call": "key, asked, answer, crc",
+    "call": "key, call, crc",
     "attempt": "key, kind, joint, claimed, told, hypothesis, crc",
     "act": "participant, number, entry, crc",
 }
@@ -198,12 +197,13 @@ def save_sound_rows(directory: Path, into: Path) -> int:
     Raises:
         BadFile: If the store is missing, or cannot even be opened.
     """
-    reader, diaries = TrialReader(), Counter[str]()
+    study, reader, diaries = read_study(directory), TrialReader(), Counter[str]()
     with read(directory) as damaged, written(into) as store, store.transaction() as writing:
+        known = {one.label: study.record_identity(one) for one in study.conditions}
         for _, seconds, identity, record in _rows(damaged, "trial", "seconds, identity, record"):
-            if isinstance(seconds, float) and isinstance(identity, str):
-                with suppress(BadFile, BadValue):
-                    trial = reader.read(unpacked(damaged, "", record))
+            with suppress(BadFile, BadValue):
+                trial = reader.read(unpacked(damaged, "", record))
+                if isinstance(seconds, float) and identity == known.get(trial.condition):
                     writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
                     writing.execute(INSERT, row_of(trial, seconds, identity))
         for table, columns in _LOGS.items():

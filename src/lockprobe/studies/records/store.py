@@ -46,8 +46,7 @@ create unique index current_trial on trial (key) where current;
 create index counted on trial (identity, agent, ending, boundary, owed, player, repetition, trial, steps, seconds)
   where current;
 create index replaced on trial (id) where not current;
-create table call (id integer primary key, key text not null, asked text, answer text, crc int not null) strict;
-create index open_call on call (id) where answer is null;
+create table call (id integer primary key, key text not null, call text not null, crc int not null) strict;
 create table attempt (
   id integer primary key,
   key text not null,

@@ -50,14 +50,12 @@ class PausedTrial:
     """
 
     def __init__(self, plan: Plan, agent: OutsideAgent, pictures: Path | None, place: Executor) -> None:
-        self.plan = plan
+        self.plan, self._agent, self._told = plan, agent, ""
         self.situation: Situation | None = None
         self.trial: Trial | None = None
         self.seconds = 0.0
-        self._told: list[str] = []
-        self._agent = agent
         keep = None if pictures is None else partial(keep_picture, pictures)
-        self._loop = asyncio.create_task(play_timed(plan, self._agent, self._note, keep, place=place))
+        self._loop = asyncio.create_task(play_timed(plan, agent, self._note, keep, place=place))
 
     @classmethod
     async def begin(
@@ -90,13 +88,12 @@ class PausedTrial:
             await paused._wait()
             for number, step in enumerate(played, 1):
                 what, there = f"step {number} of {plan.key}", paused.situation
-                if there is None or step.joint not in there.task.joints:
-                    if paused.sound:
-                        raise BadValue(what, step.joint, "a step of this trial")
-                    break
-                told = await paused.attempt(step.joint, step.claimed, step.hypothesis)
-                if told != step.told and paused.sound:  # a broken trial reports nothing
-                    raise BadValue(what, told, f"{step.told!r}, as it was shown before")
+                if there is not None and step.joint in there.task.joints:
+                    told = await paused.attempt(step.joint, step.claimed, step.hypothesis)
+                    if told != step.told and paused.sound:  # a broken trial reports nothing
+                        raise BadValue(what, told, f"{step.told!r}, as it was shown before")
+                elif paused.sound:
+                    raise BadValue(what, step.joint, "a step of this trial")
             undo.pop_all()
         return paused
 
@@ -111,19 +108,17 @@ class PausedTrial:
         ``claimed`` is the agent's claim about the step before, ``hypothesis`` its statement about the box. Returns the
         report of the attempt; empty with pictures and if the trial broke.
         """
-        before = len(self._told)
-        self.situation = None
+        self.situation, self._told = None, ""
         self._agent.say(joint, claimed, hypothesis)
         await self._wait()
-        return self._told[-1] if len(self._told) > before else ""
+        return self._told
 
     async def close(self) -> None:
         """End the trial and release its plant."""
-        if self._loop.done():
-            return
-        self._loop.cancel()
-        with suppress(asyncio.CancelledError):
-            await self._loop
+        if not self._loop.done():
+            self._loop.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._loop
 
     async def _wait(self) -> None:
         """Wait until the trial loop asks for a decision or ends; re-raise its exceptions."""
@@ -138,4 +133,4 @@ class PausedTrial:
             self.situation = asked.result()
 
     def _note(self, key: str, step: Step) -> None:
-        self._told.append("" if step.pictures else step.told)
+        self._told = "" if step.pictures else step.told
