@@ -89,7 +89,7 @@ def test_calls_are_counted_by_agent_and_in_all(tmp_path, told):
     table = [line.split() for line in lines]
     assert [DEAR, "5", "1", "1", "3", "11,000", "2,500", "500", "250", "$0.033"] in table
     assert [FREE, "1", "0", "0", "0", "1,000", "500", "100", "50", "not", "known"] in table
-    assert "open        2 trials unfinished, 2 replies kept for them" in lines
+    assert "open        3 trials unfinished, 2 replies kept for them" in lines
     assert "uncounted   1 attempt of unknown cost" in lines
     assert "steps       8 in 2.0 s of playing, summed over parallel trials" in lines
 

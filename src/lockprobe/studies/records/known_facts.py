@@ -12,15 +12,6 @@ _PLANT_FACTS = ("engine", "renderer")
 """Facts about a plant that its pictures depend on and its spec does not hold."""
 
 
-def lasting_facts(trial: Trial) -> Mapping[str, Fact]:
-    """The facts of an agent that are the same in all its trials; people's devices and connections may differ."""
-    if trial.player:
-        return {}
-    if spec_kind(trial.agent) == MCP:
-        return {name: trial.facts[name] for name in SAME_IN_ALL_TRIALS if name in trial.facts}
-    return trial.facts
-
-
 class KnownFacts:
     """What is known of agents (model, prompt, runtime) and of plants (engine, renderer) from these trials."""
 
@@ -31,9 +22,11 @@ class KnownFacts:
 
     def note(self, trial: Trial) -> dict[tuple[str, str], tuple[Fact, Fact]]:
         """Add what a trial says, and return what it says otherwise than before: whose fact, and its name -> both."""
-        plant = {name: trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
-        found = dict[tuple[str, str], tuple[Fact, Fact]]()
-        for who, facts in ((trial.agent, lasting_facts(trial)), (f"the plant {trial.plant.get('plant', '')}", plant)):
+        found, own, plant = dict[tuple[str, str], tuple[Fact, Fact]](), trial.facts, trial.plant
+        if trial.player or spec_kind(trial.agent) == MCP:  # people's devices and clients' connections may differ
+            own = {name: own[name] for name in SAME_IN_ALL_TRIALS if name in own and not trial.player}
+        shown = {name: plant[name] for name in _PLANT_FACTS if name in plant}
+        for who, facts in ((trial.agent, own), (f"the plant {plant.get('plant', '')}", shown)):
             found |= self.differences(who.rstrip(), facts) if facts else {}
             for name, value in facts.items():
                 if value is not None:  # a renderer, for one, is known only after a picture

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -33,6 +33,9 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import INSERT, checksum, read, row_of, trial_in, unpacked, written
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.trial_json import TrialReader
+
+_Calls = dict[str, list[tuple[Any, ...]]]
+"""The key of a trial -> the rows of its calls."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -94,22 +97,20 @@ def gather(
     found = Gathered(agents=joined.labels[len(known.agents) if known else 0 :])
     with Journal.open(directory, joined) as journal, journal.store.transaction(sync=True):
         facts = KnownFacts(journal.kinds())
-        begun = set[str]()
-        for source in sources:
-            begun |= _take(journal, source, facts, found)
-        for source in sources:
-            calls, own = _calls_in(source), _calls(journal.store)
+        begun = [_take(journal, source, facts, found) for source in sources]
+        for calls in begun:
+            own = _calls(journal.store)
             for key in filter(journal.owes, calls):
                 if Counter(own.get(key, ())) <= Counter(calls[key]):  # else it began otherwise
                     missing = _copy_calls(journal, calls[key], own.get(key, ()))
                     found.replies += sum(json.loads(call).get("reply") is not None for _, call, _ in missing)
-        found.unfinished = sum(map(journal.owes, begun))
+        found.unfinished = sum(map(journal.owes, {key for calls in begun for key in calls}))
         beside(journal)
     return found
 
 
-def _take(journal: Journal, source: Path, facts: KnownFacts, found: Gathered) -> set[str]:
-    """Take the finished trials of a source, each with its calls, attempts and pictures; the keys of what it began.
+def _take(journal: Journal, source: Path, facts: KnownFacts, found: Gathered) -> _Calls:
+    """Take the finished trials of a source, each with its calls, attempts and pictures; the calls of what it began.
 
     Different models, prompts, runtimes or renderers under one name are refused, as by a resumed run.
     """
@@ -117,7 +118,6 @@ def _take(journal: Journal, source: Path, facts: KnownFacts, found: Gathered) ->
     with read(source) as store, journal.store.transaction() as writing:
         calls = _calls(store)
         attempts = grouped(store.rows("select * from attempt order by id", nulls=True), lambda row: row[1])
-        (*owed,) = (key for (key,) in store.rows("select key from trial where current and owed"))
         select = "select key, seconds, record from trial where current and not owed order by id"
         for key, seconds, record in store.rows(select):
             trial = trial_in(store, reader, key, record)
@@ -138,15 +138,9 @@ def _take(journal: Journal, source: Path, facts: KnownFacts, found: Gathered) ->
             found.pictures_missing += sum(not _copied(name, source, journal.directory) for name in trial.picture_names)
             journal.append(trial, seconds, record)
             found.taken += 1
-    return {*owed, *calls}
-
-
-_Calls = Mapping[str, Sequence[tuple[Any, ...]]]
-
-
-def _calls_in(directory: Path) -> _Calls:
-    with read(directory) as store:
-        return _calls(store)
+        for (key,) in store.rows("select key from trial where current and owed"):
+            calls.setdefault(key, [])
+    return calls
 
 
 def _calls(store: Database) -> _Calls:

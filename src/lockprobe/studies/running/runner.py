@@ -90,8 +90,7 @@ def run(
         return sorted(found, key=lambda plan: not journal.calls.has_replies(plan.key))
 
     facts = KnownFacts((*known, *journal.kinds()))
-    owed = {source: left for source in _run_here(study, limits) if (left := owed_by(source))}
-    _check_ready(study, owed)
+    owed = _owed_here(study, limits, owed_by)
     observer.begin(study, journal, sum(map(len, owed.values())))
     spent: BudgetReached | None = None
     given_up: dict[str, UserMistake] = {}
@@ -117,24 +116,27 @@ def run(
         raise spent or AgentsGivenUp(given_up)
 
 
-def _run_here(study: Study, limits: Limits) -> list[AgentSource]:
-    """The agents to run, strategies first: all except people (who are invited) and clients (which connect)."""
+def _owed_here(
+    study: Study, limits: Limits, owed_by: Callable[[AgentSource], list[Plan]]
+) -> dict[AgentSource, list[Plan]]:
+    """What agents owe that can be run, strategies first: all but people (who are invited) and clients (which connect).
+
+    Agents that are not available here are refused, and so are the plants that they play on.
+    """
     sources = [resolve(spec, limits.access) for spec in study.agents]
     study.check_agents()
     if all(source.engine == "client" for source in sources):
         expected = "an agent that can be run; this one connects to the server that `lockprobe mcp` starts"
         raise BadValue("agent", sources[0].spec, expected)
-    here = [source for source in sources if source.engine not in ("person", "client")]
-    return sorted(here, key=lambda source: source.engine != "inline")
-
-
-def _check_ready(study: Study, sources: Iterable[AgentSource]) -> None:
-    """Refuse agents, and the plants that they play on, which are not available here."""
-    for source in sources:
+    here = sorted(sources, key=lambda source: source.engine != "inline")
+    owed = {source: owed_by(source) for source in here if source.engine not in ("person", "client")}
+    owed = {source: left for source, left in owed.items() if left}
+    for source in owed:
         source.check()
-    plants = {study.plant_of(one): None for source in sources for one in study.conditions_of(source.spec)}
+    plants = {study.plant_of(one): None for source in owed for one in study.conditions_of(source.spec)}
     for plant, box in product(plants, study.boxes):
         resolve_plant(plant).check(box)
+    return owed
 
 
 def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
