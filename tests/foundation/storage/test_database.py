@@ -1,10 +1,7 @@
 """A file of SQLite: whole or not at all, whoever else reads, writes, kills or sends it."""
 
 import os
-import signal
 import sqlite3
-import subprocess
-import sys
 from contextlib import closing, suppress
 
 import pytest
@@ -60,26 +57,6 @@ def test_what_is_committed_is_read_while_it_is_written_and_afterwards_from_one_f
     with Database.writing(path, SCHEMA) as store:
         put(store, "three")
     assert texts(path) == ["one", "two", "three"]
-
-
-def test_a_log_that_a_kill_left_is_read_and_taken_in(tmp_path):
-    path = tmp_path / "d.db"
-    script = (
-        f"import os, signal; from pathlib import Path; from lockprobe.foundation.storage.database import Database\n"
-        f"with Database.writing(Path({str(path)!r}), {SCHEMA!r}) as store:\n"
-        "    for number in range(9):\n"
-        "        with store.transaction() as writing:\n"
-        "            writing.execute('insert into line (text) values (?)', (str(number),))\n"
-        "    os.kill(os.getpid(), signal.SIGKILL)"
-    )
-    done = subprocess.run([sys.executable, "-c", script], check=False)
-    assert done.returncode == -signal.SIGKILL
-    assert path.with_name("d.db-wal").exists()
-    assert texts(path) == [*map(str, range(9))]
-    with Database.writing(path, SCHEMA):
-        pass
-    assert not path.with_name("d.db-wal").exists()
-    assert texts(path) == [*map(str, range(9))]
 
 
 @pytest.mark.parametrize("change", ["deleted", "replaced"])

@@ -31,13 +31,6 @@ def write_calls(directory, calls):
     return directory
 
 
-def test_a_directory_that_does_not_exist_becomes_the_study(tmp_path):
-    sources = [write_study(tmp_path / agent, only(agent)) for agent in ALL.agents]
-    gathered = gather(tmp_path / "new", sources)
-    assert (gathered.taken, gathered.agents) == (16, ALL.agents)
-    assert read_study(tmp_path / "new") == ALL
-
-
 def test_what_is_there_is_left_alone_and_what_is_owed_is_taken(tmp_path):
     trials = play_study(only("random"))
     broken = make_trial([], p=0.4, repetition=2, trial=2, broken="model")
@@ -63,6 +56,7 @@ def test_what_two_sources_have_alike_is_no_difference(tmp_path):
     for directory in (tmp_path / "new", tmp_path / "d"):
         found = gather(directory, sources)
         assert (found.taken, found.there, found.different) == (12, 16, 0)
+        assert read_study(directory) == study
         again = gather(directory, [*sources, sources[0]])
         assert (again.taken, again.there, again.different) == (0, 36, 0)
     odd = replace(trials[5], opening="other words")

@@ -88,24 +88,21 @@ class Replacement:
         self.draft = target.parent / f".{secrets.token_hex(6)}.draft{target.suffix}"
 
     def create(self, mode: int = 0o666) -> None:
-        """Make an empty draft; ``mode`` is for a new file, less the umask."""
+        """Make an empty draft; ``mode`` is for a new file, less the umask, and another keeps its own."""
         with writing(self._path):
+            own = stat.S_IMODE(self._target.stat().st_mode) if self._target.exists() else None
             while not self.draft.exists():  # another writer may delete it before it is locked
                 self._held.close()
-                there = self._target.stat().st_mode if self._target.exists() else mode
-                descriptor = os.open(
-                    self.draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, stat.S_IMODE(there) | stat.S_IWUSR
-                )
+                descriptor = os.open(self.draft, _NEW, mode if own is None else own)
                 self._held.callback(os.close, descriptor)
+                if own is not None:  # whatever the umask says
+                    os.fchmod(descriptor, own)
                 with suppress(OSError):  # a file system without locks
                     fcntl.flock(descriptor, fcntl.LOCK_EX)
 
     def sync(self) -> None:
-        """Force the draft to the disk, with the permissions of the file that is there."""
-        refuse_links(self._path)
+        """Force the draft to the disk."""
         with writing(self._path):
-            if self._target.exists():
-                self.draft.chmod(stat.S_IMODE(self._target.stat().st_mode))
             _sync(self.draft)
 
     def rename(self) -> None:
