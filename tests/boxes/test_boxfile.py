@@ -11,7 +11,7 @@ from lockprobe.boxes.box import Joint
 from lockprobe.boxes.boxfile import read_box, toml_of
 from lockprobe.boxes.families import box
 from lockprobe.boxes.state_space import fault_of
-from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import LARGEST_TOML
 
 GOOD = """
@@ -105,7 +105,7 @@ def test_a_box_that_can_be_played_is_read_back_as_it_was_written(boxes, tmp_path
     ],
 )
 def test_names_and_places_that_no_file_may_have_are_not_written(change):
-    with pytest.raises(BadFile):
+    with pytest.raises(UserMistake):
         toml_of(replace(box("chain-2"), **({"interlock": {}} | change)))
 
 

@@ -67,7 +67,10 @@ class _BoxTable(BaseModel):
 
 def read_box(path: Path) -> Lockbox:
     """Read the box in a TOML file of the form above."""
-    box = _box_of(read_toml(path), path)
+    try:
+        box = box_from_data(read_toml(path))
+    except UserMistake as error:
+        raise error if isinstance(error, BadFile) else BadFile(path, str(error)) from None
     if fault := fault_of(box):
         raise BadFile(path, fault)
     return box
@@ -75,7 +78,7 @@ def read_box(path: Path) -> Lockbox:
 
 def toml_of(box: Lockbox) -> str:
     """The text of a TOML file from which :func:`read_box` reads the same box."""
-    _box_of(box.as_data(), box.name)
+    box_from_data(box.as_data())  # whose names a file can hold
     joints = (
         f'[[joints]]\nname = "{joint.name}"\nkind = "{joint.kind}"\nplace = [{joint.place[0]}, {joint.place[1]}]\n'
         for joint in box.joints
@@ -86,13 +89,6 @@ def toml_of(box: Lockbox) -> str:
         written = [", ".join(f"{other} = {int(position)}" for other, position in one.items()) for one in clauses]
         interlock.append(f"{joint} = [{', '.join(f'{{ {one} }}' if one else '{}' for one in written)}]")
     return "\n".join([head, *joints, "\n".join(interlock)]) + "\n"
-
-
-def _box_of(data: object, source: Path | str) -> Lockbox:
-    try:
-        return box_from_data(data)
-    except UserMistake as error:
-        raise BadFile(source, str(error)) from None
 
 
 def box_from_data(data: object) -> Lockbox:

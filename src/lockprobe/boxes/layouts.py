@@ -73,8 +73,11 @@ def laid_out(box: Lockbox, layout: LayoutName, rng: np.random.Generator, *, deal
     """
     spots = places(layout, len(box.joints), rng)
     order: Sequence[int] = range(len(spots))
-    if layout == "misleading":
-        order = _misleading(box, spots, rng)
+    if layout == "misleading":  # a random order among those with the largest total distance of locking pairs
+        far, deals = _distances(spots), orders(len(spots))
+        apart = sum((far[deals[:, i], deals[:, j]] for i, j in sorted(locking_pairs(box))), np.zeros(len(deals)))
+        best = np.flatnonzero(apart > apart.max() - 1e-6)
+        order = deals[best[int(rng.random() * len(best))]].tolist()
     elif dealt:
         order = _shuffled(len(spots), rng).tolist()
     joints = [replace(joint, place=spots[at]) for joint, at in zip(box.joints, order, strict=True)]
@@ -82,7 +85,18 @@ def laid_out(box: Lockbox, layout: LayoutName, rng: np.random.Generator, *, deal
         joints = [replace(joint, kind=_KINDS[int(rng.random() < 0.5)]) for joint in joints]
     panel = sorted(range(len(joints)), key=lambda i: (joints[i].place[0], -joints[i].place[1]))
     found = permuted(replace(box, joints=tuple(joints)), panel)
-    return _renamed(found) if dealt else found
+    if not dealt:
+        return found
+    names = {joint.name: f"{_WORDS[joint.kind]}-{i}" for i, joint in enumerate(found.joints, 1)}
+    return replace(
+        found,
+        joints=tuple(replace(joint, name=names[joint.name]) for joint in found.joints),
+        interlock={
+            names[joint]: tuple({names[other]: position for other, position in clause.items()} for clause in clauses)
+            for joint, clauses in found.interlock.items()
+        },
+        target=names[found.target],
+    )
 
 
 def permuted(box: Lockbox, order: Sequence[int]) -> Lockbox:
@@ -148,27 +162,3 @@ def neighbours(box: Lockbox) -> set[tuple[int, int]]:
 def _distances(spots: Sequence[Place]) -> NDArray[np.float64]:
     here = np.array(spots)
     return np.asarray(np.hypot(*(here[:, None] - here[None]).transpose(2, 0, 1)))
-
-
-def _misleading(box: Lockbox, spots: Sequence[Place], rng: np.random.Generator) -> list[int]:
-    """The spot of each joint: a random order among those with the largest total distance of locking pairs."""
-    far, deals = _distances(spots), orders(len(spots))
-    apart = np.zeros(len(deals))
-    for first, second in sorted(locking_pairs(box)):
-        apart += far[deals[:, first], deals[:, second]]
-    best = np.flatnonzero(apart > apart.max() - 1e-6)
-    return [int(at) for at in deals[best[int(rng.random() * len(best))]]]
-
-
-def _renamed(box: Lockbox) -> Lockbox:
-    """The box with its joints named after kind and place."""
-    names = {joint.name: f"{_WORDS[joint.kind]}-{i}" for i, joint in enumerate(box.joints, 1)}
-    return replace(
-        box,
-        joints=tuple(replace(joint, name=names[joint.name]) for joint in box.joints),
-        interlock={
-            names[joint]: tuple({names[other]: position for other, position in clause.items()} for clause in clauses)
-            for joint, clauses in box.interlock.items()
-        },
-        target=names[box.target],
-    )

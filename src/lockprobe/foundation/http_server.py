@@ -6,10 +6,11 @@ A proxy in front adds what a server in the open needs: TLS, and time limits for 
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import socket
 from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import asynccontextmanager, contextmanager, nullcontext
 
 import uvicorn
 
@@ -25,17 +26,13 @@ _QUEUE = 2048
 def listen(host: str, port: int) -> socket.socket:
     """A listening socket; port 0 takes any free port."""
     try:
-        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
     except (OSError, UnicodeError):
         raise BadValue("host", host, "a name or IP address of this machine") from None
-    found = socket.socket(family, kind, protocol)
     try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind(address)
-        found.listen(_QUEUE)
+        found = socket.create_server(address, family=family, backlog=_QUEUE)
     except OSError as error:
-        found.close()
-        raise BadValue("port", port, f"a free port of {host} ({error.strerror})") from None
+        raise BadValue("port", port, f"a free port of {host} ({os.strerror(error.errno or 0)})") from None
     found.setblocking(False)
     return found
 
@@ -46,7 +43,7 @@ async def running(app: object, listening: socket.socket, *, seconds_to_finish: i
 
     Requests that are under way when the server stops have ``seconds_to_finish``.
     """
-    server = _Server(
+    server = uvicorn.Server(
         uvicorn.Config(
             app,  # type: ignore[arg-type] # an ASGI application
             http="h11",
@@ -63,8 +60,8 @@ async def running(app: object, listening: socket.socket, *, seconds_to_finish: i
             timeout_graceful_shutdown=seconds_to_finish,
         )
     )
+    server.capture_signals = nullcontext  # type: ignore[method-assign,assignment] # its caller handles them
     task = asyncio.create_task(server.serve(sockets=[listening]))
-    await server.ready.wait()
     try:
         yield
     finally:
@@ -84,21 +81,3 @@ def stop_signals() -> Iterator[asyncio.Event]:
     finally:
         for name in (signal.SIGINT, signal.SIGTERM):
             loop.remove_signal_handler(name)
-
-
-class _Server(uvicorn.Server):
-    """A server that reports when it is ready. Its caller handles signals."""
-
-    def __init__(self, config: uvicorn.Config) -> None:
-        super().__init__(config)
-        self.ready = asyncio.Event()
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start to answer requests."""
-        await super().startup(sockets)
-        self.ready.set()
-
-    @contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        """Capture no signals."""
-        yield
