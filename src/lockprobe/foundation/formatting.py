@@ -81,25 +81,14 @@ def minus(text: str) -> str:
     return re.sub(r"(?<![A-Za-z])-|-(?![A-Za-z])", "\N{MINUS SIGN}", text)
 
 
-def range_said(low: float | None, high: float | None, form: str = "{:+.0f}", scale: float = 100) -> str:
-    """A 95 % interval after what it is of, in points if nothing else is said; empty where an end is missing."""
-    if low is None or high is None:
-        return ""
-    return f", 95 % interval {end_of(low, form, scale)} to {end_of(high, form, scale)}"
-
-
-def interval(low: float, high: float) -> str:
-    """The 95 % interval of a share."""
-    return f"95 % interval {percent(low)} to {percent(high)}"
-
-
 def change(value: float, low: float | None, high: float | None) -> str:
     """A difference of shares in points, with its 95 % interval where that is known.
 
     >>> change(0.15, 0.1, 0.2), change(0.15, None, None)
     ('+15 points, 95 % interval +10 to +20', '+15 points')
     """
-    return f"{points(value)} points{range_said(low, high)}"
+    said = "" if low is None or high is None else f", 95 % interval {end_of(low)} to {end_of(high)}"
+    return f"{points(value)} points{said}"
 
 
 def bracketed(
@@ -116,15 +105,6 @@ def bracketed(
     if low is not None and high is not None:
         said += f" [{end_of(low, form, scale)}, {end_of(high, form, scale)}]"
     return said
-
-
-def share(value: float | None, low: float | None, high: float | None) -> str:
-    """A share with its interval in a cell.
-
-    >>> share(0.5, 0.4, 0.6)
-    '50 % [40, 60]'
-    """
-    return NONE if low is None or high is None else bracketed(value, low, high, "{:.0f}").replace(" [", " % [")
 
 
 def range_of(low: float, high: float, digits: int = 0) -> str:

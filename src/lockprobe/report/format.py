@@ -7,7 +7,7 @@ import io
 import re
 from collections.abc import Sequence
 
-from lockprobe.foundation.formatting import NONE, bracketed, end_of, p_cell, percent, share
+from lockprobe.foundation.formatting import NONE, bracketed, end_of, p_cell, percent
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.rows import Estimate
 
@@ -56,7 +56,8 @@ def entry_text(entry: Entry) -> str:
     if entry is None or isinstance(entry, str):
         return NONE if entry is None else entry
     if entry.unit == "share":
-        return percent(entry.value) if entry.low is None else share(entry.value, entry.low, entry.high)
+        said = bracketed(entry.value, entry.low, entry.high, "{:.0f}")
+        return percent(entry.value) if entry.low is None else said.replace(" [", " % [")
     return bracketed(entry.value, entry.low, entry.high, *_form(entry))
 
 
