@@ -186,13 +186,6 @@ class HeldEpisode:
             info |= {"target": task.joints.index(task.target), "labels": "".join(task.joints)}
         return info
 
-    def words(self) -> str:
-        """The task and the last report."""
-        task = self._task
-        joints = ", ".join(f"{i} {label}" for i, label in enumerate(task.joints))
-        left = task.budget - len(self.actions)
-        return f"Joints: {joints}. Target: {task.target}. Steps left: {left}.\n{self._percept.text}"
-
     def close(self) -> None:
         """End the loop and close the plant."""
         self._open.close()
@@ -232,11 +225,11 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
     trial k of repetition 1 of a study with seed ``s``.
 
     Args:
-        render_mode: ``"ansi"`` or None; where pictures are shown also ``"rgb_array"``.
+        render_mode: None, or where pictures are shown ``"rgb_array"``.
         settings: As in :class:`lockprobe.interfaces.gymnasium.settings.EnvironmentSettings`.
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["ansi", "rgb_array"], "render_fps": 1}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012
 
     def __init__(self, *, render_mode: str | None = None, **settings: Any) -> None:
         self.render_mode = render_mode
@@ -244,7 +237,9 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         self.action_space = spaces.Discrete(self.settings.box.joints)
         self.observation_space = self.settings.space
         if self.settings.shown == "symbolic":
-            self.metadata = self.metadata | {"render_modes": ["ansi"]}
+            self.metadata = self.metadata | {"render_modes": []}
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise BadValue("render_mode", render_mode, "rgb_array with modality='rgb' or 'rgbd'; words are not drawn")
         self._key = self._next = EpisodeKey(seed=0)
         self._seeded = False
         self._episode: PlainEpisode | HeldEpisode | None = None
@@ -302,21 +297,10 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         solved = ending == "solved"
         return episode.observation(), float(solved), solved, ending == "budget", episode.info()
 
-    def render(self) -> str | NDArray[np.uint8] | None:
-        """What was shown last: the task and the report in words, or the picture, shape (height, width, 3).
-
-        Raises:
-            BadValue: If there is no such mode, or it needs pictures and none are shown. The constructor does not check
-                this, so tools can ask every environment for pictures and go on without.
-        """
-        mode, known, episode = self.render_mode, self.metadata["render_modes"], self._episode
-        if mode is not None and mode not in known:
-            raise BadValue("render_mode", mode, f"{' or '.join(known)}; pictures need modality='rgb' or 'rgbd'")
-        if mode is None or episode is None:
-            return None
-        if isinstance(episode, PlainEpisode):
-            episode = HeldEpisode(self.settings, self._key, episode.actions)
-        return episode.words() if mode == "ansi" else episode.picture("rgb")
+    def render(self) -> NDArray[np.uint8] | None:
+        """The picture that was shown last, shape (height, width, 3); None before the first."""
+        held = self._episode if self.render_mode is not None else None
+        return held.picture("rgb") if isinstance(held, HeldEpisode) else None
 
     def close(self) -> None:
         """Drop the unfinished trial and its plant."""
