@@ -72,13 +72,6 @@ def test_distractors_are_the_joints_of_no_plan(boxes, data):
     assert found.distractors == (tuple(name for name in drawn.names if name not in moved) if moved else ())
 
 
-def test_measures_of_the_boxes_that_tell_them_apart():
-    chain, fork, reset = (difficulty(box(name)) for name in ("chain-4", "fork", "reset"))
-    assert (chain.optimal_plans, chain.cycle_success) == (1, 1)
-    assert (fork.optimal_plans, fork.distractors) == (2, ("revolute-right",))
-    assert (reset.optimum, reset.optimal_plans, reset.cycle_success) == (5, 2, pytest.approx(2 / 3))
-
-
 def test_a_box_that_nothing_opens():
     joints = tuple(Joint(name=name, kind="revolute") for name in "abc")
     interlock = {"a": ({"b": True},), "b": ({"a": True},)}

@@ -4,9 +4,6 @@ import csv
 import io
 import json
 import re
-import shutil
-import subprocess
-import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +14,6 @@ from stored import acts, rewrite_acts
 from taking_part import START, take_part
 
 import lockprobe
-from lockprobe.foundation.errors import BadFile
 from lockprobe.interfaces import export
 from lockprobe.interfaces.export import tidy, trial_rows
 from lockprobe.interfaces.export.study_tables import TABLES, steps_table, table_of, trials_table
@@ -174,42 +170,6 @@ def test_no_text_breaks_a_line_or_steers_a_terminal():
         assert "ключ" in line
 
 
-def test_neither_is_written_where_one_cannot_be(tmp_path):
-    (tmp_path / "x.csv-metadata.json").mkdir()
-    with pytest.raises(BadFile, match="is a directory"):
-        trials_table([]).write(tmp_path / "x.csv", "csv")
-    assert [path.name for path in tmp_path.iterdir()] == ["x.csv-metadata.json"]
-
-
-def test_the_next_export_deletes_the_drafts_of_a_killed_one_and_leaves_those_of_one_that_goes_on(tmp_path):
-    code = (
-        "import sys; from pathlib import Path\n"
-        "from lockprobe.interfaces.export.table import Table\n"
-        "def rows():\n"
-        "    print(flush=True)\n"
-        "    sys.stdin.read()\n"
-        "    yield {'key': 'late'}\n"
-        "Table('calls', rows).write(Path(sys.argv[1]), 'csv')"
-    )
-    pipes, start = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}, [sys.executable, "-c", code]
-    with (
-        subprocess.Popen([*start, tmp_path / "x.csv"], **pipes) as killed,
-        subprocess.Popen([*start, tmp_path / "y.csv"], **pipes) as other,
-    ):
-        for one in (killed, other):
-            one.stdout.readline()
-        killed.kill()
-        killed.wait()
-        (tmp_path / ".mine.draft.csv").touch()
-        assert len(list(tmp_path.glob(".*.draft*"))) == 5
-        trials_table([]).write(tmp_path / "x.csv", "csv")
-        left = len(list(tmp_path.glob(".*.draft*")))
-        other.communicate()
-        assert (left, other.returncode) == (3, 0)
-    assert (tmp_path / "y.csv").read_text().splitlines()[1] == "late,,,,,,"
-    assert [path.name for path in tmp_path.glob(".*")] == [".mine.draft.csv"]
-
-
 def test_what_is_measured_has_a_unit_and_a_clock_and_the_docs_name_every_column_of_trials(directory):
     take_part(directory, STUDY, ANN, [(0.4, 1, 1)], check=True)
     tables = {name: table_of(directory, name) for name in TABLES}
@@ -274,17 +234,6 @@ def test_every_act_is_a_row_and_says_whether_its_step_is_recorded(directory):
     assert all(row["rt_ms"] == 700 for row in found if row["scene"] in ("page", "over"))  # how long one read
 
 
-def test_participants_with_what_was_read_and_how_their_checks_went(directory):
-    for who, trial, check in ((ANN, 1, True), (BOB, 2, False)):
-        take_part(directory, STUDY, who, [(0.4, 1, trial), (0.0, 2, trial)], check=check)
-    found = rows(directory, "participants")
-    assert [(row["participant"], row["checks_right"], row["checks_wrong"]) for row in found] == [(ANN, 1, 0), (BOB, 0, 1)]  # fmt: skip
-    assert all((row["language"], row["texts"], row["finished"]) == ("en", "3f9a01bc22d1", 1) for row in found)
-    assert set(column(found, "conditions")) == {"flip?p=0.4; truth"}
-    each = sum(row["trial_seconds"] for row in rows(directory, "trials") if row["participant"] == ANN)
-    assert 0 < each <= found[0]["seconds"]
-
-
 def test_a_box_that_broke_is_neither_finished_nor_left(directory):
     take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)], left_after=0)
     lines = acts(directory, ANN)
@@ -346,7 +295,7 @@ def test_every_table_is_written_and_none_says_who_or_when(directory, tmp_path, k
     assert b"5f00ab" in path.read_bytes()
 
 
-def test_the_lines_for_r_name_columns_that_are_there_and_run_where_r_is(directory, tmp_path):
+def test_the_lines_for_r_name_columns_that_are_there(directory):
     snippets = re.findall(r"```r\n(.*?)```", (DOCS / "participants.md").read_text("utf-8"), re.DOTALL)
     for number in (1, 2):
         answers = {"age": "34", "why": 'two\nlines, "quoted", ü'}
@@ -364,10 +313,3 @@ def test_the_lines_for_r_name_columns_that_are_there_and_run_where_r_is(director
         named = {one for found in re.findall(use, code) for one in found}
         assert named
         assert named <= columns[name], (name, named)
-    if shutil.which("Rscript") is not None:
-        for name in TABLES:
-            table_of(directory, name).write(tmp_path / f"{name}.csv", "csv")
-        for code in snippets:
-            (tmp_path / "snippet.R").write_text(code, "utf-8")
-            done = subprocess.run(["Rscript", "snippet.R"], cwd=tmp_path, capture_output=True, text=True, check=False)
-            assert (done.returncode, "Warning message" in done.stderr) == (0, False), done.stderr

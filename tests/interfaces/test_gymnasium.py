@@ -2,12 +2,9 @@
 
 import copy
 import pickle
-import re
 import subprocess
 import sys
-import warnings
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import get_args
 
 import gymnasium
@@ -126,17 +123,6 @@ def test_a_seed_fixes_everything_after_it_and_a_reset_goes_on():
     assert len({str(one) for one in (*first, *(episode(unseeded, actions) for _ in range(2)))}) == 5
 
 
-def test_conditions_share_their_luck():
-    def false_reports(p):
-        env = LockboxEnv(p=p, info="truth")
-        env.reset(seed=3)
-        steps = [env.step(joint) for joint in (1, 2, 3, 1, 3, 2) * 3]
-        return {i for i, (told, *_, info) in enumerate(steps) if (told[2] == 2) != info["truth"]["moved"]}
-
-    assert false_reports(0.0) == set()
-    assert false_reports(0.2) < false_reports(0.5) < false_reports(1.0) == set(range(18))
-
-
 @pytest.mark.parametrize("condition", ["flip?p=0.5&others=kept", "flip?p=0.5 + drop?p=0.3"])
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
 def test_a_copy_goes_on_as_the_original_does(copied, condition):
@@ -166,7 +152,7 @@ def equal(one, other):
     shuffle=st.sampled_from(get_args(Shuffle)),
     layout=st.sampled_from(get_args(LayoutKind)),
 )
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 def test_many_boxes_play_as_so_many_single_environments(asked, seed, seeds, shuffle, layout):
     asked = {"shuffle": shuffle, "layout": layout, "max_steps": 7} | asked
     ours, sync = made(**asked), made("sync", **asked)
@@ -348,23 +334,10 @@ def test_an_episode_with_the_physical_box_shows_the_pictures_of_the_study(tmp_pa
     "program",
     [
         "import sys, lockprobe; assert 'gymnasium' not in sys.modules",
-        "import gymnasium; gymnasium.make('lockprobe.interfaces.gymnasium:lockprobe/Lockbox-v0').reset(seed=1)",
-        "import gymnasium; gymnasium.make('lockprobe:lockprobe/Lockbox-v0').close()",
+        "import gymnasium; gymnasium.make('lockprobe:lockprobe/Lockbox-v0').reset(seed=1)",
     ],
 )
 def test_it_is_there_once_the_package_is_imported(program):
     """Every warning is an error, and importing Lockprobe alone loads no Gymnasium."""
     done = subprocess.run([sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_the_programs_on_its_page_run():
-    page = Path(__file__).parents[2] / "docs" / "python.md"
-    names = {}
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        for program in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
-            if "stable_baselines3" not in program:
-                exec(compile(program, str(page), "exec"), names)
-    assert names["there"].steps
-    assert names["observations"].shape == (1000, 7)
