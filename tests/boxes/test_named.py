@@ -74,9 +74,6 @@ def spread(i):
         family=FAMILIES[i % len(FAMILIES)],
         layout=LAYOUTS[i // 7 % 6],
         dealt=i % 2 == 0,
-        alternatives=1 + i // 5 % 4,
-        literals=1 + i // 11 % 4,
-        negative=i // 13 % 5 / 5,
         shortest=1 + i // 17 % 3,
         seed=i,
     )
@@ -110,9 +107,7 @@ def test_hundreds_of_boxes_are_valid_or_refused_with_the_reason(brute_optimum):
     [
         ({"family": "chian"}, UnknownName, "no family is called 'chian'.*random-2 to random-8"),
         ({"layout": "round"}, UnknownName, "no layout is called 'round'; there are: serial, zigzag, ngram, grid"),
-        ({"alternatives": 0}, BadValue, "alternatives: got 0, expected a whole number from 1 to 4"),
-        ({"literals": 8}, BadValue, "literals: got 8, expected a whole number from 1 to 7"),
-        ({"negative": 1.1}, BadValue, "negative: got 1.1, expected a number from 0 to 1"),
+        ({"shortest": 0}, BadValue, "shortest: got 0, expected a whole number from 1 to 256"),
         ({"seed": 2**31}, BadValue, "seed: got 2147483648"),
     ],
 )

@@ -104,8 +104,6 @@ def test_what_was_refused_is_told():
         (["show", "--arm", "--out", "x.svg"], BadValue, "--arm: got True, expected --out FILE.xml with it"),
         (["generate", "--family", "chain", "--joints", "9"], BadValue, "joints of chain: got 9"),
         (["generate", "--family", "chian"], UnknownName, "no family is called 'chian'"),
-        (["generate", "--family", "random?negative=2"], BadValue, "negative: got 2.0"),
-        (["generate", "--family", "chain?negative=1"], UnknownName, "no option of chain-4 is called 'negative'"),
         (
             ["generate", "--family", "fork", "--shortest", 9],
             BadValue,

@@ -16,7 +16,7 @@ from lockprobe.boxes.state_space import fault_of, space_of
 from lockprobe.boxes.structures import STRUCTURES, assemble, paper_joints
 from lockprobe.foundation.errors import UnknownName
 from lockprobe.foundation.seeds import generator, integer_seed
-from lockprobe.foundation.validation import check_probability, check_whole
+from lockprobe.foundation.validation import check_whole
 
 _SEEDS = 2**31
 _RANDOM = re.compile(r"random-([2-8])")
@@ -30,10 +30,6 @@ class Recipe:
         family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
         dealt: Whether places, kinds and names are assigned to the joints at random, so that they do not reveal the
             interlock.
-        alternatives: Largest number of clauses per joint, 1 to 4; the number is drawn. Only for ``random-N``, as the
-            next two.
-        literals: Largest number of positions in a clause, 1 to 7; the number is drawn.
-        negative: Probability that a position in a clause is closed, [0, 1].
         shortest: Least allowed optimum, steps, from 1.
         seed: From 0, below 2**31. Interlock and layout have separate streams.
     """
@@ -41,9 +37,6 @@ class Recipe:
     family: str = "random-4"
     layout: LayoutName = "serial"
     dealt: bool = False
-    alternatives: int = 2
-    literals: int = 2
-    negative: float = 0.25
     shortest: int = 2
     seed: int = 1
 
@@ -52,10 +45,8 @@ class Recipe:
             raise UnknownName("family", self.family, [*STRUCTURES, f"random-2 to random-{MAX_JOINTS}"])
         if self.layout not in get_args(LayoutName):
             raise UnknownName("layout", self.layout, get_args(LayoutName))
-        limits = (("alternatives", 1, 4), ("literals", 1, MAX_JOINTS - 1), ("shortest", 1, 2**MAX_JOINTS))
-        for what, low, high in (*limits, ("seed", 0, _SEEDS - 1)):
-            check_whole(what, getattr(self, what), low, high)
-        check_probability("negative", self.negative)
+        check_whole("shortest", self.shortest, 1, 2**MAX_JOINTS)
+        check_whole("seed", self.seed, 0, _SEEDS - 1)
 
     @property
     def name(self) -> str:
@@ -67,7 +58,7 @@ def generate(recipe: Recipe) -> Lockbox | str:
     """The box of a recipe, or the reason why it cannot be played (:func:`fault_of`). There is only one draw."""
     drawn = _RANDOM.fullmatch(recipe.family)
     if drawn:
-        box = _random_interlock(int(drawn[1]), recipe, generator(recipe.seed, "box", "interlock"))
+        box = _random_interlock(int(drawn[1]), recipe.name, generator(recipe.seed, "box", "interlock"))
     else:
         box = STRUCTURES[recipe.family]()
     box = laid_out(box, recipe.layout, generator(recipe.seed, "box", "layout"), dealt=recipe.dealt)
@@ -93,27 +84,29 @@ def alike_boxes(joints: int, count: int) -> tuple[Lockbox, ...]:
     return tuple(itertools.islice((one for one in found if space_of(one).optimum == joints), count))
 
 
-def _random_interlock(size: int, recipe: Recipe, rng: np.random.Generator) -> Lockbox:
+def _random_interlock(size: int, name: str, rng: np.random.Generator) -> Lockbox:
     """Joints in a line, the target first, the last one free. Clauses ask only later joints to be open.
+
+    A joint has one or two clauses of one or two positions, of which a quarter ask for a closed joint.
 
     An interlock without closed positions is therefore solvable; with closed positions, moves may have to be undone, or
     the box may be unsolvable. No clause names the target.
     """
     joints = paper_joints(size)
-    names = [name for name, _ in joints]
+    names = [joint for joint, _ in joints]
     interlock: dict[str, Sequence[Clause]] = {}
-    for i, name in enumerate(names[:-1]):
+    for i, joint in enumerate(names[:-1]):
         clauses = []
-        for _ in range(1 + int(rng.random() * recipe.alternatives)):
+        for _ in range(1 + int(rng.random() * 2)):
             clause: dict[str, bool] = {}
-            for _ in range(1 + int(rng.random() * recipe.literals)):
-                position = bool(rng.random() >= recipe.negative)
-                others = names[i + 1 :] if position else [other for other in names[1:] if other != name]
+            for _ in range(1 + int(rng.random() * 2)):
+                position = bool(rng.random() >= 0.25)
+                others = names[i + 1 :] if position else [other for other in names[1:] if other != joint]
                 if free := [other for other in others if other not in clause]:  # near joints more often, for depth
                     clause[free[int(rng.random() ** 2 * len(free))]] = position
             clauses.append(clause)
-        interlock[name] = _needed(clauses)
-    return assemble(recipe.name, joints, interlock)
+        interlock[joint] = _needed(clauses)
+    return assemble(name, joints, interlock)
 
 
 def _needed(clauses: Sequence[Mapping[str, bool]]) -> list[Clause]:

@@ -26,18 +26,11 @@ from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
 from lockprobe.foundation.formatting import count as counted
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.plugins import listed_plugins, robot_plugin
-from lockprobe.foundation.spec import Spec, arguments_from
+from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.storage.atomic_file import refuse_links, write_file
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help=options.BOX)]
-
-_FAMILY = (
-    "A named box, with or without its size, or random; random?alternatives=2&literals=2&negative=0.25 has options."
-)
-_PARTS = tuple(Recipe.__dataclass_fields__)
-_FIXED = tuple(name for name in _PARTS if name not in ("alternatives", "literals", "negative"))
-"""The parts of a recipe that are no options of a family."""
 
 _PLANS, _SAID = 100, 6
 """The most plans that JSON lists, and words."""
@@ -143,7 +136,7 @@ def view(
 
 @app.command("generate")
 def generate(
-    family: Annotated[str, typer.Option(help=_FAMILY)] = "random",
+    family: Annotated[str, typer.Option(help="A named box, with or without its size, or random.")] = "random",
     joints: Annotated[int | None, typer.Option(help=options.with_brackets(options.JOINTS, "4"))] = None,
     layout: Annotated[LayoutName, typer.Option(help=options.LAYOUT)] = "serial",
     deal: Annotated[
@@ -159,10 +152,7 @@ def generate(
     """Generate boxes, from --seed on. Seeds that give no valid box are skipped and counted, with the reasons."""
     from lockprobe.boxes.boxfile import toml_of
 
-    spec = Spec.parse(family, "family")
-    name = sized(spec.full_name, joints)
-    drawn = arguments_from(Recipe, name, spec.options, taken=_FIXED if name.startswith("random-") else _PARTS)
-    recipe = Recipe(family=name, layout=layout, dealt=deal, shortest=shortest, seed=seed, **drawn)  # type: ignore[arg-type] # named as its fields are
+    recipe = Recipe(family=sized(family, joints), layout=layout, dealt=deal, shortest=shortest, seed=seed)
     made, refused = 0, Counter[str]()
     for tried in range(seed, seed + _TRIES * count):
         found = make(replace(recipe, seed=tried))
