@@ -69,31 +69,21 @@ def _four(name: str, interlock: Mapping[str, Clause]) -> Lockbox:
     return assemble(name, paper_joints(4), clauses)
 
 
-def _common_cause(levers: int) -> Lockbox:
-    joints, others = _room(levers)
-    interlock = {"door": [{lever: True} for lever in others]} | {lever: [{"lever-0": True}] for lever in others}
-    return assemble(f"common-cause-{levers}", joints, interlock)
-
-
-def _common_effect(levers: int) -> Lockbox:
-    joints, others = _room(levers)
-    interlock: dict[str, list[Clause]] = {"door": [{"lever-0": True}], "lever-0": [{lever: True} for lever in others]}
-    return assemble(f"common-effect-{levers}", joints, interlock)
-
-
-def _room(levers: int) -> tuple[list[tuple[str, JointKind]], list[str]]:
-    """Door and levers, and the levers that are alternatives."""
+def _room(name: str, levers: int) -> Lockbox:
+    """A door and levers, of which the first is the common cause of the others, or their common effect."""
     names = ["door", *(f"lever-{i}" for i in range(levers))]
-    return [(name, "revolute") for name in names], names[2:]
+    first: list[Clause] = [{"lever-0": True}]
+    others: list[Clause] = [{lever: True} for lever in names[2:]]
+    cause = {"door": others, **dict.fromkeys(names[2:], first)}
+    interlock = cause if name == "common-cause" else {"door": first, "lever-0": others}
+    return assemble(f"{name}-{levers}", [(joint, "revolute") for joint in names], interlock)
 
 
 def _branched() -> Lockbox:
     """A chain of five; an open joint 2 locks joint 5, and joint 6 needs joint 5 open."""
     joints: list[tuple[str, JointKind]] = [
         ("revolute-left", "revolute"),
-        ("slider-3", "prismatic"),
-        ("slider-2", "prismatic"),
-        ("slider-1", "prismatic"),
+        *((f"slider-{i}", "prismatic") for i in (3, 2, 1)),
         ("revolute-right", "revolute"),
         ("branch-1", "prismatic"),
         ("branch-2", "prismatic"),
@@ -115,8 +105,7 @@ STRUCTURES: Mapping[str, Callable[[], Lockbox]] = {
     "reset": partial(_four, "reset", _RESET),
     "gray-code": partial(_gray_code, 4, "gray-code"),
     **{f"gray-code-{n}": partial(_gray_code, n, f"gray-code-{n}") for n in SIZES},
-    **{f"common-cause-{n}": partial(_common_cause, n) for n in (3, 4)},
-    **{f"common-effect-{n}": partial(_common_effect, n) for n in (3, 4)},
+    **{f"{name}-{n}": partial(_room, name, n) for name in ("common-cause", "common-effect") for n in (3, 4)},
     "branched": _branched,
 }
 """Box by name."""
