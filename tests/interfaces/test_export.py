@@ -293,23 +293,3 @@ def test_every_table_is_written_and_none_says_who_or_when(directory, tmp_path, k
             assert secret.encode() not in path.read_bytes() + beside.read_bytes()
     path, _ = table_of(directory, "participants", platform_ids=True).write(out / f"with.{kind}", kind)
     assert b"5f00ab" in path.read_bytes()
-
-
-def test_the_lines_for_r_name_columns_that_are_there(directory):
-    snippets = re.findall(r"```r\n(.*?)```", (DOCS / "participants.md").read_text("utf-8"), re.DOTALL)
-    for number in (1, 2):
-        answers = {"age": "34", "why": 'two\nlines, "quoted", ü'}
-        take_part(directory, STUDY, f"000{number}", [(0.0, 1, number), (0.4, 2, number)], answers=answers)
-    columns = {name: {*table_of(directory, name).columns} for name in TABLES}
-    code = re.sub(r"#.*", "", snippets[0])
-    uses = {
-        "trials": r"aggregate\((\w+) ~ (\w+), (?:subset\()?people",
-        "steps": r"aggregate\((\w+) ~ (\w+), steps",
-        "participants": r"subset\(participants, (\w+) == 1 & (\w+) == 0",
-        "answers": r'answers\[c\("(\w+)", "(\w+)", "(\w+)"\)\]',
-    }
-    assert set(re.findall(r'read\("(\w+)\.csv"\)', code)) == {*uses}
-    for name, use in uses.items():
-        named = {one for found in re.findall(use, code) for one in found}
-        assert named
-        assert named <= columns[name], (name, named)

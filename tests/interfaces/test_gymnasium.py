@@ -316,20 +316,6 @@ def test_pictures_that_a_channel_takes_and_plants_that_break_are_faults(monkeypa
         LockboxEnv(modality="rgb", plant=SMALL).reset(seed=1)
 
 
-def test_an_episode_with_the_physical_box_shows_the_pictures_of_the_study(tmp_path):
-    twin = "fast-twin?width=64&height=64&looks=varied&depth_noise=0.001"
-    agent, shown = ScriptedAgent(joints=(3, 2, 1, 0)), {"seed": 5, "trial": 3, "shuffle": "never"}
-    trial = run_trial(agent=agent, plant=twin, modality="rgbd", pictures=tmp_path, **shown)
-    env = LockboxEnv(modality="rgbd", plant=twin)
-    here = [env.reset(seed=5, options={"trial": 3})[0], *(env.step(joint)[0] for joint in (3, 2, 1, 0))]
-    for seen, names in zip(here, (trial.opening_pictures, *(step.pictures for step in trial.steps)), strict=True):
-        assert (seen["rgb"] == from_png((tmp_path / names["rgb"]).read_bytes())).all()
-        millimetres = np.rint(seen["depth"][..., 0] * 1000).astype(int)
-        assert (millimetres == from_png((tmp_path / names["depth16"]).read_bytes())).all()
-    assert env.trial.plant == trial.plant
-    env.close()
-
-
 @pytest.mark.parametrize(
     "program",
     [

@@ -252,22 +252,6 @@ def test_another_way_to_play_is_another_agent(tmp_path, monkeypatch):
     asyncio.run(play())
 
 
-def test_a_report_that_differs_from_the_one_on_disk_is_never_told(tmp_path, monkeypatch):
-    async def play():
-        async with opened(tmp_path) as session:
-            player = Player(calls(session))
-            await player.begin()
-            await player.step()
-        monkeypatch.setattr(SymbolicPlant, "attempt", lambda self, joint: self.observe())
-        async with opened(tmp_path) as session:
-            with pytest.raises(CallRefused, match="cannot write or read its records") as refused:
-                await observe(session)
-            assert "as it was shown before" in str(refused.value.__cause__)
-            assert str(tmp_path) not in str(refused.value)
-
-    asyncio.run(play())
-
-
 def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
     def refuse(*row):
         raise BadFile("study.db", "cannot be written (No space left on device)")
