@@ -30,9 +30,8 @@ from lockprobe.agents.strategies import (
     RoundRobin,
 )
 from lockprobe.agents.viewer import SIGHT, Viewer
-from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
-from lockprobe.foundation.plugins import Plugin, find_plugin, has_methods, plugin_names
+from lockprobe.foundation.plugins import Plugin, find_plugin, first_line, has_methods, plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, arguments_from, options_of, spec_kind, spec_name, with_options
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.protocols import Agent

@@ -100,7 +100,7 @@ def build(names: Iterable[str], *, listed: bool = False) -> Typer:
             app.command(name, help=text)(lambda: None)
             continue
         from lockprobe.cli.command import Command, as_ours
-        from lockprobe.foundation.docstrings import docstring
+        from lockprobe.foundation.plugins import docstring
 
         found = _subcommand(name)
         if isinstance(found, typer.Typer):

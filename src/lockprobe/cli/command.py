@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 from typer.core import TyperCommand
 
-from lockprobe.foundation.docstrings import docstring
+from lockprobe.foundation.plugins import docstring
 
 if TYPE_CHECKING:
     from typer import Typer

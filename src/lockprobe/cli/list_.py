@@ -13,8 +13,7 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.printing import print_rows
-from lockprobe.foundation.docstrings import first_line
-from lockprobe.foundation.plugins import Listed, listed_plugins
+from lockprobe.foundation.plugins import Listed, first_line, listed_plugins
 from lockprobe.foundation.spec import options_of
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)

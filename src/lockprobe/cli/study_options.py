@@ -12,7 +12,7 @@ import typer
 
 from lockprobe.cli.command import AS_RUN, under_headings
 from lockprobe.cli.options import with_brackets
-from lockprobe.foundation.docstrings import docstring
+from lockprobe.foundation.plugins import docstring
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.options.study_options import StudyOptions
 

@@ -18,12 +18,12 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
+from inspect import cleandoc
 from operator import attrgetter
 from pathlib import Path
 from types import BuiltinFunctionType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import (
     BadFile,
     BadValue,
@@ -184,6 +184,16 @@ def plugin_names(kind: Kind) -> tuple[str, ...]:
     """The names that packages of others add, sorted. Nothing is imported."""
     points = _points(kind)
     return tuple(sorted({point.name for point in points} - {point.name for point in points if _ships(point)}))
+
+
+def docstring(thing: object) -> str:
+    """What a class, a function or an object's class says of itself; empty if it says nothing."""
+    return cleandoc(thing.__doc__ or "")
+
+
+def first_line(thing: object) -> str:
+    """The first line of that."""
+    return docstring(thing).partition("\n")[0]
 
 
 def has_methods(found: object, *names: str) -> bool:

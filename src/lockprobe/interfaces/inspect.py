@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
     from lockprobe.agents.prompt import Message
     from lockprobe.studies.study import Study
-    from lockprobe.trial.model_call import Call
     from lockprobe.trial.record import Decision, Fact, Situation
 
 _AGENT = "llm:inspect/model"  # stands for the model of the eval, which is unknown while a task is made
@@ -110,9 +109,24 @@ class _ModelOfTheEval:
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         from lockprobe.agents.llm.model import Verdict, decided, verdict_on
         from lockprobe.agents.llm.settings import Model
+        from lockprobe.trial.model_call import Call, Usage
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
-            call = await self._asked(turn, messages)
+            asked, began = [_sent(message) for message in messages], time.perf_counter()
+            output = await self._model.generate(asked)
+            self._state.messages, self._state.output = [*asked, output.message], output
+            read, written = (0, 0) if output.usage is None else (output.usage.input_tokens, output.usage.output_tokens)
+            call = Call(
+                key="",
+                step=0,
+                turn=turn,
+                request="",
+                reply=output.completion,
+                stop=output.stop_reason,
+                served=output.model,
+                usage=Usage(calls=1, input_tokens=read, output_tokens=written),
+                seconds=time.perf_counter() - began,
+            )
             return call, verdict_on(call, situation)
 
         try:
@@ -120,25 +134,6 @@ class _ModelOfTheEval:
         except Exception as error:
             self.broke = error  # so that the limits and retries of Inspect apply
             raise
-
-    async def _asked(self, turn: int, messages: Sequence[Message]) -> Call:
-        from lockprobe.trial.model_call import Call, Usage
-
-        asked, began = [_sent(message) for message in messages], time.perf_counter()
-        output = await self._model.generate(asked)
-        self._state.messages, self._state.output = [*asked, output.message], output
-        read, written = (0, 0) if output.usage is None else (output.usage.input_tokens, output.usage.output_tokens)
-        return Call(
-            key="",
-            step=0,
-            turn=turn,
-            request="",
-            reply=output.completion,
-            stop=output.stop_reason,
-            served=output.model,
-            usage=Usage(calls=1, input_tokens=read, output_tokens=written),
-            seconds=time.perf_counter() - began,
-        )
 
 
 def _sent(message: Message) -> ChatMessage:

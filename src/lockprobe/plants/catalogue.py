@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.docstrings import docstring
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName
 from lockprobe.foundation.plugins import (
     Plugin,
+    docstring,
     find_plugin,
     has_methods,
     is_own_function,

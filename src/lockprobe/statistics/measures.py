@@ -17,9 +17,8 @@ from typing import Literal
 
 import numpy as np
 
-from lockprobe.foundation.docstrings import first_line
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.foundation.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
+from lockprobe.foundation.plugins import Plugin, allow, find_plugin, first_line, is_own_function, plugin_names
 from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.statistics.clustered import clustered_variance, share_of, student
 from lockprobe.statistics.loops import cover, onset

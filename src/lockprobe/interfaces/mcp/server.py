@@ -105,14 +105,10 @@ async def _lines(reader: asyncio.StreamReader) -> AsyncIterator[str]:
             line = b"too long\n"
         if not line:
             return
-        yield _with_arguments(line.decode("utf-8", "replace"))
-
-
-def _with_arguments(line: str) -> str:
-    """The message with the arguments of its call as an object, where a client sends the text of one."""
-    try:
-        message = json.loads(line)
-        message["params"]["arguments"] = json.loads(message["params"]["arguments"])
-        return json.dumps(message)
-    except (ValueError, LookupError, TypeError, RecursionError):  # it is no such message
-        return line
+        text = line.decode("utf-8", "replace")
+        try:  # a client may send the arguments of a call as the text of an object
+            message = json.loads(text)
+            message["params"]["arguments"] = json.loads(message["params"]["arguments"])
+            yield json.dumps(message)
+        except (ValueError, LookupError, TypeError, RecursionError):
+            yield text
