@@ -143,13 +143,3 @@ def test_every_command_works_or_says_in_one_line_what_is_missing(found):
         status, lines = found[command]
         assert (status, len(lines)) == (2, 1), (command, status, lines)
         assert extra in lines[0], (command, lines)
-
-
-def test_what_an_extra_brings_is_read_from_the_projects():
-    core = distributions(["lockprobe"])
-    assert {"lockprobe", "numpy", "pydantic-core", "matplotlib"} <= core
-    assert not {"openai", "inspect-ai", "starlette", "mujoco", "pandas", "statsmodels", "lockprobe-robot"} & core
-    assert {"lockprobe", "lockprobe-robot", "mujoco"} <= distributions(["lockprobe[twin]"])
-    assert {"mujoco", "imageio-ffmpeg"} <= distributions(["lockprobe-robot[film]"])
-    assert "tenacity" in distributions(["lockprobe[inspect]"])
-    assert sum(len(project["optional-dependencies"]) for project in PROJECTS.values()) <= 16

@@ -25,7 +25,7 @@ import strangers
 import typer
 from builders import play_study, small_study, write_study
 from placeholders import undrawn
-from stored import rewrite, sql
+from stored import rewrite
 
 from lockprobe.boxes.families import box
 from lockprobe.cli import build, every_command, main
@@ -237,29 +237,6 @@ def test_no_command_runs_what_a_directory_or_a_file_names(tmp_path, lockprobe, c
             assert str(tmp_path) not in sys.path
             if status == 2:
                 assert err.splitlines()[-1].startswith("lockprobe: "), err
-
-
-SCHEMES = {
-    "trigger": ["create trigger other after insert on trial begin insert into tally values ('ran', 1); end"],
-    "view": ["alter table trial rename to other", "create view trial as select * from other"],
-}
-"""What SQLite would run in a store from elsewhere."""
-
-
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_no_command_reads_or_writes_a_store_that_has_more_than_tables(tmp_path, lockprobe, scheme):
-    there = write_study(tmp_path / "there", small_study(["random"], (0.0, 0.4), trials=2))
-    for statement in SCHEMES[scheme]:
-        sql(there, statement)
-    before = {path: path.read_bytes() for path in there.iterdir()}
-    for line in (line for lines in TAKING.values() for line in lines if "DIR" in line):
-        if line[0] == "mcp":  # it takes no directory within this one
-            continue
-        status, out, err = lockprobe(*(str(there) if one == "DIR" else one for one in line))
-        assert status == (1 if line[0] == "verify" else 2), line
-        assert f"{there}/study.db: its tables are not those of this release's studies" in out + err, line
-        assert "Traceback" not in err
-    assert {path: path.read_bytes() for path in there.iterdir()} == before
 
 
 def test_the_same_name_runs_when_it_is_named_in_the_command(tmp_path, lockprobe):

@@ -14,6 +14,7 @@ from typing import ClassVar
 from urllib.parse import quote
 
 import pytest
+from placeholders import undrawn
 from provider_server import completion, failure, here, names, truthful
 from stored import records
 
@@ -191,7 +192,7 @@ def test_a_url_with_user_password_and_token_reaches_the_provider_and_no_file(
         monkeypatch.setenv("FAKE_BASE_URL", plant(monkeypatch, server.url))
         if not answers:
             stack.close()
-        printed = command(capfd, *run, "--retries", "0", "--out", tmp_path / "study")
+        printed = command(capfd, *run, "--retries", "0", "--no-report", "--out", tmp_path / "study")
     assert [one["ending"] for one in records(tmp_path / "study")] == [ending]
     assert leaks(printed.encode()) == set()
     assert {name: found for name, content in everything(tmp_path) if (found := leaks(content))} == {}
@@ -208,7 +209,7 @@ def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch
     )
     run = ["run", "flips", "--agent", "llm:openai-api/fake/model", "--p", "0", "--trials", "2", "--repetitions", "1"]
     printed = []
-    with here(repeating(echo)) as server:
+    with here(repeating(echo)) as server, undrawn():
         plant(monkeypatch, server.url)
         ways = (["--no-report"], ["--no-report", "--json"], [])
         printed += [command(capfd, *run, "--connections", "2", "--out", study, *more) for more in ways]
