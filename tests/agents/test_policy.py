@@ -130,12 +130,6 @@ class Returning(Policy[None]):
     def __init__(self, value):
         self.value = value
 
-    def begin(self, view):
-        return None
-
-    def remember(self, view, memory, told):
-        return None
-
     def probabilities(self, view, memory):
         return self.value
 

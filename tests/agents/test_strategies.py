@@ -7,10 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe import population, run_trial
-from lockprobe.agents.cognitive import CHARACTERS, LoopBreaker, RandomMap, SoftmaxMemory
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Told, View
-from lockprobe.agents.strategies import PRESETS, HumanInspired
+from lockprobe.agents.strategies import CHARACTERS, PRESETS, HumanInspired, LoopBreaker, RandomMap, SoftmaxMemory
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.simulation.exact import propagate

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe import run_trial
-from lockprobe.agents.cognitive import CHARACTERS
-from lockprobe.agents.strategies import PRESETS
+from lockprobe.agents.strategies import CHARACTERS, PRESETS
 from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.record import Moment, Percept, Task
 

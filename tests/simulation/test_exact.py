@@ -7,8 +7,15 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
-from lockprobe.agents.strategies import PRESETS, HumanInspired, RandomAgent, RandomNoRepeat, RoundRobin
+from lockprobe.agents.strategies import (
+    PRESETS,
+    HumanInspired,
+    RandomAgent,
+    RandomMap,
+    RandomNoRepeat,
+    RoundRobin,
+    SoftmaxMemory,
+)
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import BadValue

@@ -16,18 +16,20 @@ from dataclasses import dataclass
 from inspect import iscoroutinefunction
 from typing import Any, Literal
 
-from lockprobe.agents.cognitive import CHARACTERS, MODELS, SoftmaxMemory
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.outside import OutsideAgent, check_outside
 from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import (
+    CHARACTERS,
+    MODELS,
     PRESETS,
     HumanInspired,
     RandomAgent,
     RandomNoRepeat,
     RightToLeft,
     RoundRobin,
+    SoftmaxMemory,
 )
 from lockprobe.agents.viewer import SIGHT, Viewer
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake

@@ -167,12 +167,12 @@ class Policy(Generic[Memory]):
         return asdict(self) if is_dataclass(self) and not isinstance(self, type) else {}
 
     def begin(self, view: View) -> Memory:
-        """The memory before the first step."""
-        raise NotImplementedError
+        """The memory before the first step; by default there is none."""
+        return None  # type: ignore[return-value]
 
     def remember(self, view: View, memory: Memory, told: Told) -> Memory:
-        """The memory after a report."""
-        raise NotImplementedError
+        """The memory after a report; by default it stays the same."""
+        return memory
 
     def remember_silence(self, view: View, memory: Memory, joint: int) -> Memory:
         """The memory after an attempt of which nothing is told; by default it stays the same."""

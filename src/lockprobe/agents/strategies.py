@@ -1,4 +1,4 @@
-"""Strategies that follow rules: four that ignore all reports, and the human-inspired one with its variants.
+"""Strategies that follow rules: four that ignore all reports, the human-inspired one with its variants, and mechanisms.
 
 The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorithm is not public. All presets are
 *reconstructions*. What they reach on ``chain-4`` when told the truth (mean steps, 80 % by, all by; exact):
@@ -12,15 +12,21 @@ The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorith
 * ``per-configuration``: nothing twice in the same configuration, and not the joint that moved last: half of the trials
   by step 9, 84 % by 20.
 * ``target-first-per-configuration``: the same, but the target first after every change: 46 % by step 9, all by 13.
+
+Mechanisms may explain an agent: a softmax over a fading memory, a random map, and a loop breaker. They are models in
+the statistical sense: each gives every choice a probability, so that it can be played, and fitted to the trials of
+anyone (``examples/fit_policy.py``). All look at what is told, never at the truth.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from dataclasses import dataclass, fields
+from typing import ClassVar, Literal, NamedTuple
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_probability
 from lockprobe.trial.record import Fact
 
@@ -38,12 +44,6 @@ class RandomAgent(Policy[None]):
     """A random choice among all joints at every step. Its success is the box's chance level."""
 
     looks = heeds_panel = False
-
-    def begin(self, view: View) -> None:
-        """Nothing."""
-
-    def remember(self, view: View, memory: None, told: Told) -> None:
-        """Nothing."""
 
     def probabilities(self, view: View, memory: None) -> tuple[float, ...]:
         """Equal for all joints."""
@@ -184,3 +184,233 @@ class HumanInspired(Policy[Tried]):
             far = {j: round((view.places[j][0] - x) ** 2 + (view.places[j][1] - y) ** 2, 9) for j in fresh}
             fresh = [joint for joint in fresh if far[joint] == min(far.values())]
         return evenly(fresh or untried or range(view.joints), view, self.lapse)
+
+
+class Traces(NamedTuple):
+    """The memory of the softmax model."""
+
+    failures: tuple[float, ...]  # failure trace of each joint, [0, 1], shape (joints,)
+    opened: int = 0  # joints believed away from their start, bit j for joint j
+    last: int = -1  # the joint attempted last; -1 before
+    moved: bool = False  # whether it moved, as told
+
+
+@dataclass(frozen=True, kw_only=True)
+class SoftmaxMemory(Policy[Traces]):
+    """A softmax over the joints: joint j has probability proportional to exp(U_j), a sum of pulls.
+
+    ``U_j = target [j is the target] + closed [j is where it was at the start, as told] - failure F_j
+    + recent [j was attempted last] + stay [j was attempted last, and moved, as told] - position r_j``
+
+    with the failure trace F_j, 1 when j has just failed, times ``decay`` with every further step and times
+    ``1 - reset`` with every perceived move, and r_j the joint's place in the listing from 0 (first) to 1 (last).
+    The pulls are in units of the temperature, which is therefore 1.
+
+    Attributes:
+        target: Pull of the target.
+        closed: Pull of joints that are still where they were.
+        failure: Push away from joints that failed.
+        decay: Share of a failure trace that is left after a step, [0, 1].
+        reset: Share of all failure traces that a perceived move wipes out, [0, 1].
+        recent: Pull of the joint attempted last.
+        stay: The same, in addition, if it moved (win-stay).
+        position: Pull of the joint listed first against the one listed last.
+
+    Raises:
+        BadValue: If a pull is not finite, or ``decay`` or ``reset`` lies outside [0, 1].
+    """
+
+    exact: ClassVar[bool] = True
+    heeds_panel = False
+
+    target: float = 0.0
+    closed: float = 0.0
+    failure: float = 0.0
+    decay: float = 1.0
+    reset: float = 1.0
+    recent: float = 0.0
+    stay: float = 0.0
+    position: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            if not math.isfinite(value := getattr(self, field.name)):
+                raise BadValue(field.name, value, "a finite number")
+        check_probability("decay", self.decay)
+        check_probability("reset", self.reset)
+
+    def begin(self, view: View) -> Traces:
+        """No failures."""
+        return Traces(failures=(0.0,) * view.joints)
+
+    def remember(self, view: View, memory: Traces, told: Told) -> Traces:
+        """Traces fade, and the new failure is written over its own."""
+        kept = self.decay * (1 - self.reset) if told.moved else self.decay
+        failures = [trace * kept for trace in memory.failures]
+        if not told.moved:
+            failures[told.joint] = 1.0
+        return Traces(tuple(failures), opened_after(memory.opened, told), told.joint, told.moved)
+
+    def probabilities(self, view: View, memory: Traces) -> tuple[float, ...]:
+        """The softmax of the pulls."""
+        pulls = []
+        for joint, failure in enumerate(memory.failures):
+            pull = -self.failure * failure - self.position * joint / max(view.joints - 1, 1)
+            if joint == view.target:
+                pull += self.target
+            if not memory.opened >> joint & 1:
+                pull += self.closed
+            if joint == memory.last:
+                pull += self.recent + self.stay * memory.moved
+            pulls.append(pull)
+        weights = [math.exp(pull - max(pulls)) for pull in pulls]
+        return tuple(weight / sum(weights) for weight in weights)
+
+
+_Perceived = tuple[tuple[int, ...], int, int]
+"""The last attempts with their outcomes, oldest first (2 * joint + moved); the joints reported away from their start,
+0 where positions are not told; the joints that failed since the last perceived move, if those are avoided. The last two
+have bit j for joint j."""
+
+
+class Habits(NamedTuple):
+    """The memory of the random map."""
+
+    state: _Perceived = (), 0, 0  # what the map looks up
+    first: frozenset[tuple[_Perceived, int]] = frozenset()  # what was first done in each state
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomMap(Policy[Habits]):
+    """A random fixed function of the agent's perceptions: the most generic explanation by short memory.
+
+    It maps the reported positions and the last ``window`` attempts with their outcomes to a joint. The map is drawn
+    anew for every trial, lazily: in a new state it takes any allowed joint, in a known one the joint that it took there
+    first. Without lapses that is, in distribution, a uniformly random map.
+
+    Attributes:
+        window: Attempts that it remembers, 0 to 3.
+        avoid: Joints never chosen: the one attempted ``last`` (needs a window), those that ``failed`` since the
+            last perceived move, or ``none``.
+        lapse: Probability of any joint instead, [0, 1]. A lapse in a new state enters the map too.
+
+    Raises:
+        BadValue: If one of these is out of range.
+    """
+
+    exact: ClassVar[bool] = True
+    heeds_panel = False
+
+    window: int = 1
+    avoid: Literal["none", "last", "failed"] = "none"
+    lapse: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.window <= 3:
+            raise BadValue("window", self.window, "0 to 3")
+        if self.avoid == "last" and not self.window:
+            raise BadValue("avoid", self.avoid, "none or failed, because the window is 0")
+        check_probability("lapse", self.lapse)
+
+    def begin(self, view: View) -> Habits:
+        """An empty map."""
+        return Habits()
+
+    def remember(self, view: View, memory: Habits, told: Told) -> Habits:
+        """The current state, and the joint attempted in the previous state."""
+        recent, _, failed = memory.state
+        recent = (*recent, 2 * told.joint + told.moved)[-self.window :] if self.window else ()
+        failed = 0 if told.moved or self.avoid != "failed" else failed | 1 << told.joint
+        known = memory.state in dict(memory.first)
+        first = memory.first if known else memory.first | {(memory.state, told.joint)}
+        return Habits((recent, told.shifted or 0, failed), first)
+
+    def probabilities(self, view: View, memory: Habits) -> tuple[float, ...]:
+        """The joint of the map, or equal for all allowed ones if the state is new; lapses are equal for all."""
+        if (done := dict(memory.first).get(memory.state)) is not None:
+            return evenly([done], view, self.lapse)
+        recent, _, barred = memory.state
+        if self.avoid == "last" and recent:
+            barred |= 1 << (recent[-1] // 2)
+        allowed = [joint for joint in range(view.joints) if not barred >> joint & 1]
+        return evenly(allowed or range(view.joints), view, self.lapse)
+
+
+_FREE = 3
+"""Random actions after a report that frees a loop breaker."""
+
+_CYCLE = 3
+"""Joints of its cycle, or all if there are fewer."""
+
+
+class Round(NamedTuple):
+    """The memory of a loop breaker."""
+
+    told: tuple[int, ...]  # what it was last told of each joint: 0 nothing, 1 blocked, 2 moved; shape (joints,)
+    cycle: tuple[int, ...] = ()  # the joints of its cycle that are drawn so far, in order
+    at: int = 0  # which of them comes next
+    free: int = 0  # how many random actions are left
+    last: int = -1  # the joint attempted last while free; -1 else
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopBreaker(Policy[Round]):
+    """It goes round a cycle of three joints that it draws at the start, until an odd report frees it.
+
+    A report is odd if it contradicts the last one of that joint, or if its form is odd: a correction, a remark, or no
+    report. Then it forgets what it was told, acts three times at random without repeats, and draws a new cycle. So lies
+    help it, and not through what they say.
+    """
+
+    heeds_panel = False
+
+    def begin(self, view: View) -> Round:
+        """No joint of the cycle is drawn."""
+        return Round((0,) * view.joints)
+
+    def remember(self, view: View, memory: Round, told: Told) -> Round:
+        """On along the cycle, or out of it."""
+        odd = told.corrects is not None or told.remarked or memory.told[told.joint] not in (0, 1 + told.moved)
+        if memory.free or odd:
+            return self.remember_silence(view, memory, told.joint)
+        reports = (*memory.told[: told.joint], 1 + told.moved, *memory.told[told.joint + 1 :])
+        size = min(_CYCLE, view.joints)
+        cycle = memory.cycle if len(memory.cycle) == size else (*memory.cycle, told.joint)
+        return Round(reports, cycle, (memory.at + 1) % size)
+
+    def remember_silence(self, view: View, memory: Round, joint: int) -> Round:
+        """A missing report is odd."""
+        free = memory.free - 1 if memory.free else _FREE
+        return Round((0,) * view.joints, free=free, last=joint if free else -1)
+
+    def probabilities(self, view: View, memory: Round) -> tuple[float, ...]:
+        """The next joint of the cycle; any that is not in it while it is drawn; any but the last while free."""
+        if len(memory.cycle) == min(_CYCLE, view.joints):
+            return evenly([memory.cycle[memory.at]], view)
+        barred = (memory.last,) if memory.free else memory.cycle
+        return evenly([joint for joint in range(view.joints) if joint not in barred], view)
+
+
+MODELS: Mapping[str, type[SoftmaxMemory | RandomMap | LoopBreaker]] = {
+    "softmax-memory": SoftmaxMemory,
+    "random-map": RandomMap,
+    "loop-breaker": LoopBreaker,
+}
+"""The families by name, as in ``cognitive:softmax-memory?failure=5``."""
+
+CHARACTERS: Mapping[str, tuple[str, Mapping[str, float]]] = {
+    "careful": (
+        "Turns to what has neither moved nor failed, the target first.",
+        {"target": 2, "closed": 2, "failure": 4},
+    ),
+    "perseverant": (
+        "Does again what has just moved, and so undoes it.",
+        {"target": -0.7, "closed": 2.1, "failure": 6.1, "decay": 0, "recent": 2.4, "stay": 1},
+    ),
+    "insistent": (
+        "Does again what has just failed.",
+        {"target": 0.6, "closed": 2.7, "failure": 1.4, "recent": 3.6, "stay": -1.5},
+    ),
+}
+"""What a softmax memory does with some settings, found by trying: false reports hurt the first, help the second, and of
+the third a few help and many hurt."""

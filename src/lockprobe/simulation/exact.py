@@ -16,10 +16,16 @@ from itertools import permutations
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
-from lockprobe.agents.cognitive import LoopBreaker, RandomMap, SoftmaxMemory
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Policy, Told
-from lockprobe.agents.strategies import HumanInspired, RandomAgent, RandomNoRepeat
+from lockprobe.agents.strategies import (
+    HumanInspired,
+    LoopBreaker,
+    RandomAgent,
+    RandomMap,
+    RandomNoRepeat,
+    SoftmaxMemory,
+)
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.foundation.errors import BadValue
