@@ -199,16 +199,17 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
             spec=text,
             engine="process",
             make=lambda: local.LocalModel.from_spec(spec),
-            check=lambda: local.check(spec),
+            check=lambda: (local.runtime(), local.locate(spec.full_name)),
         )
     if "/" not in spec.name.strip("/"):
         raise UnknownName("language model", text, [name for name in KNOWN if spec_kind(name) == spec.kind])
-    blind = Model.parse(text).facts.images is False  # of one that is not known its provider has to say so
+    model = Model.parse(text)
+    blind = model.facts.images is False  # of one that is not known its provider has to say so
 
     def make() -> Agent:
         from lockprobe.agents.llm.model import HostedModel
 
-        return HostedModel(text, access)
+        return HostedModel(model, access)
 
     return AgentSource(spec=text, engine="network", senses="reports" if blind else "pictures", make=make, check=make)
 

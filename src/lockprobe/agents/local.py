@@ -280,7 +280,7 @@ class LocalModel:
         """Load the model that a spec names.
 
         Raises:
-            UserMistake: As :func:`check`.
+            UserMistake: If its runtime or its file is missing or damaged.
         """
         path = locate(spec.full_name)
         engine = Engine(path, context=_CONTEXT)
@@ -325,16 +325,6 @@ def temperature_in(spec: Spec) -> float:
     if not 0 < temperature < inf:
         raise BadValue("temperature", temperature, "a number above 0")
     return temperature
-
-
-def check(spec: Spec) -> None:
-    """Check whether a local model can be loaded.
-
-    Raises:
-        UserMistake: If its runtime or its file is missing or damaged.
-    """
-    runtime()
-    locate(spec.full_name)
 
 
 def drawn(

@@ -97,7 +97,6 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(own):
         ("[[model]]\nmatch = ['a']\nmost_output = -1", "model 1: most_output: expected "),
         ("[[model]]\nmatch = ['a']\nprice = { input = 1.0 }", "model 1: price: cached: "),
         (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', 'inf')}", "model 1: price: input: "),
-        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2026-01-02', 'today')}", "model 1: price: date: "),
     ],
 )  # fmt: skip
 def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):

@@ -10,11 +10,9 @@ from __future__ import annotations
 
 import json
 import re
-import time
 from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from email.utils import mktime_tz, parsedate_tz
 from typing import Any
 
 from lockprobe.agents.reply import REFUSED
@@ -169,7 +167,8 @@ def read_answer(
         came = _of_messages(came)
     usage = None if status >= 400 else _usage(came)
     try:
-        text, stop, thoughts = _read(came, status, headers.get("retry-after", ""), usage or Usage())
+        wait = re.fullmatch(r"\d{1,9}(\.\d*)?", headers.get("retry-after", ""))
+        text, stop, thoughts = _read(came, status, float(wait[0]) if wait else None, usage or Usage())
     except NoReply as none:
         none.usage = replace(usage or Usage(), calls=0)
         raise
@@ -191,12 +190,12 @@ def read_answer(
     )
 
 
-def _read(came: Mapping[str, Any], status: int, wait: str, counted: Usage) -> tuple[str, str, str]:
+def _read(came: Mapping[str, Any], status: int, wait: float | None, counted: Usage) -> tuple[str, str, str]:
     """Text, reason for its end, and reasoning."""
     if status >= 400:
         said = came.get("error") or came.get("detail") or came or "nothing"
         charged = status in _GAVE_UP_WAITING
-        return _refusal_in({"error": said}, "error", status=status, charged=charged, wait=_wait(wait)), REFUSED, ""
+        return _refusal_in({"error": said}, "error", status=status, charged=charged, wait=wait), REFUSED, ""
     choices = came.get("choices")
     if not isinstance(choices, list) or not choices:
         if refusal := _refusal_in(came, "error", "errors", "detail", "message"):
@@ -284,14 +283,6 @@ def _refusal_in(
         words = f"{words} (insufficient_quota)"
     code = re.match("[45][0-9][0-9] ", named) if status < 300 else None
     raise NoReply(words, status=int(code[0]) if code else status, charged=charged, wait=wait)
-
-
-def _wait(said: str) -> float | None:
-    """Seconds that a server asks to wait, which it says as a number or as a date."""
-    if re.fullmatch(r"\d{1,9}(\.\d*)?", said):
-        return float(said)
-    when = parsedate_tz(said)
-    return None if when is None else max(0.0, mktime_tz(when) - time.time())
 
 
 def _of_messages(came: Mapping[str, Any]) -> dict[str, Any]:

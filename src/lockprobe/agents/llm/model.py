@@ -54,8 +54,6 @@ Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[tuple[Call
 class HostedModel:
     """A model behind a provider's interface. A malformed reply is requested again.
 
-    The spec holds the model's provider and name, and options: ``openai/gpt-4o?images=4``.
-
     Attributes:
         unseeded: Its luck is the provider's; see :class:`lockprobe.trial.protocols.Agent`.
         facts: Model name, form of requests, prompt and settings; the host, where it is not the provider's own.
@@ -64,19 +62,18 @@ class HostedModel:
 
     unseeded = True
 
-    def __init__(self, spec: str, access: Access | None = None) -> None:
-        model = Model.parse(spec)
-        self.line, self._alike = ModelClient(model, access or Access()), _Alike()
+    def __init__(self, model: Model, access: Access) -> None:
+        self.line, self._alike = ModelClient(model, access), _Alike()
         self._key = ""
         self._book: CallBook | None = None
         self._read: tuple[Sequence[Message], int] = (), 0  # the conversation of the step before, and its tokens
-        host = self.line.server.host
+        server = self.line.server
         self.facts: Mapping[str, Fact] = {
             "model": model.name,
-            "runtime": self.line.server.runtime,
+            "runtime": "Anthropic messages" if server.messages else "chat completions",
             "prompt": prompt_fingerprint(),
             **model.sent(),
-            **({} if host is None else {"host": host}),
+            **({} if server.host is None else {"host": server.host}),
         }
 
     def with_calls(self, key: str, book: CallBook) -> HostedModel:

@@ -39,11 +39,6 @@ _Count = Annotated[int, Field(ge=1, le=10**9, strict=True)]
 _Whether = Annotated[bool, Field(strict=True)]
 
 
-def _a_day(given: object) -> str:
-    """A date as text or as a TOML date."""
-    return (given if isinstance(given, date) else date.fromisoformat(str(given))).isoformat()[:10]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Price:
     """A provider's prices, in US dollars per million tokens.
@@ -53,7 +48,7 @@ class Price:
         cached: For tokens read that the provider had in its cache.
         output: For tokens written, including reasoning.
         stored: For tokens read that the provider puts into its cache; None if they cost as much as others.
-        date: When these prices were looked up, ISO 8601, or the package that has them.
+        date: When these prices were looked up, or the package that has them.
         source: The source of the prices.
     """
 
@@ -61,7 +56,7 @@ class Price:
     cached: _Dollars
     output: _Dollars
     stored: _Dollars | None = None
-    date: Annotated[str, BeforeValidator(_a_day)]
+    date: Annotated[str, BeforeValidator(str)]
     source: Annotated[str, Field(min_length=1, max_length=300), AfterValidator(printable)]
 
     def of(self, usage: Usage) -> float:

@@ -83,9 +83,9 @@ class Server:
         if url is None:
             known = f"PROVIDER/MODEL with one of {', '.join(PROVIDERS)}"
             raise BadValue("language model", name, f"{known}, or {variables}_BASE_URL with the URL of its server")
-        if not _host(url) or not url.startswith(("http://", "https://")) or " " in url or not url.isprintable():
+        if not _host(url) or not re.fullmatch("https?://[!-~]+", url):
             raise BadValue(f"{variables}_BASE_URL", url, "a URL such as http://localhost:8080/v1")
-        if key != key.strip() or not key.isascii() or not key.isprintable():
+        if key and not re.fullmatch("[!-~]+( [!-~]+)*", key):
             said = "no request can carry a key with line breaks, blanks around it or letters outside ASCII"
             raise Missing(f"{variables}_API_KEY: {said}", f"export {variables}_API_KEY=… without them and run again")
         if not key and url.startswith("https:"):
@@ -94,11 +94,6 @@ class Server:
         place, mark, query = url.partition("?")
         asked = f"{place.rstrip('/')}/{'messages' if messages else 'chat/completions'}{mark}{query}"
         return cls(provider, model, asked, key, messages, _host(own) if own else None)
-
-    @property
-    def runtime(self) -> str:
-        """The form in which it is asked, for the record."""
-        return "Anthropic messages" if self.messages else "chat completions"
 
     @property
     def headers(self) -> dict[str, str]:
