@@ -299,7 +299,6 @@ PLAYED = {
     "half of a character": body(GOOD.replace('"hypothesis": ""', '"hypothesis": "it\\ud83d opens"')),
     "a model that speaks of an error": body(GOOD.replace('"hypothesis": ""', '"hypothesis": "an \\"error\\": 503"')),
     "thoughts before it": body(f"Hm\n</think>\n{GOOD}"),
-    "a fence": body(f"```json\n{GOOD}\n```"),
     "a channel": body(f"<|channel|>final<|message|>{GOOD}<|return|>"),
 }  # fmt: skip
 
@@ -326,11 +325,6 @@ def test_what_failed_attempts_cost_is_in_the_account_of_the_call(step, course, t
     came = step(*course, retries=5)
     assert (came.ended, came.tokens, came.lost) == ("played", tokens, lost)
     assert (came.times, sum(call.retries for call in came.calls)) == (len(course), retries)
-
-
-def test_half_of_a_character_is_replaced_and_noted(step):
-    decision = step(PLAYED["half of a character"]).decision
-    assert (decision.hypothesis, decision.tidied) == ("it? opens", ("spelling",))
 
 
 @pytest.mark.parametrize(
