@@ -59,7 +59,7 @@ MISTAKES = [
         "agent: got 'participant', expected one that is called: people join",
     ),
     (lambda: lockprobe.run_trial(agent="mcp:x"), "agent: got 'mcp:x', expected one that is called: people join"),
-    (lambda: lockprobe.run_trial(agent="random?x=1"), "no agent is called 'random.x=1' .did you mean 'random'"),
+    (lambda: lockprobe.run_trial(agent="random?x=1"), "no option of random is called 'x'; there are: none"),
     (lambda: lockprobe.study(3), "study: got 3, expected options, the path of a TOML file, or one of flips, "),
     (lambda: lockprobe.study(Path("none.toml")), "none.toml: cannot be read"),
     (

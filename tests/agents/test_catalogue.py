@@ -16,6 +16,9 @@ from lockprobe.foundation.plugins import allow
     [
         *((spec, "inline", "reports") for spec in ("random", "right-to-left", "human-inspired:target-first", "ideal-observer", "cognitive:careful")),
         *((spec, "inline", "pictures") for spec in ("viewer", "viewer:random?acuity=9", "python:any:Thing")),
+        ("participant", "person", "pictures"),
+        ("participant:3f9a01bc", "person", "pictures"),
+        ("mcp:claude-code", "client", "pictures"),
         ("llm:local", "process", "reports"),
         ("llm:gguf:some.gguf", "process", "reports"),
         ("llm:openai/gpt-4o?images=4", "network", "pictures"),
@@ -54,6 +57,19 @@ def test_an_unknown_spec_lists_what_exists(spec, message):
     with pytest.raises(UnknownName) as mistake:
         resolve(spec)
     assert str(mistake.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (["mcp", *(f"mcp:{name}" for name in ("", "-a", "a b", "a/b", "é", "A" * 65, "a:b"))], "mcp:NAME"),
+        ([f"participant:{name}" for name in ("", "abc", "ABCD", "a" * 33, "abcd:e")], "participant:ID with 4 to 32"),
+    ],
+)
+def test_a_person_or_a_client_is_named_in_a_form_that_is_refused_otherwise(names, expected):
+    for name in names:
+        with pytest.raises(BadValue, match=expected):
+            resolve(name)
 
 
 def test_options_of_a_viewer_and_of_its_strategy_stand_side_by_side():

@@ -18,7 +18,7 @@ from typing import Any, Literal
 
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
-from lockprobe.agents.outside import OutsideAgent, check_outside
+from lockprobe.agents.outside import check_outside
 from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import (
     CHARACTERS,
@@ -146,8 +146,12 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
         return AgentSource(spec=text, engine="inline", make=lambda: agent)
     if spec.kind in (PEOPLE, MCP):
         check_outside(text)
+
+        def make() -> Agent:
+            raise BadValue("agent", text, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
+
         engine: Engine = "person" if spec.kind == PEOPLE else "client"
-        return AgentSource(spec=text, engine=engine, senses="pictures", make=OutsideAgent)
+        return AgentSource(spec=text, engine=engine, senses="pictures", make=make)
     if spec.kind == "llm":
         return _language_model(spec, access)
     if (plugin := find_plugin("agent", text)) is not None:

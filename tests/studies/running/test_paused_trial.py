@@ -8,12 +8,13 @@ from seated import as_played, people_study, without_page
 from seen import PhotographedPlant
 
 from lockprobe.agents.outside import participant_spec
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, BadValue, ChannelFault
 from lockprobe.interventions.conditions import flips, read_condition
 from lockprobe.plants import catalogue
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.running.playable import CLIENT, PERSON, check_playable
+from lockprobe.trial.briefing import Briefing
 
 STUDY = people_study(layout="shuffled")
 PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.labelled("flip?p=0.4"), 1, 2)
@@ -109,3 +110,21 @@ def test_what_is_remembered_or_asked_for_cannot(condition, by, why):
     named = condition.removeprefix("nudge + ").partition("?")[0]
     with pytest.raises(BadValue, match=f"condition: got '{named}.*expected what is told or done, or nudge.*{why}"):
         check(condition, by)
+
+
+def test_who_reads_words_alone_is_asked_for_nothing_else():
+    async def decides(briefing, **settings):
+        held = await PausedTrial.begin(PLAN, **settings)
+        asked = replace(held.situation, briefing=briefing)
+        held._said.put_nowait(None)
+        try:
+            return await held.decide(asked, None)
+        finally:
+            await held.close()
+
+    words = Briefing(remark="Look.", warning="Mind.")
+    asked = replace(words, instruction="{joints}")
+    for briefing, settings in ((words, {"words_alone": True}), (asked, {})):
+        asyncio.run(decides(briefing, **settings))
+    with pytest.raises(ChannelFault, match="more than a remark or a warning"):
+        asyncio.run(decides(asked, words_alone=True))

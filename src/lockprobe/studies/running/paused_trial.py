@@ -13,15 +13,17 @@ from collections.abc import Iterable, Mapping
 from contextlib import AsyncExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from lockprobe.agents.outside import OutsideAgent
-from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.errors import BadValue, ChannelFault
 from lockprobe.studies.records.picture_store import keep_picture
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Fact, Outcome, Situation, Step, Trial
+from lockprobe.trial.record import Decision, Fact, Outcome, Situation, Step, Trial
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 class RecordedAttempt(NamedTuple):
@@ -41,7 +43,7 @@ class RecordedAttempt(NamedTuple):
 
 
 class PausedTrial:
-    """A trial that waits at each decision. Start it with :meth:`begin`; :meth:`close` releases its plant.
+    """A trial that waits at each decision, and is its own agent. :meth:`close` releases its plant.
 
     Attributes:
         situation: The information that may be shown now; None once the trial is over.
@@ -49,13 +51,17 @@ class PausedTrial:
         seconds: How long it took from :meth:`begin`, once the trial is over.
     """
 
-    def __init__(self, plan: Plan, agent: OutsideAgent, pictures: Path | None, place: Executor) -> None:
-        self.plan, self._agent, self._told = plan, agent, ""
+    def __init__(
+        self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Executor, *, words_alone: bool
+    ) -> None:
+        self.plan, self.facts, self._words_alone, self._told = plan, facts, words_alone, ""
         self.situation: Situation | None = None
         self.trial: Trial | None = None
         self.seconds = 0.0
+        self._asked: asyncio.Queue[Situation] = asyncio.Queue()
+        self._said: asyncio.Queue[Decision] = asyncio.Queue()
         keep = None if pictures is None else partial(keep_picture, pictures)
-        self._loop = asyncio.create_task(play_timed(plan, agent, self._note, keep, place=place))
+        self._loop = asyncio.create_task(play_timed(plan, self, self._note, keep, place=place))
 
     @classmethod
     async def begin(
@@ -82,7 +88,7 @@ class PausedTrial:
             BadValue: If a report differs from the one that was shown, or the steps do not fit the trial.
             LockprobeError: If a file cannot be written.
         """
-        paused = cls(plan, OutsideAgent(facts, words_alone=words_alone), pictures, place)
+        paused = cls(plan, dict(facts or {}), pictures, place, words_alone=words_alone)
         async with AsyncExitStack() as undo:
             undo.push_async_callback(paused.close)
             await paused._wait()
@@ -109,9 +115,20 @@ class PausedTrial:
         report of the attempt; empty with pictures and if the trial broke.
         """
         self.situation, self._told = None, ""
-        self._agent.say(joint, claimed, hypothesis)
+        self._said.put_nowait(Decision(joint=joint, claimed=claimed, hypothesis=hypothesis))
         await self._wait()
         return self._told
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Wait for the decision, which :meth:`attempt` makes.
+
+        Raises:
+            ChannelFault: If an intervention asks for what does not reach the agent.
+        """
+        if self._words_alone and situation.briefing.instruction:
+            raise ChannelFault("an intervention asks for more than a remark or a warning, which is all that is shown")
+        self._asked.put_nowait(situation)
+        return await self._said.get()
 
     async def close(self) -> None:
         """End the trial and release its plant."""
@@ -122,7 +139,7 @@ class PausedTrial:
 
     async def _wait(self) -> None:
         """Wait until the trial loop asks for a decision or ends; re-raise its exceptions."""
-        asked = asyncio.create_task(self._agent.asked())
+        asked = asyncio.create_task(self._asked.get())
         try:
             await asyncio.wait({asked, self._loop}, return_when=asyncio.FIRST_COMPLETED)
         finally:

@@ -11,7 +11,6 @@ from pathlib import Path
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import refuse_blind, taken_in
@@ -79,8 +78,6 @@ def run_trial(
     spec = player if isinstance(player, str) else type(player).__name__
     study = trial_study(spec, **given)
     plan = study.plan(spec, study.conditions[0], study.repetitions, study.trials)
-    if isinstance(player, str) and spec_kind(player) in (PEOPLE, MCP):
-        raise BadValue("agent", player, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
     if isinstance(player, str) and not taken_in(player, (plan.modality,)):
         refuse_blind(player, plan.modality, "symbolic")
     resolve_plant(plan.plant).check(plan.box)
