@@ -7,9 +7,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe import population, run_trial
-from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Told, View
-from lockprobe.agents.strategies import CHARACTERS, PRESETS, HumanInspired, LoopBreaker, RandomMap, SoftmaxMemory
+from lockprobe.agents.strategies import (
+    CHARACTERS,
+    PRESETS,
+    HumanInspired,
+    IdealObserver,
+    LoopBreaker,
+    RandomMap,
+    SoftmaxMemory,
+)
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.simulation.exact import propagate

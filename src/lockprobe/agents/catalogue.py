@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from inspect import iscoroutinefunction
 from typing import Any, Literal
 
-from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.outside import check_outside
 from lockprobe.agents.policy import Policy
@@ -25,6 +24,7 @@ from lockprobe.agents.strategies import (
     MODELS,
     PRESETS,
     HumanInspired,
+    IdealObserver,
     RandomAgent,
     RandomNoRepeat,
     RightToLeft,

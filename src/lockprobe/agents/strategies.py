@@ -1,4 +1,4 @@
-"""Strategies that follow rules: four that ignore all reports, the human-inspired one with its variants, and mechanisms.
+"""Strategies: four that ignore all reports, the human-inspired one and its variants, mechanisms, an ideal observer.
 
 The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorithm is not public. All presets are
 *reconstructions*. What they reach on ``chain-4`` when told the truth (mean steps, 80 % by, all by; exact):
@@ -16,6 +16,11 @@ The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorith
 Mechanisms may explain an agent: a softmax over a fading memory, a random map, and a loop breaker. They are models in
 the statistical sense: each gives every choice a probability, so that it can be played, and fitted to the trials of
 anyone (``examples/fit_policy.py``). All look at what is told, never at the truth.
+
+The ideal observer shows how much information reports contain: exact Bayesian inference from them under a given prior,
+and planning by the posterior (:mod:`lockprobe.boxes.beliefs`). It is ideal only under its prior and noise model: told
+the truth, ``noise=naive`` needs 8.5 steps on ``chain-4`` under ``prior=single-parent``, 5.5 if it knows that the box is
+a chain (``prior=chains``).
 """
 
 from __future__ import annotations
@@ -26,9 +31,13 @@ from dataclasses import dataclass, fields
 from typing import ClassVar, Literal, NamedTuple
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
-from lockprobe.foundation.errors import BadValue
+from lockprobe.boxes.beliefs.exact import planner
+from lockprobe.boxes.beliefs.planning import PlanGoal, best_joints
+from lockprobe.boxes.beliefs.posterior import Belief, KnownReading, ReportedAttempt, begin, noise_model, update
+from lockprobe.boxes.beliefs.structures import PRIORS, interlocks
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.validation import check_probability
-from lockprobe.trial.record import Fact
+from lockprobe.trial.record import Fact, Outcome
 
 PRESETS: Mapping[str, Mapping[str, object]] = {
     "target-first": {},
@@ -414,3 +423,70 @@ CHARACTERS: Mapping[str, tuple[str, Mapping[str, float]]] = {
 }
 """What a softmax memory does with some settings, found by trying: false reports hurt the first, help the second, and of
 the third a few help and many hurt."""
+
+
+_EVEN = 1e-9
+"""Probabilities closer than this to one half count as even."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdealObserver(Policy[Belief]):
+    """Infers the interlock from all reports (Bayesian) and plans by the posterior.
+
+    Ties between joints are drawn at random.
+
+    Attributes:
+        prior: The interlocks that it considers possible: :mod:`lockprobe.boxes.beliefs.structures`.
+        noise: ``naive`` (reports are true), ``aware`` (how often they are false is inferred) or a flip probability.
+        plan: ``steps``: fewest expected steps. ``information``: most expected bits about the interlock, and fewest
+            expected steps once the interlock is known or no attempt is informative.
+        reading: What it knows a false report to be: ``memoryless``, ``latched``, ``re-observed`` or ``integrated``.
+            With ``outcomes`` it knows that outcomes are inverted and infers whether false positions stay, with
+            ``positions`` that positions are.
+
+    Raises:
+        UnknownName: If there is no such prior.
+        BadValue: If ``noise`` or ``reading`` is none of these.
+    """
+
+    exact: ClassVar[bool] = True
+
+    prior: str = "single-parent"
+    noise: str = "aware"
+    plan: PlanGoal = "steps"
+    reading: KnownReading = "outcomes"
+
+    def __post_init__(self) -> None:
+        if self.prior not in PRIORS:
+            raise UnknownName("prior", self.prior, PRIORS)
+        noise_model(self.noise, self.reading)
+
+    def begin(self, view: View) -> Belief:
+        """The prior over the interlocks of this number of joints."""
+        known, noise = interlocks(self.prior, view.joints), noise_model(self.noise, self.reading)
+        if self.plan == "steps" and noise.naive:
+            planner(known)  # says at the first step whether it can plan at all
+        return begin(known, noise)
+
+    def remember(self, view: View, memory: Belief, told: Told) -> Belief:
+        """The posterior after a report."""
+        numbers = _numbers(view)
+        shifted = told.shifted
+        positions = None if shifted is None else sum((shifted >> j & 1) << number for j, number in enumerate(numbers))
+        return update(memory, ReportedAttempt(numbers[told.joint], told.moved, positions, told.states_only))
+
+    def probabilities(self, view: View, memory: Belief) -> tuple[float, ...]:
+        """Equal for all joints that are best by the plan."""
+        best = best_joints(memory, self.plan).tolist()
+        return tuple(best[number] / sum(best) for number in _numbers(view))
+
+    def claim(self, memory: Belief, told: Told) -> Outcome:
+        """The more probable outcome; of two equal ones what it was told."""
+        if memory.moved is None or abs(memory.moved - 0.5) < _EVEN:
+            return told.outcome
+        return "moved" if memory.moved > 0.5 else "blocked"
+
+
+def _numbers(view: View) -> tuple[int, ...]:
+    """The number of each listed joint in a belief: the target is 0, the others follow as listed."""
+    return tuple(0 if j == view.target else j + (j < view.target) for j in range(view.joints))
