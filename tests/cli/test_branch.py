@@ -133,7 +133,7 @@ def test_forks_that_all_break_end_with_status_1_and_are_owed_again(lockprobe, mo
     answer(lambda request: failure(401, "no such key"))
     status, said, _ = lockprobe(*asked)
     assert status == BROKE
-    assert "6 broke, the first at model: the provider answered 401" in said.splitlines()[-1]
+    assert "6 of 6 trials broke and are owed" in said.splitlines()[-1]
     assert "No effect can be estimated: that takes at least two trials forked at the same step." in said
     assert owed(asked) == 6
     answer(truthful)

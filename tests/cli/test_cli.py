@@ -25,7 +25,9 @@ def directory(tmp_path_factory):
 def test_plain_lines_say_what_is_played(directory):
     again = typed("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
                       "--repetitions", 2, "--seed", 3, "--no-report", "--out", directory)  # fmt: skip
-    assert "Flip study on chain-4: flip rate 0, 0.4; 2 repetitions of 4 trials of 20 steps" in again.stdout
+    assert (
+        "Study flips on chain-4: 2 conditions: truth; flip?p=0.4; 2 repetitions of 4 trials of 20 steps" in again.stdout
+    )
     assert "32 of 32 trials are done already; 0 are owed" in again.stdout
     assert "\x1b" not in again.stdout
 

@@ -13,7 +13,7 @@ def test_a_run_and_its_status_say_what_is_decided(lockprobe, tmp_path):
     (first,) = [line for line in said if line.startswith("1 of 1 difference decided")]
     (each,) = [line for line in said if line.startswith("  careful, flip?p=0.9: an effect (block ")]
     assert first.endswith("of at most 80 trials")
-    assert any(line.startswith("After every 5 blocks it looks what is decided.") for line in said)
+    assert any("at most 40 trials per condition, looking after every 5 blocks," in line for line in said)
     status = lockprobe("status", str(directory))[1]
     assert f"decided     {first}" in status
     assert each.strip() in status

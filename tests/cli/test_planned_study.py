@@ -39,7 +39,7 @@ def test_a_study_grows_and_stays_as_large_as_it_is(lockprobe):
     ("arguments", "refused"),
     [
         (["--until", "soon"], "until: got 'soon', expected decided, ±10"),
-        (["--until", "60"], "until: got 'width 60', expected decided, ±10 or another number of points, from 1 to 50"),
+        (["--until", "60"], "until: got '60', expected decided, ±10 or another number of points, from 1 to 50"),
         (["--until", "decided", "--most", "0"], "most: got 0, expected a whole number from 1"),
         (["--most", "5"], "most: got 5, expected --until with it"),
         (["--until", "decided", "--trials", "5"], "trials: got 5, expected none with --until decided; --most says"),

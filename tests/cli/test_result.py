@@ -8,7 +8,8 @@ from placeholders import undrawn
 from typed import typed
 
 from lockprobe.cli.report import report
-from lockprobe.cli.result import read_result, result_facts, result_lines
+from lockprobe.cli.result import found as said_of
+from lockprobe.cli.result import read_result
 from lockprobe.report.rows import Estimate, Fact, Results
 
 STUDY = ("run", "flips", "--agent", "cognitive:perseverant", "--agent", "random", "--p", "0,0.6", "--trials", 20,
@@ -50,7 +51,7 @@ def test_a_run_ends_with_the_answer_the_numbers_and_the_next_command(played):
 
 def test_the_next_command_is_one_that_can_be_typed(played):
     directory, _ = played
-    first = result_facts(read_result(directory), directory)["next"][0]["command"]
+    first = said_of(read_result(directory), directory)[1]["next"][0]["command"]
     done = typed(*shlex.split(first)[1:])
     assert done.returncode == 0, done.stderr
     assert "step" in done.stdout
@@ -61,7 +62,7 @@ def test_a_report_says_the_same_and_programs_get_it_too(played, capsys):
     report([directory])
     again = capsys.readouterr().out.splitlines()
     assert again == done.stdout.splitlines()[-len(again) :]
-    facts = result_facts(read_result(directory), directory)
+    _, facts = said_of(read_result(directory), directory)
     ended = [json.loads(line) for line in typed(*STUDY, "--out", directory, "--json").stdout.splitlines()][-1]
     assert {name: ended[name] for name in facts} == facts
 
@@ -75,9 +76,9 @@ def test_without_results_that_can_be_read_nothing_is_said(tmp_path):
 def test_a_trial_to_look_at_and_its_forks_are_the_next_steps(played):
     directory, _ = played
     found = read_result(directory)
-    assert [step["command"].split()[1] for step in result_facts(found, directory)["next"]] == ["replay", "branch"]
+    assert [step["command"].split()[1] for step in said_of(found, directory)[1]["next"]] == ["replay", "branch"]
     nothing = Results.model_validate({**json.loads((directory / "results.json").read_text("utf-8")), "answer": ""})
-    assert not result_lines(nothing, directory)[0].startswith("Answer")
+    assert not said_of(nothing, directory)[0][0].startswith("Answer")
 
 
 @pytest.mark.parametrize(("replayed", "command"), [("yes", ""), ("no", " with --again reply")])
@@ -88,9 +89,9 @@ def test_where_every_trial_broke_nothing_but_what_mends_it_is_next(played, repla
     rows = [row for row in found.rows if (row.quantity, row.agent) != ("success", agent)]
     broken = Estimate(quantity="broken", agent=agent, of="reply", value=120)
     again = Fact(about=f"{agent}, broken at reply", name="will be replayed", text=replayed)
-    lines = result_lines(found.changed(rows=(*rows, broken), facts=(*found.facts, again)), directory)
+    lines, _ = said_of(found.changed(rows=(*rows, broken), facts=(*found.facts, again)), directory)
     assert lines == [
         f"Answer: {found.answer}",
         f"Next: the same command{command}  plays the broken trials again, when the cause is mended",
     ]
-    assert len(result_lines(found.changed(rows=(*found.rows, broken)), directory)) > 3
+    assert len(said_of(found.changed(rows=(*found.rows, broken)), directory)[0]) > 3

@@ -11,15 +11,12 @@ from typed import typed
 from lockprobe import load
 from lockprobe.agents.llm.model_facts import read_facts
 from lockprobe.cli.format_cost import money
-from lockprobe.cli.progress import BROKE, BUDGET_REACHED, Progress
+from lockprobe.cli.progress import BROKE, BUDGET_REACHED
 from lockprobe.cli.run import run
 from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
-from lockprobe.studies.options.study_options import StudyOptions
-from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.journal import Journal
 
 
 def test_pictures_are_played_and_reported(tmp_path):
@@ -30,7 +27,7 @@ def test_pictures_are_played_and_reported(tmp_path):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == (
-        "Modality study on chain-4: shown as rgb, rgbd, symbolic?tell=state; 1 repetition of 1 trial of 3 steps; "
+        "Study modalities on chain-4: 3 conditions: rgb; rgbd; truth; 1 repetition of 1 trial of 3 steps; "
         "agents viewer, random; seed 1"
     )
     assert lines[1].startswith("Plant: fast-twin?width=160&height=120; pictures by egl (mujoco ")
@@ -42,15 +39,6 @@ def test_pictures_are_played_and_reported(tmp_path):
     assert {trial.plant["renderer"].split()[0] for trial in trials if trial.modality.startswith("rgb")} == {"egl"}
     assert (tmp_path / "report.html").read_text("utf-8").count("data:image/png;base64,") >= 6
     assert len(trials) == read_study(tmp_path).size
-
-
-def test_the_symbolic_plant_leaves_pictures_out_and_says_so(tmp_path, capsys):
-    planned = study(StudyOptions(study="modalities", plant="symbolic", agent=["human-inspired"]))
-    with Journal.open(tmp_path, planned) as journal:
-        Progress().begin(planned, journal, planned.size)
-    said = capsys.readouterr().out
-    assert said.startswith("Modality study on chain-4: flip rate 0; 1 repetition of 10 trials of 20 steps;")
-    assert "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)" in said
 
 
 SPEC = "llm:openai-api/fake/model"
@@ -167,7 +155,9 @@ def test_a_run_of_which_every_trial_breaks_says_so_and_fails(tmp_path, provider,
     said = capsys.readouterr().out
     assert "\x1b" not in said
     last = said.splitlines()[-1]
-    assert last.startswith("No trial ended: 2 broke, the first at model: the provider answered 401")
+    assert last.startswith(
+        f"2 of 2 trials broke and are owed, of {SPEC}; the first at model: the provider answered 401"
+    )
     answer(truthful)
     play(tmp_path / "s", retries=0, trials=2)
     assert sum(not trial.owed_again for trial in load(tmp_path / "s")) == 2
@@ -189,7 +179,7 @@ def test_a_key_that_dies_in_mid_run_is_the_last_line_and_the_exit_status(tmp_pat
         assert last.startswith(
             f"3 of 8 trials broke and are owed, of {SPEC}; the first at model: the provider answered"
         )
-        assert last.endswith("top up the account; when that is mended, the same command plays them again")
+        assert last.endswith("top up the account; the same command plays them again when that is mended")
     answer(truthful)
     play(tmp_path / "s", agent=["random", SPEC])
     assert not any(trial.owed_again for trial in load(tmp_path / "s"))

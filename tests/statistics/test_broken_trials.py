@@ -12,7 +12,7 @@ from net import unpacked
 from reported import found_in
 from solved import columns
 
-from lockprobe.cli.result import result_lines
+from lockprobe.cli.result import found as said_of
 from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
 from lockprobe.report.questions.claims import judged, paper_claims
@@ -222,7 +222,7 @@ def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth
     assert share.low <= 6 / 18 <= 0.393 <= share.high
     assert [found.one("success", agent="llm:a", of=of).value for of in ("at least", "at most")] == [6 / 18, 1.0]
     assert found.answer.endswith("; 12 more broke, so of all trials it is between 33 % and 100 %.")
-    (told,) = [line for line in result_lines(found, tmp_path) if line.startswith("  llm:a: ")]
+    (told,) = [line for line in said_of(found, tmp_path)[0] if line.startswith("  llm:a: ")]
     assert "12 of 18 trials broke, 6 of the other 6 opened the box" in told
     assert "half of the breaks came at step 19" in told
 

@@ -73,7 +73,7 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("flips", {"agent": "a\x1b=random"}, r"name of an agent: got 'a\x1b', expected at most 200 visible characters"),
         ("flips", {"agent": f"human-inspired?lapse=0.{'1' * 200}"}, "name of an agent: got 'human-inspired?lapse"),
         ("flips", {"sweep": "drop?p=0,1e-300"}, "a dose of drop?p=1e-300: got {'drop.p': 1e-300}, expected 0, or a"),
-        ("flips", {"contrasts": {"a": {"of": "lie", "minus": "truth"}}}, "no condition of contrasts, a is called 'lie'"),
+        ("flips", {"contrasts": {"a": {"of": "lie", "minus": "truth"}}}, "no condition of the contrast a is called 'lie'"),
         ("flips", {"parts": True}, "parts: got True, expected none with flips, but with why"),
         ("flips", {"readings": "afresh"}, "readings: got 'afresh', expected one of fresh, kept, "),
         ("flips", {"readings": "all", "flip": "sticky"}, "readings: got 'all', expected none with --flip, nor with a"),

@@ -31,8 +31,7 @@ from dataclasses import dataclass, fields
 from typing import ClassVar, Literal, NamedTuple
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
-from lockprobe.boxes.beliefs.exact import planner
-from lockprobe.boxes.beliefs.planning import PlanGoal, best_joints
+from lockprobe.boxes.beliefs.planning import best_joints
 from lockprobe.boxes.beliefs.posterior import Belief, KnownReading, ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import PRIORS, interlocks
 from lockprobe.foundation.errors import BadValue, UnknownName
@@ -438,8 +437,6 @@ class IdealObserver(Policy[Belief]):
     Attributes:
         prior: The interlocks that it considers possible: :mod:`lockprobe.boxes.beliefs.structures`.
         noise: ``naive`` (reports are true), ``aware`` (how often they are false is inferred) or a flip probability.
-        plan: ``steps``: fewest expected steps. ``information``: most expected bits about the interlock, and fewest
-            expected steps once the interlock is known or no attempt is informative.
         reading: What it knows a false report to be: ``memoryless``, ``latched``, ``re-observed`` or ``integrated``.
             With ``outcomes`` it knows that outcomes are inverted and infers whether false positions stay, with
             ``positions`` that positions are.
@@ -453,7 +450,6 @@ class IdealObserver(Policy[Belief]):
 
     prior: str = "single-parent"
     noise: str = "aware"
-    plan: PlanGoal = "steps"
     reading: KnownReading = "outcomes"
 
     def __post_init__(self) -> None:
@@ -463,10 +459,7 @@ class IdealObserver(Policy[Belief]):
 
     def begin(self, view: View) -> Belief:
         """The prior over the interlocks of this number of joints."""
-        known, noise = interlocks(self.prior, view.joints), noise_model(self.noise, self.reading)
-        if self.plan == "steps" and noise.naive:
-            planner(known)  # says at the first step whether it can plan at all
-        return begin(known, noise)
+        return begin(interlocks(self.prior, view.joints), noise_model(self.noise, self.reading))
 
     def remember(self, view: View, memory: Belief, told: Told) -> Belief:
         """The posterior after a report."""
@@ -476,8 +469,8 @@ class IdealObserver(Policy[Belief]):
         return update(memory, ReportedAttempt(numbers[told.joint], told.moved, positions, told.states_only))
 
     def probabilities(self, view: View, memory: Belief) -> tuple[float, ...]:
-        """Equal for all joints that are best by the plan."""
-        best = best_joints(memory, self.plan).tolist()
+        """Equal for all joints that take the fewest expected steps."""
+        best = best_joints(memory).tolist()
         return tuple(best[number] / sum(best) for number in _numbers(view))
 
     def claim(self, memory: Belief, told: Told) -> Outcome:

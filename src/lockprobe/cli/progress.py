@@ -6,24 +6,24 @@ import json as json_
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, redirect_stdout
-from typing import TextIO
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext, redirect_stdout
+from dataclasses import replace
 
 from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
 from lockprobe.agents.catalogue import AgentSource
-from lockprobe.agents.llm.answer import MENDING
 from lockprobe.cli.format_cost import estimate_facts, estimate_lines, money, spent_facts, spent_in_words
-from lockprobe.cli.study_lines import begin_lines, done_of, in_boundaries
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import estimates
 from lockprobe.studies.costs.spending import Budget, Ledger, hosted
+from lockprobe.studies.decisions import LOOK_EVERY
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.executor import Observer
@@ -42,6 +42,59 @@ _FIRST, _EVERY = 2.0, 60.0
 
 _LONG = 5.0
 """Seconds after which a call that has not come back is spoken of."""
+
+
+def done_of(journal: Journal, study: Study | None = None) -> int:
+    """The finished trials; with a study, those that it runs, without those of people."""
+    return sum(
+        not one.owed_again and (study is None or one.spec in study.run_agents) for one in journal.trials.values()
+    )
+
+
+def settings_line(found: str) -> str:
+    """The hash of the settings, as it is said before the first trial."""
+    return f"Settings: {found} (for a preregistration; lockprobe verify DIR --settings HASH checks it)"
+
+
+def in_boundaries(errors: Mapping[str, int]) -> str:
+    """Errors by boundary: ``3 errors: model 2, reply 1``; empty where there are none."""
+    named = ", ".join(f"{name} {errors[name]}" for name in sorted(errors))
+    return f"{count(sum(errors.values()), 'error')}: {named}" if errors else ""
+
+
+def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
+    """What will be played, where it goes, and what of it is done."""
+    run, done = study.size - study.invited, done_of(journal, study)
+    if run:
+        extent = f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}"
+        if study.until:
+            most = count(study.repetitions * study.trials, "trial")
+            extent = f"until {study.until}, at most {most} per condition, looking after every {LOOK_EVERY} blocks,"
+        elif study.strategy_trials is not None:
+            extent += f" ({study.strategy_trials} for strategies)"
+        yield (
+            f"Study {study.name} on {study.boxes_in_words}: {count(len(study.conditions), 'condition')}: "
+            f"{'; '.join(one.label for one in study.conditions)}; {extent} of {study.max_steps} steps; "
+            f"agents {', '.join(study.labels)}; seed {study.seed}"
+        )
+        if study.simulated:
+            source = resolve_plant(study.plant)
+            drawn = study.has_pictures and owed and source.picture_size is not None
+            yield f"Plant: {study.plant}" + (f"; pictures by {source.renderer()}" if drawn else "")
+        if reading := [study.label_of(one) for one in study.agents if study.modalities_of(one) != study.modalities]:
+            yield f"Reports only, since they look at no pictures: {', '.join(reading)}"
+    if study.invited:
+        played = sum(not trial.owed_again for trial in journal.trials.values() if trial.player)
+        said = f"People: {played} of {count(study.invited, 'trial')} played; they are not run but invited, by"
+        yield f"{said} lockprobe serve {journal.directory}"
+    if run:
+        yield f"Records: {journal.directory} (the same command resumes it)"
+        yield settings_line(read_study(journal.directory).settings_hash)
+        of = "" if study.until else f" of {run}"
+        if done:
+            yield f"{done}{of} trials are done already; {owed} are owed{' before the next look' * (not of)}"
+        elif study.shard:
+            yield f"{owed} of {replace(study, shard=None).size - study.invited} trials are played here"
 
 
 class Progress(Observer):
@@ -73,15 +126,16 @@ class Progress(Observer):
         self.broken: Counter[str] = Counter()
         self.abandoned: dict[str, tuple[str, int]] = {}
         self._json, self._budget, self._attended, self._forks = json, budget, attended, forks
-        self._events: TextIO | None = None
+        self._out = sys.stdout
         self._ledger: Ledger | None = None
         self._agent, self._slow, self._shown = "", False, ""
         self._owed = self._before = self._played = self._steps = self._solved = self._valid = 0
         self._errors: Counter[str] = Counter()
         self._began = self._due = 0.0
         self._live: Live | None = None
-        terminal = not (json or attended) and sys.stdout.isatty()  # it would cover the questions of a plant
-        self._console = Console(emoji=False, highlight=False) if terminal else None
+        if sys.stdout.isatty() and not (json or attended):  # it would cover the questions of a plant
+            shown, console = lambda: Text(printable(self._agent and self.line())), Console(emoji=False, highlight=False)
+            self._live = Live(get_renderable=shown, console=console, refresh_per_second=4)
 
     def watch(
         self, play: Callable[[], None], journal: Journal, more: Callable[[], Sequence[str]] = tuple
@@ -94,7 +148,7 @@ class Progress(Observer):
             more: What is said besides after Ctrl-C.
         """
         try:
-            with self._playing():
+            with redirect_stdout(sys.stderr) if self._json else self._live or nullcontext():
                 play()
         except KeyboardInterrupt:
             what, finished = "trial" if self._forks is None else "fork", done_of(journal)
@@ -109,32 +163,17 @@ class Progress(Observer):
                 raise
         return None
 
-    @contextmanager
-    def _playing(self) -> Iterator[None]:
-        self._events = sys.stdout
-        try:
-            if self._json:
-                with redirect_stdout(sys.stderr):
-                    yield
-            elif self._console:
-                with Live(get_renderable=self._state, console=self._console, refresh_per_second=4) as self._live:
-                    yield
-            else:
-                yield
-        finally:
-            self._live = self._events = None
-
     def say(self, text: str) -> None:
         """Print a line for people; programs get none."""
-        if self._live:
+        if self._live and self._live.is_started:
             self._live.console.print(Text(printable(text)))
         elif not self._json:
-            print(printable(text), flush=True)
+            print(printable(text), file=self._out, flush=True)
 
     def tell(self, event: str, *lines: str, **facts: object) -> None:
         """Print lines for people, or an event with facts for programs."""
         if self._json:
-            print(json_.dumps({"event": event, **facts}), file=self._events, flush=True)
+            print(json_.dumps({"event": event, **facts}), file=self._out, flush=True)
         for line in lines:
             self.say(line)
 
@@ -150,7 +189,7 @@ class Progress(Observer):
             return
         self.tell(
             "begin",
-            *begin_lines(study, journal, owed),
+            *_begin_lines(study, journal, owed),
             directory=where,
             trials=study.size - study.invited,
             owed=owed,
@@ -241,9 +280,6 @@ class Progress(Observer):
             self._due = time.monotonic() + _EVERY
             self.say(f"  {self.line()}")
 
-    def _state(self) -> Text:
-        return Text(printable(self.line()) if self._agent else "", style="bold")
-
     def line(self) -> str:
         """The state of the present agent in one short line."""
         seconds, left, calls = max(time.monotonic() - self._began, 1e-9), "…", self._journal.calls
@@ -290,11 +326,10 @@ class Progress(Observer):
         """
         broken, lines = self.broken.total(), list[str]()
         if broken:
-            of = f"{broken} of {broken + self.ended} trials broke and are owed, of {', '.join(self.broken)}; the first"
-            said = of if self.ended else f"No trial ended: {broken} broke, the first"
-            mended = "when that is mended, " if MENDING in self._first_error else ""
-            again = f"the same command plays {'it' if broken == 1 else 'them'} again"
-            lines.append(f"{said} at {self._first_error}; {mended}{again}")
+            of = f"{broken} of {broken + self.ended} trials broke and are owed, of {', '.join(self.broken)}"
+            lines.append(
+                f"{of}; the first at {self._first_error}; the same command plays them again when that is mended"
+            )
         if self.abandoned:
             said = "; ".join(f"{why} ({count(left, 'trial')} owed)" for why, left in self.abandoned.values())
             lines.append(f"Given up: {said}; nothing finished is lost, the same command goes on when that is mended")

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json as json_
-import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,10 +12,9 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.cli.printing import print_rows
-from lockprobe.cli.result import read_result, result_facts, result_lines
+from lockprobe.cli.result import read_result, write
 from lockprobe.cli.study_options import study_help
 from lockprobe.foundation.errors import Conflict
-from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
 
 if TYPE_CHECKING:
@@ -101,28 +98,14 @@ def _print_comparison(found: Comparison) -> None:
 
 
 def _write(directory: Path, *, paper: bool, json: bool) -> None:
-    from lockprobe.report.write import write_report  # a second of imports, for which help need not wait
-
-    tell = partial(print, "Report:", file=sys.stderr)
-    left_out: list[LeftOutSection] = []
-    path = write_report(directory, tell=tell, left_out=left_out.append)
-    found = read_result(directory)
-    for_paper = None
-    if paper and found is not None:
+    page, (lines, facts) = write(directory)
+    facts = {"report": str(page), **facts}
+    if paper and (found := read_result(directory)) is not None:
         from lockprobe.report.paper import write_paper  # it imports the report, for which help need not wait
 
-        for_paper = write_paper(found, directory)
-    if json:
-        facts = {"report": str(path)} | ({} if found is None else result_facts(found, directory))
-        if left_out:
-            facts["left_out"] = [one._asdict() for one in left_out]
-        if for_paper:
-            facts["paper"] = str(for_paper)
-        print(json_.dumps(facts), flush=True)
-        return
-    print(f"Report: {path}{without(left_out)}")
-    if for_paper:
-        print(f"Paper: {for_paper} (the exhibits by their names in the paper; example.tex puts all of it together)")
-    for line in result_lines(found, directory) if found is not None else ():
-        print(printable(line))
-    sys.stdout.flush()
+        where = write_paper(found, directory)
+        facts["paper"] = str(where)
+        lines.insert(
+            1, f"Paper: {where} (the exhibits by their names in the paper; example.tex puts all of it together)"
+        )
+    print(json_.dumps(facts) if json else "\n".join(map(printable, lines)), flush=True)

@@ -1,14 +1,25 @@
-"""What a study found, for a terminal or a program: its answer, the numbers of each agent, and what to do next."""
+"""What a study found and has decided, as lines for people and as facts for programs.
+
+The report takes a second to import, for which help and the first trials need not wait.
+"""
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
 from lockprobe.foundation.errors import LockprobeError
+from lockprobe.foundation.formatting import count, points
 from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
+from lockprobe.studies.decisions import answers_by_agent
+from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial
 
 if TYPE_CHECKING:
     from lockprobe.report.primary import Line
@@ -18,12 +29,26 @@ _LARGEST = 2**28
 """Bytes of ``results.json``."""
 
 _LINES = 6
-"""Lines on trials that broke."""
+"""Lines on trials that broke, and on differences of an agent; the others are in the report."""
+
+Said = tuple[list[str], dict[str, object]]
+"""Lines for people, and the same as facts for programs."""
+
+
+def write(directory: Path) -> tuple[Path, Said]:
+    """Write the report of a study. Gives its page, and the page's line with what :func:`found` says."""
+    from lockprobe.report.write import write_report
+
+    left_out: list[LeftOutSection] = []
+    page = write_report(directory, tell=partial(print, "Report:", file=sys.stderr), left_out=left_out.append)
+    results = read_result(directory)
+    lines, facts = ([], {}) if results is None else found(results, directory)
+    facts |= {"left_out": [one._asdict() for one in left_out]} if left_out else {}
+    return page, ([f"Report: {page}{without(left_out)}", *lines], facts)
 
 
 def read_result(directory: Path) -> Results | None:
     """The results that the last report of a study wrote; None if there are none that can be read."""
-    # a tenth of a second of imports, which the first trials need not wait for
     from pydantic import ValidationError
 
     from lockprobe.report.rows import Results
@@ -34,67 +59,75 @@ def read_result(directory: Path) -> Results | None:
         return None
 
 
-def result_lines(found: Results, directory: Path) -> list[str]:
-    """The answer, a line for every agent, and the next commands."""
+def found(results: Results, directory: Path) -> Said:
+    """The answer, the numbers of every agent, and what is worth typing next, with what it shows."""
     from lockprobe.report.answer import known_of_broken, said_lines
     from lockprobe.report.primary import primary_lines
 
-    lines = [] if _all_broken(found) else primary_lines(found)
-    broke = [f"{agent}: {said}" for agent, said in known_of_broken(found)]
-    numbers = [f"  {line}" for line in (*said_lines(lines), *broke[:_LINES])]
+    steps, primary = [], primary_lines(results)
+    if mends := _mends(results):
+        steps, primary = [(mends, "plays the broken trials again, when the cause is mended")], []
+    elif trial := results.fact("trials", "first"):
+        where, can_be_asked = quote(str(directory)), (row for row in results.where("success") if row.n)
+        steps = [(f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told")]
+        flipped = any("flip.p" in one.doses for one in results.design.conditions)
+        if flipped and any(spec_kind(row.agent) not in (PEOPLE, MCP) for row in can_be_asked):
+            steps.append((f"lockprobe branch {where}", "what one false report does, from a recorded step on"))
+    broke = [f"{agent}: {said}" for agent, said in known_of_broken(results)]
+    numbers = [f"  {line}" for line in (*said_lines(primary), *broke[:_LINES])]
     numbers += [f"  and {len(broke) - _LINES} more, in the report"] * (len(broke) > _LINES)
-    steps = _next(found, directory)
     widest = max((len(command) for command, _ in steps), default=0)
     following = [f"{'' if i else 'Next:':6}{command:{widest}}  {shows}" for i, (command, shows) in enumerate(steps)]
-    return [f"Answer: {found.answer}", *numbers, *following] if found.answer else following
+    lines = [f"Answer: {results.answer}", *numbers, *following] if results.answer else following
+    agents = []
+    for line in primary:
+        rows = {"first": line.first, "second": line.second, "change": line.change}
+        size = ("value", "low", "high", "n", "p_value")
+        numbers_of = {of: {name: getattr(row, name) for name in size} for of, row in rows.items() if row}
+        asked = {"contrast": line.cause} if line.cause else {}
+        named = {"control": line.control, "under": line.under, **numbers_of, "verdict": line.verdict}
+        agents.append({"agent": line.label, **asked, **named})
+    following_facts = [{"command": command, "shows": shows} for command, shows in steps]
+    return lines, {"answer": results.answer, "agents": agents, "broke": broke, "next": following_facts}
 
 
-def result_facts(found: Results, directory: Path) -> dict[str, object]:
-    """The same for programs."""
-    from lockprobe.report.answer import known_of_broken
-    from lockprobe.report.primary import primary_lines
-
-    return {
-        "answer": found.answer,
-        "agents": [] if _all_broken(found) else [_plain(line) for line in primary_lines(found)],
-        "broke": [f"{agent}: {said}" for agent, said in known_of_broken(found)],
-        "next": [{"command": command, "shows": shows} for command, shows in _next(found, directory)],
-    }
-
-
-def _plain(line: Line) -> dict[str, object]:
-    """The line of an agent for programs: shares and their difference as numbers."""
-    size, rows = ("value", "low", "high", "n", "p_value"), (("first", line.first), ("second", line.second))
-    numbers = {of: {name: getattr(row, name) for name in size} for of, row in (*rows, ("change", line.change)) if row}
-    asked = {"contrast": line.cause} if line.cause else {}
-    said = {"control": line.control, "under": line.under, **numbers, "verdict": line.verdict}
-    return {"agent": line.label, **asked, **said}
-
-
-def _next(found: Results, directory: Path) -> list[tuple[str, str]]:
-    """What is worth typing next, or adding to the command that was typed, and what it shows."""
-    if again := _all_broken(found):
-        return [again]
-    where, steps = quote(str(directory)), list[tuple[str, str]]()
-    if trial := found.fact("trials", "first"):
-        steps.append((f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told"))
-    if any("flip.p" in one.doses for one in found.design.conditions) and any(
-        row.n and spec_kind(row.agent) not in (PEOPLE, MCP)  # neither of these can be asked again
-        for row in found.where("success")
-    ):
-        steps.append((f"lockprobe branch {where}", "what one false report does, from a recorded step on"))
-    return steps
-
-
-def _all_broken(found: Results) -> tuple[str, str] | None:
-    """What plays the trials again, if no trial of an agent that the study is about ended; None if one did."""
-    broken = [row for row in found.where("broken", condition="") if row.agent in found.subjects]
-    ended = {row.agent for row in found.where("success") if row.n}
-    if not broken or ended & {*found.subjects}:
-        return None
-    final = [row.of for row in broken if found.fact(f"{row.agent}, broken at {row.of}", "will be replayed") == "no"]
+def _mends(results: Results) -> str:
+    """What plays the trials again, if no trial of an agent that the study is about ended; empty if one did."""
+    broken = [row for row in results.where("broken", condition="") if row.agent in results.subjects]
+    ended = {row.agent for row in results.where("success") if row.n}
+    if not broken or ended & {*results.subjects}:
+        return ""
+    final = [row.of for row in broken if results.fact(f"{row.agent}, broken at {row.of}", "will be replayed") == "no"]
     again = " and then ".join(dict.fromkeys(f"--again {of}" for of in final))
-    return (
-        f"the same command{f' with {again}' * bool(again)}",
-        "plays the broken trials again, when the cause is mended",
-    )
+    return f"the same command{f' with {again}' * bool(again)}"
+
+
+def decided(study: Study, trials: Iterable[Trial]) -> tuple[list[str], list[dict[str, object]]]:
+    """How much is decided, and each difference of every agent; differences in facts are of shares.
+
+    Args:
+        study: A study that stops when it is decided.
+        trials: Its own on record.
+    """
+    from lockprobe.report.questions.stopping import decided_said, progress_said
+
+    assert study.until is not None
+    trials = list(trials)
+    by_agent = answers_by_agent(study, trials)
+    lines, facts = [progress_said(study, by_agent, study.places_filled(trials))], list[dict[str, object]]()
+    for agent, own in by_agent.items():
+        for i, one in enumerate(own):
+            course, halves = one.course, ""
+            facts.append(
+                {"agent": agent, "difference": one.question.name, "verdict": one.verdict, "block": one.at}
+                | {"blocks": course.n, "value": course.value if course.n else None, "p_value": course.p_value}
+                | {"low": course.low, "high": course.high, "halves": None if course.n < 2 else course.halves}
+            )
+            where = f" (block {one.at})" if one.at else f" after {count(course.n, 'block')}"
+            if not one.question.of_share and course.n > 1:
+                whole, first, second = map(points, (course.value, *course.halves))
+                halves = f"; {whole} points, {first} in the first half of the blocks and {second} in the second"
+            said = decided_said(one.verdict, study.until.points)
+            lines += [f"  {agent}, {one.question.name}: {said}{where}{halves}"] * (i < _LINES)
+        lines += [f"  {agent}: and {len(own) - _LINES} more, in the report"] * (len(own) > _LINES)
+    return lines, facts

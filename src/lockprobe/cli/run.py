@@ -80,7 +80,7 @@ def run(
         raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
     _check_names(what, asked)
     from lockprobe.cli.cluster import reached
-    from lockprobe.cli.planned_study import planned_study
+    from lockprobe.cli.run_study import planned_study, play_study
     from lockprobe.studies.records.shard import Shard
     from lockprobe.studies.running.executor import Limits
 
@@ -92,13 +92,12 @@ def run(
         planned = replace(planned, shard=part)
         if estimate:
             from lockprobe.cli.format_cost import print_estimates
-            from lockprobe.cli.study_lines import settings_line
+            from lockprobe.cli.progress import settings_line
 
             if not json:
                 print(settings_line(planned.settings_hash), file=sys.stderr)
             print_estimates(planned, directory, json=json)
             return
-        from lockprobe.cli.run_study import play_study
         from lockprobe.studies.costs.spending import Budget
 
         allowed = None if budget is None else Budget(planned, budget)

@@ -1,26 +1,47 @@
-"""Plays a study from its estimate to its report, and returns the exit status."""
+"""Plays the study that a command line asks for, from its estimate to its report."""
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from lockprobe.cli.progress import BROKE, Progress
-from lockprobe.cli.result import read_result, result_facts, result_lines
-from lockprobe.cli.study_lines import done_of
+from lockprobe.cli.progress import BROKE, Progress, done_of
+from lockprobe.cli.result import decided, read_result, write
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.formatting import count
-from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.decisions import planned_now
-from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.file_names import SETTINGS
+from lockprobe.studies.options.study_options import read_options
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load, results_hash, stored_records
 from lockprobe.studies.running.executor import Limits
 from lockprobe.studies.running.runner import next_plans, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
-from lockprobe.studies.study import Study
+from lockprobe.studies.study import SIZES, Study
+
+
+def planned_study(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
+    """The study of a name or file with the options of the command line, and its directory.
+
+    Without an agent, those of an existing study play; if nothing is said of its size, it stays as large as it is.
+    """
+    request = read_options(name, asked)
+    planned = study(request)
+    directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
+    if not (directory / SETTINGS).exists():
+        return planned, directory
+    there = read_study(directory)
+    if not {"trials", "repetitions", "strategy_trials", "full", "until", "most"} & request.model_fields_set:
+        planned = replace(planned, **{name: getattr(there, name) for name in SIZES})
+    if request.agent is None and there.run_agents:
+        planned = replace(planned, agents=there.run_agents, names=there.names)
+    return extended(planned.ordered_as(there), directory), directory
 
 
 class _NothingKept(Exception):
@@ -68,8 +89,6 @@ def play_study(
         play = partial(play_trials, planned, journal, limits=limits, observer=progress)
         reached = progress.watch(play, journal, old_report)
         if planned.until and journal.trials:
-            from lockprobe.cli.decisions import decided
-
             lines, answers = decided(planned, load(directory))
             progress.tell("decided", *lines, message=lines[0], answers=answers)
         if planned.size == planned.invited and not journal.trials:
@@ -93,28 +112,21 @@ def play_study(
 
 def _tell_results(journal: Journal, progress: Progress, *, report: bool, ended: bool) -> None:
     """Tell the hash of the records, write the report, and tell what it has cost and found."""
-    directory, hashes = journal.directory, dict[str, object]()
+    directory, facts, page = journal.directory, dict[str, object](), None
     if journal.trials:
-        study, finished = read_study(directory), done_of(journal)
-        records = results_hash(study, stored_records(journal.store))
-        hashes = {"settings_hash": study.settings_hash, "results_hash": records}
-        planned = planned_now(study, load(directory) if study.until else ())
+        there, finished = read_study(directory), done_of(journal)
+        records = results_hash(there, stored_records(journal.store))
+        hashes = {"settings_hash": there.settings_hash, "results_hash": records}
+        planned = planned_now(there, load(directory) if there.until else ())
         so_far = "" if finished == planned else f" so far, {finished} of {planned} trials"
         end = f"(for a paper{so_far}; lockprobe verify DIR --results HASH checks it)"
         progress.say(f"Results: {records} {end}")
-    lines, facts, page = progress.spent(), dict[str, object](), None
+        facts |= hashes
     if not report:
-        lines.append(f"No report, as asked; lockprobe report {directory} writes it")
+        lines = [f"No report, as asked; lockprobe report {directory} writes it"]
     elif not (journal.trials or ended):
-        lines.append("No report: no trial has ended")
+        lines = ["No report: no trial has ended"]
     else:
-        from lockprobe.report.write import write_report  # a second of imports, which the trials need not wait for
-
-        left_out: list[LeftOutSection] = []
-        page = write_report(directory, tell=partial(print, "Report:", file=sys.stderr), left_out=left_out.append)
-        lines.append(f"Report: {page}{without(left_out)}")
-        if (results := read_result(directory)) is not None:
-            lines, facts = [*lines, *result_lines(results, directory)], result_facts(results, directory)
-        if left_out:
-            facts["left_out"] = [one._asdict() for one in left_out]
-    progress.tell("report", *lines, path=page and str(page), **facts, **hashes, **progress.cost())
+        page, (lines, found) = write(directory)
+        facts |= found
+    progress.tell("report", *progress.spent(), *lines, path=page and str(page), **facts, **progress.cost())

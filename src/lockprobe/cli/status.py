@@ -10,11 +10,10 @@ from typing import Any
 
 from lockprobe.cli import options
 from lockprobe.cli.command import Directory
-from lockprobe.cli.decisions import decided
 from lockprobe.cli.format_cost import money, spent_facts
 from lockprobe.cli.printing import print_rows
-from lockprobe.cli.result import read_result
-from lockprobe.cli.study_lines import in_boundaries
+from lockprobe.cli.progress import in_boundaries
+from lockprobe.cli.result import decided, read_result
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable

@@ -493,6 +493,8 @@ def _check_sizes(study: Study) -> None:
         if (value := getattr(study, setting)) is not None:
             check_whole(setting, value, 1, largest)
     check_whole("seed", study.seed, 0, _LARGEST_SEED)
+    for rate in study.p:
+        check_probability("flip rate p", rate)
     if study.until and (PEOPLE in study.agents or len(study.boxes) > 1):
         raise BadValue("until", str(study.until), "none with people or several boxes, which are compared at one look")
     for before in study.earlier:
@@ -503,14 +505,12 @@ def _check_sizes(study: Study) -> None:
 def _check_conditions(study: Study, labels: Sequence[str]) -> None:
     """Refuse what people cannot play and no curve can be fitted to, and unknown labels."""
     named = {"strategy_conditions": study.strategy_conditions}
-    named |= {f"contrasts, {name}": (*one.of, *one.minus) for name, one in study.contrasts.items()}
+    named |= {f"the contrast {name}": (*one.of, *one.minus) for name, one in study.contrasts.items()}
     for what, known in named.items():
         if unknown := [label for label in known if label not in labels]:
             raise UnknownName(f"condition of {what}", unknown[0], labels)
         if len({*known}) < len(known):
             raise BadValue(what, list(known), "every condition once, and on one side alone")
-    for rate in study.p:
-        check_probability("flip rate p", rate)
     for one in study.conditions:
         if unfit := {name: dose for name, dose in one.doses.items() if not can_be_fitted(dose)}:
             raise BadValue(f"a dose of {one.label}", unfit, DOSES_SAID)

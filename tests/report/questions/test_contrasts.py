@@ -9,7 +9,7 @@ from scipy.stats import ttest_1samp
 from stored import records
 
 import lockprobe
-from lockprobe.cli.result import result_facts
+from lockprobe.cli.result import found as said_of
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.report.page import Page, parts_of, tables_of
 from lockprobe.report.primary import primary_lines
@@ -60,7 +60,7 @@ def test_the_first_screen_has_the_first_in_its_list_and_the_others_in_its_table(
     directory, found = asked
     table = Page(found=found).text().partition('class="changes"')[2].partition("</section>")[0]
     assert (table.count(">any odd report<"), table.count(">a lie that stays<")) == (3, 0)
-    assert {one["contrast"] for one in result_facts(found, directory)["agents"]} == {"a lie that stays"}
+    assert {one["contrast"] for one in said_of(found, directory)[1]["agents"]} == {"a lie that stays"}
 
 
 def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
@@ -84,7 +84,10 @@ def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
     ("contrasts", "message"),
     [
         ({"a": {"of": "flip?p=0.4", "minus": "lie"}}, "no condition of the contrast a is called 'lie'"),
-        ({"a": {"of": "truth", "minus": "truth"}}, "contrasts, a: got 'truth', expected every condition on one side"),
+        (
+            {"a": {"of": "truth", "minus": "truth"}},
+            "the contrast a: got ['truth', 'truth'], expected every condition once",
+        ),
         ({"a": {"of": [], "minus": "truth"}}, "contrasts: "),
         ({"a": {"of": "truth"}}, "contrasts: "),
     ],
