@@ -13,7 +13,6 @@ from lockprobe.agents.llm.model_facts import read_facts
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import BROKE, BUDGET_REACHED
 from lockprobe.cli.run import run
-from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.records.directory import read_study
@@ -264,12 +263,3 @@ def test_people_are_invited_and_not_run(tmp_path):
     assert read_study(tmp_path / "alone").agents == ("participant",)
     again = typed(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
     assert "4 of 4 trials are done already; 0 are owed" in again.stdout
-
-
-def test_the_directory_of_a_study_is_no_name_of_one(tmp_path):
-    (tmp_path / "S").mkdir()
-    with pytest.raises(
-        BadValue,
-        match=r"expected one of flips, modalities, why, looks, or FILE.toml; to go on, .* --out .*S$",
-    ):
-        run(str(tmp_path / "S"))

@@ -6,7 +6,6 @@ import json as json_
 import os
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
@@ -35,10 +34,6 @@ from lockprobe.studies.running.executor import Limits
 _AT = "Fork after the reports of these steps, or at onset, first-lie, before-onset, every."
 _TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark, withheld."
 _THEN = "Later reports: as in the condition of the trial, or the truth."
-
-
-def _several(values: str) -> list[str]:
-    return [value.strip() for value in values.split(",") if value.strip()]
 
 
 @under_headings({AS_RUN: "workers connections timeout retries allow"})
@@ -73,8 +68,8 @@ def branch(
         study,
         load(directory),
         keys=keys or (),
-        at=_several(at),
-        told=_several(told),
+        at=[one.strip() for one in at.split(",")],
+        told=[one.strip() for one in told.split(",")],
         truthful=then == "truth",
         times=times,
     )
@@ -84,34 +79,24 @@ def branch(
     access = Access(connections=connections, timeout=timeout, retries=retries)
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
     allowed = None if budget is None else Budget(study, budget)
-    _play(asked, directory, limits, allowed, json=json)
-
-
-def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | None, *, json: bool) -> None:
     planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
-    progress = Progress(
-        json=json,
-        budget=budget,
-        attended=asked.study.attended,
-        forks=lambda journal, owed: _lines(asked, journal, len(planned), owed),
-    )
-    with Journal.open(directory / FORKS, asked.study) as journal:
-        if budget is not None:
-            journal.calls.limit(budget)
+    lines = partial(_lines, asked, len(planned))
+    progress = Progress(json=json, budget=allowed, attended=study.attended, forks=lines)
+    with Journal.open(directory / FORKS, study) as journal:
+        if allowed is not None:
+            journal.calls.limit(allowed)
         reached = progress.watch(partial(play_forks, asked, journal, limits=limits, observer=progress), journal)
         owed = sum(map(journal.owes, planned))
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
-    effects = branch_effects(forks, asked.trials, asked.at)
-    rows = fork_rows(effects, asked.study)
-    rules = rules_broken_said(*Rules(*asked.study.boxes).broken(forks))
+    rows = fork_rows(branch_effects(forks, asked.trials, asked.at), study)
     progress.tell("effects", effects=[row.plain() for row in rows])
     if not json:
-        _print_effects(rows, rules)
+        _print_effects(rows, rules_broken_said(*Rules(*study.boxes).broken(forks)))
     if status := progress.end(reached, owed, len(planned)):
         raise typer.Exit(status)
 
 
-def _lines(asked: Branching, journal: Journal, planned: int, owed: int) -> list[str]:
+def _lines(asked: Branching, planned: int, journal: Journal, owed: int) -> list[str]:
     """What is forked, where the forks go, and what of them is done."""
     what = (
         f"{count(planned, 'fork')} of {count(len(asked.trials), 'trial')} on {asked.study.boxes_in_words}: "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_
+import sys
 from dataclasses import asdict
 from math import floor, log10
 from pathlib import Path
@@ -39,38 +40,41 @@ def about(number: float) -> str:
     return f"{round(number, 2 - len(str(round(number)))):,.0f}"
 
 
-def _span(low: str, high: str) -> str:
-    """Two numbers as a range, or as one number if they look the same."""
-    return low if low == high else f"{low} to {high}"
-
-
 def estimate_lines(found: Estimate) -> list[str]:
     """The estimated cost of an agent's trials, in words."""
-    low, high, until = found.low, found.high, ""
-    if found.until:
-        goal = "decided" if found.until == "decided" else f"{found.until} points"
-        until = f"until {goal}, at most {found.trials:,} trials, which take "
-    first = (
-        f"{found.called}: {until}about {_span(about(low.calls), about(high.calls))} calls, "
-        f"{_span(about(low.input_tokens), about(high.input_tokens))} tokens in, "
-        f"{_span(about(low.output_tokens), about(high.output_tokens))} out"
+
+    def span(low: str, high: str) -> str:
+        return low if low == high else f"{low} to {high}"
+
+    goal = "decided" if found.until == "decided" else f"{found.until} points"
+    until = f"until {goal}, at most {found.trials:,} trials, which take " * bool(found.until)
+    calls, tokens_in, tokens_out = (
+        span(about(getattr(found.low, name)), about(getattr(found.high, name)))
+        for name in ("calls", "input_tokens", "output_tokens")
     )
+    lines = [f"{found.called}: {until}about {calls} calls, {tokens_in} tokens in, {tokens_out} out"]
     if (paid := found.dollars()) is None or found.price is None:
-        return [first, f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)"]
-    second = f"  about {_span(*map(money, paid))}; prices of {found.price.date}"
+        return [*lines, f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)"]
+    lines.append(f"  about {span(*map(money, paid))}; prices of {found.price.date}")
     less = "  a smaller --budget is fine: what is decided when it ends holds, and a larger one goes on from there"
-    return [first, second, *([less] if found.until else [])]
+    return [*lines, *([less] if found.until else [])]
 
 
 def estimate_facts(found: Estimate) -> dict[str, object]:
     """The estimated cost of an agent's trials, for JSON."""
-    names, paid = ("calls", "input_tokens", "output_tokens"), found.dollars() or (None, None)
     sides = {
-        side: {name: getattr(usage, name) for name in names} | {"dollars": dollars}
-        for side, usage, dollars in (("low", found.low, paid[0]), ("high", found.high, paid[1]))
+        side: {name: getattr(usage, name) for name in ("calls", "input_tokens", "output_tokens")} | {"dollars": dollars}
+        for side, usage, dollars in zip(
+            ("low", "high"), (found.low, found.high), found.dollars() or (None, None), strict=True
+        )
     }
     price = None if found.price is None else asdict(found.price)
     return {"agent": found.called, "trials": found.trials, **sides, "price": price, "until": found.until or None}
+
+
+def settings_line(found: str) -> str:
+    """The hash of the settings, as it is said before the first trial."""
+    return f"Settings: {found} (for a preregistration; lockprobe verify DIR --settings HASH checks it)"
 
 
 def print_estimates(study: Study, directory: Path, *, json: bool) -> None:
@@ -83,6 +87,7 @@ def print_estimates(study: Study, directory: Path, *, json: bool) -> None:
     if json:
         print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))
         return
+    print(settings_line(study.settings_hash), file=sys.stderr)
     for one in found:
         print("\n".join(estimate_lines(one)))
         if one.price is None:

@@ -15,7 +15,7 @@ from rich.live import Live
 from rich.text import Text
 
 from lockprobe.agents.catalogue import AgentSource
-from lockprobe.cli.format_cost import estimate_facts, estimate_lines, money, spent_facts, spent_in_words
+from lockprobe.cli.format_cost import estimate_facts, estimate_lines, money, settings_line, spent_facts, spent_in_words
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
@@ -49,11 +49,6 @@ def done_of(journal: Journal, study: Study | None = None) -> int:
     return sum(
         not one.owed_again and (study is None or one.spec in study.run_agents) for one in journal.trials.values()
     )
-
-
-def settings_line(found: str) -> str:
-    """The hash of the settings, as it is said before the first trial."""
-    return f"Settings: {found} (for a preregistration; lockprobe verify DIR --settings HASH checks it)"
 
 
 def in_boundaries(errors: Mapping[str, int]) -> str:

@@ -6,10 +6,8 @@ Help and a mistyped name import no arithmetic and no report: what plays is impor
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -20,7 +18,7 @@ from lockprobe.cli import options
 from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import Name, with_study_options
 from lockprobe.foundation.errors import BadValue
-from lockprobe.studies.options.study_options import STUDIES, read_options
+from lockprobe.studies.options.study_options import read_options
 
 _AGAIN = "Replay trials that ended without a usable reply, or as a refusal; earlier records stay in the file (nothing)."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
@@ -78,9 +76,11 @@ def run(
     options.permit(allow)
     if estimate and again is not None:
         raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
-    _check_names(what, asked)
+    for agent in read_options(what, asked).agents[0]:  # what is mistyped waits for no import
+        resolve(agent)
     from lockprobe.cli.cluster import reached
     from lockprobe.cli.run_study import planned_study, play_study
+    from lockprobe.studies.costs.spending import Budget
     from lockprobe.studies.records.shard import Shard
     from lockprobe.studies.running.executor import Limits
 
@@ -92,23 +92,9 @@ def run(
         planned = replace(planned, shard=part)
         if estimate:
             from lockprobe.cli.format_cost import print_estimates
-            from lockprobe.cli.progress import settings_line
 
-            if not json:
-                print(settings_line(planned.settings_hash), file=sys.stderr)
             print_estimates(planned, directory, json=json)
             return
-        from lockprobe.studies.costs.spending import Budget
-
         allowed = None if budget is None else Budget(planned, budget)
         if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):
             raise typer.Exit(status)
-
-
-def _check_names(name: str, asked: Mapping[str, object]) -> None:
-    """Refuse mistyped studies and agents before anything is imported that plays them."""
-    if name not in STUDIES and Path(name).is_dir():
-        known = ", ".join(STUDIES)
-        raise BadValue("study", name, f"one of {known}, or FILE.toml; to go on, the same command with --out {name}")
-    for agent in read_options(name, asked).agents[0]:
-        resolve(agent)

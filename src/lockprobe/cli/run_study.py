@@ -10,7 +10,6 @@ from pathlib import Path
 
 from lockprobe.cli.progress import BROKE, Progress, done_of
 from lockprobe.cli.result import decided, read_result, write
-from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.formatting import count
 from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.decisions import planned_now

@@ -49,7 +49,6 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         "time": time_said(),
         **_played(study, records, trials),
         "first_errors": {name: error.message for name, error in errors.items() if error is not None},
-        "asked_again": _asked_again(study, logged),
         **_in_progress(logged, finished),
         "steps": int(steps),
         "seconds_playing": round(seconds, 1),
@@ -71,10 +70,9 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         of_forks = {"spent_on_forks": spent_facts(forks.total), "spent_with_forks": spent_facts(both)}
         print(json_.dumps(facts | spent_facts(ledger.total) | {"agents": agents} | of_forks))
         return
-    for name, line in _lines(directory, facts):
+    lines = [*_lines(directory, facts), *(("decided" * (not i), line.strip()) for i, line in enumerate(said))]
+    for name, line in lines:
         print(printable(f"{name:<12}{line}"))
-    for i, line in enumerate(said):
-        print(printable(f"{'decided' * (not i):<12}{line.strip()}"))
     if ledger.by_agent or forks.by_agent:
         print()
         print_rows(_table(study, ledger, forks, both))
@@ -116,64 +114,41 @@ def _played(study: Study, records: Sequence[Tally], trials: Sequence[Trial]) -> 
     }
 
 
-def _asked_again(study: Study, logged: Sequence[Call]) -> dict[str, dict[str, int]]:
-    """Agent -> its replies, and those of them that were asked for after another one could not be used."""
-    replied = [call for call in logged if call.reply is not None]
-    replies, again = (Counter(call.agent for call in replied if call.turn >= turn) for turn in (1, 2))
-    return {study.label_of(agent): {"replies": replies[agent], "asked_again": again[agent]} for agent in again}
-
-
-def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Of every fact its name, empty where it goes on, and what is said."""
-    yield "study", f"{facts['study']} in {directory}, at {facts['time']}"
-    if facts["trials"] or not facts["people_trials"]:
-        yield "trials", f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved"
-    if facts["people_trials"]:
-        who = f" by {facts['people']}" if facts["people"] else ""
-        played = f"{facts['people_done']} of {facts['people_trials']} played{who}, {facts['people_solved']} solved"
-        yield "people", f"{played} (lockprobe serve {directory})"
-    if people := facts["participants"]:
-        joined = f"{count(people['joined'], 'person', 'people')} joined"
-        yield "", f"{joined}, {people['finished']} finished, {people['withdrawn']} withdrew"
-    if facts["forks"]:
-        yield "forks", f"{facts['forks']} done (lockprobe branch {directory})"
-    if facts["in_progress"]:
-        kept = f"{facts['in_progress_calls']} replies kept for them"
-        yield "open", f"{count(facts['in_progress'], 'trial')} unfinished, {kept}"
-    yield from _played_lines(directory, facts)
-
-
-def _played_lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """How long it took, what broke, what was asked again, and the hash of the settings."""
-    yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, summed over parallel trials"
-    if facts["reported"] is not None:
-        behind = facts["finished"] - facts["reported"]
-        renew = f", {behind} behind; lockprobe report {directory} makes it anew" if behind else ""
-        yield "report", f"of {facts['reported']} of {facts['planned']} trials{renew}"
-    yield "errors", in_boundaries(facts["errors"]) or "none"
-    for boundary, message in sorted(facts["first_errors"].items()):
-        yield "", f"first at {boundary}: {' '.join(message.split())[:200]}"
-    for i, (agent, of) in enumerate(facts["asked_again"].items()):
-        counts = f"{of['asked_again']:,} of {of['replies']:,} replies of {agent}"
-        yield "" if i else "replies", f"{counts} could not be used and were asked for again"
-    yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
+def _lines(directory: Path, facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Of every fact that there is its name, empty where it goes on, and what is said."""
+    people = facts["participants"] or {}
+    who = f" by {facts['people']}" * bool(facts["people"])
+    behind = facts["finished"] - (facts["reported"] or 0)
+    renew = f", {behind} behind; lockprobe report {directory} makes it anew" if behind else ""
+    played = f"{facts['people_done']} of {facts['people_trials']} played{who}, {facts['people_solved']} solved"
+    kept = f"{count(facts['in_progress'], 'trial')} unfinished, {facts['in_progress_calls']} replies kept for them"
+    trials = f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved"
+    said = [
+        (True, "study", f"{facts['study']} in {directory}, at {facts['time']}"),
+        (facts["trials"] or not facts["people_trials"], "trials", trials),
+        (facts["people_trials"], "people", f"{played} (lockprobe serve {directory})"),
+        (people, "", ", ".join(f"{number} {what}" for what, number in people.items())),
+        (facts["forks"], "forks", f"{facts['forks']} done (lockprobe branch {directory})"),
+        (facts["in_progress"], "open", kept),
+        (True, "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, summed over parallel trials"),
+        (facts["reported"] is not None, "report", f"of {facts['reported']} of {facts['planned']} trials{renew}"),
+        (True, "errors", in_boundaries(facts["errors"]) or "none"),
+    ]
+    firsts = [f"first at {at}: {' '.join(why.split())[:200]}" for at, why in sorted(facts["first_errors"].items())]
+    verify = f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
+    shown = [(name, line) for there, name, line in said if there]
+    return [*shown, *(("", first) for first in firsts), ("settings", verify)]
 
 
 def _table(study: Study, ledger: Ledger, forks: Ledger, both: Spending) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = [
-        ("calls of", "replies", "failed", "broken off", "retries", "tokens in", "cached", "out", "reasoning", "cost")
-    ]
+    """What the calls of each agent have cost; --json has the rest."""
+    rows: list[tuple[str, ...]] = [("calls of", "replies", "failed", "retries", "tokens in", "out", "cost")]
     parts = [(study.label_of(agent), spent) for agent, spent in ledger.by_agent.items()]
-    if len(parts) > 1:
-        parts.append(("all", ledger.total))
-    if forks.by_agent:
-        parts += [("forks", forks.total), ("study and forks", both)]
+    parts += [("all", ledger.total)] * (len(parts) > 1)
+    parts += [("forks", forks.total), ("study and forks", both)] * bool(forks.by_agent)
     for agent, spent in parts:
-        usage = spent.usage
-        numbers = (
-            *(usage.calls, spent.failed, spent.broken_off, spent.retries),
-            *(usage.input_tokens, usage.cached_tokens, usage.output_tokens, usage.reasoning_tokens),
-        )
+        usage, failed = spent.usage, spent.failed + spent.broken_off
+        numbers = (usage.calls, failed, spent.retries, usage.input_tokens, usage.output_tokens)
         cost = "not known" if spent.dollars is None else money(spent.dollars)
         rows.append((agent, *(f"{number:,}" for number in numbers), cost))
     return rows

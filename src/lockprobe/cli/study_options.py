@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterable
 from types import NoneType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import typer
 
@@ -76,28 +76,12 @@ def with_study_options(
 
 
 def _option(name: str) -> Any:
-    """An option of a study as one of a command line: lists are repeated, flip rates may also have commas between."""
+    """An option of a study as one of a command line: lists are repeated."""
     field = StudyOptions.model_fields[name]
-    kind, words = _kind(field.annotation), field.description
+    kind, *_ = [part for part in get_args(field.annotation) if part is not NoneType] or [field.annotation]
+    kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
     if kind is bool:
         flag = f"--{name.replace('_', '-')}" if field.default is False else f"--{name}/--no-{name}"
-        return Annotated[bool | None, typer.Option(flag, help=words)]
-    return Annotated[kind | None, typer.Option(help=words, min=0 if name == "seed" else None)]
-
-
-def _kind(annotation: Any) -> Any:
-    """What a command line takes for a type of a field."""
-    (kind,) = {part for part in get_args(annotation) if part is not NoneType} or {annotation}
-    kind = _bare(kind)
-    if get_origin(kind) is list:
-        return list[str]
-    if get_origin(kind) is Union:
-        return str  # a box, by its name or path
-    if get_origin(kind) is Literal:
-        return str if kind == FlipKind else kind  # the flip says itself which kinds there are
-    return kind
-
-
-def _bare(kind: Any) -> Any:
-    """A type without its annotations."""
-    return get_args(kind)[0] if get_origin(kind) is Annotated else kind
+        return Annotated[bool | None, typer.Option(flag, help=field.description)]
+    kind = list[str] if get_origin(kind) is list else str if kind == FlipKind else kind  # a flip says its kinds itself
+    return Annotated[kind | None, typer.Option(help=field.description, min=0 if name == "seed" else None)]

@@ -13,6 +13,7 @@ from lockprobe.cli import options
 from lockprobe.cli.command import Directory
 from lockprobe.cli.printing import time_left
 from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.store import STORE
@@ -53,11 +54,10 @@ def verify(
     else:
         wide = max(len(one.name) for one in checks)
         for one in checks:
-            exceptions = "" if one.holds else f"{len(one.failed)} exception{'s' * (len(one.failed) > 1)} to: "
+            exceptions = "" if one.holds else f"{count(len(one.failed), 'exception')} to: "
             print(f"{'holds' if one.holds else 'FAILS'}  {one.name:{wide}}  {exceptions}{printable(one.said)}")
-            for name in one.failed[:_NAMED]:
-                print(f"{'':{wide + 9}}{printable(name)}")
-            if len(one.failed) > _NAMED:
-                print(f"{'':{wide + 9}}and {len(one.failed) - _NAMED} more (--json)")
+            more = [f"and {len(one.failed) - _NAMED} more (--json)"] * (len(one.failed) > _NAMED)
+            for line in (*one.failed[:_NAMED], *more):
+                print(f"{'':{wide + 9}}{printable(line)}")
         print(f"{NOT_SHOWN}.")
     raise typer.Exit(0 if holds else 1)

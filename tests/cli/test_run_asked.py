@@ -1,0 +1,151 @@
+"""What ``lockprobe run`` is asked, in a directory that holds a study or holds none, and what the other commands say of it."""
+
+import json
+import re
+
+import pytest
+
+from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.read_records import load
+
+ASKED = ("run", "flips", "--no-report", "--out", "d")
+SMALL = (*ASKED, "--agent", "random", "--trials", 2, "--repetitions", 1)
+RATES = ("--p", "0,0.4")
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_a_study_grows_and_stays_as_large_as_it_is(lockprobe):
+    assert lockprobe(*ASKED, *RATES, "--agent", "random", "--repetitions", 1, "--trials", 3)[0] == 0
+    assert lockprobe(*ASKED, *RATES, "--trials", 5, "--repetitions", 1, "--estimate")[0] == 0
+    assert lockprobe(*ASKED, *RATES, "--trials", 5, "--repetitions", 1)[0] == 0
+    assert len(load("d")) == 10
+    before = read_study("d")
+    status, said, err = lockprobe(*ASKED, *RATES)
+    assert (status, err) == (0, "")
+    assert "10 of 10 trials are done already; 0 are owed" in said
+    assert (read_study("d"), read_study("d").earlier) == (before, before.earlier)
+    status, _, said = lockprobe(*ASKED, *RATES, "--trials", 3, "--repetitions", 1)
+    assert (status, len(said.splitlines())) == (2, 1)
+    assert "(trials is 5 there, 3 asked): repeat its settings to resume it, or give another --out" in said
+    assert lockprobe(*ASKED, *RATES, "--until", "decided", "--most", 8)[0] == 0
+    assert lockprobe(*ASKED, *RATES)[0] == 0
+    assert str(read_study("d").until) == "decided"
+    assert lockprobe("verify", "d")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "refused"),
+    [
+        ("--until soon", "until: got 'soon', expected decided, ±10"),
+        ("--until 60", "until: got '60', expected decided, ±10 or another number of points, from 1 to 50"),
+        ("--until decided --most 0", "most: got 0, expected a whole number from 1"),
+        ("--most 5", "most: got 5, expected --until with it"),
+        ("--until decided --trials 5", "trials: got 5, expected none with --until decided; --most says"),
+        ("--until decided --repetitions 2", "repetitions: got 2, expected none with --until decided"),
+        ("--until decided --full", "full: got True, expected none with --until decided; --most says"),
+        ("--until decided --agent participant", "until: got 'decided', expected none with people"),
+        ("--camera folder", "camera: got 'folder', expected --plant manual with it"),
+        ("--condition trembel?p=0.1", "no intervention is called 'trembel' (did you mean 'tremble'?)"),
+        ("--sweep tremble?p=0.1", "expected several values of a dose"),
+        ("--condition rgb", "a plant with a camera"),
+        ("--condition python:nowhere:Nothing", "python:nowhere:Nothing"),
+        ("--condition lies=", "condition: got 'lies=', expected NAME=SPEC, for example lies=flip?p=0.4"),
+        ("--condition =nudge", "condition: got '=nudge', expected NAME=SPEC"),
+        ("--condition flip", "got 'flip', expected one that does something; without p= it is the truth"),
+        ("--condition truth=nudge", "got 'truth=nudge', expected another name: truth is a condition"),
+        ("--condition nudge=flip?p=0.4", "expected another name: nudge is a condition"),
+        ("--condition x=nudge --condition y=nudge", "another condition than x, which is the same"),
+        (
+            "--p 0,0.4 --condition x=flip?p=0.4",
+            "got 'x', expected another condition than flip?p=0.4, which is the same",
+        ),
+    ],
+)
+def test_mistakes_are_one_line(lockprobe, tmp_path, arguments, refused):
+    agent = () if "--agent" in arguments else ("--agent", "random")
+    status, _, said = lockprobe(*ASKED, *arguments.split(), *agent)
+    assert (status, len(said.splitlines())) == (2, 1)
+    assert refused in said
+    assert not (tmp_path / "d").exists()
+
+
+def test_a_file_and_the_set_up_of_the_paper_can_stop_early(lockprobe, tmp_path):
+    (tmp_path / "u.toml").write_text('agent = ["random"]\np = [0, 0.4]\nuntil = "decided"\nmost = 10\n')
+    assert lockprobe("run", "u.toml", "--no-report", "--out", "d")[0] == 0
+    assert (str(read_study("d").until), read_study("d").trials) == ("decided", 10)
+    assert "got 20, expected none with --until decided" in lockprobe("run", "u.toml", "--trials", 20)[2]
+    asked = ("--as-paper", "--until", "±30", "--agent", "random", "--p", "0,0.4", "--most", 5)
+    assert lockprobe("run", "flips", *asked, "--no-report", "--out", "paper")[0] == 0
+    assert json.loads((tmp_path / "paper" / "study.json").read_text())["until"] == {"rule": "width", "points": 0.3}
+
+
+def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe):
+    acting = ("--condition", "told twice=flip?p=0.4 + nudge", "--sweep", "tremble?p=0,0.2")
+    status, said, _ = lockprobe(*SMALL, *acting)
+    assert status == 0
+    assert "Study flips on chain-4: 3 conditions: truth; told twice; tremble?p=0.2" in said
+    assert "6 of 6 trials are done already" in lockprobe(*SMALL, *acting)[1]
+    (mine,) = {(one.specs, tuple(one.doses.items())) for one in load("d") if one.condition == "told twice"}
+    assert mine == (("flip?p=0.4", "nudge"), (("flip.p", 0.4),))
+    header = lockprobe("export", "d")[1].splitlines()[0].split(",")
+    assert header[4] == "condition"
+    assert lockprobe("replay", "d", "flips/random/tremble?p=0.2/rep=1/trial=1")[1].startswith("flips/random/tremble")
+
+
+def test_a_name_of_ones_own_for_the_truth_is_no_second_condition(lockprobe):
+    status, said, _ = lockprobe(*SMALL, *RATES, "--condition", "other=truth", "--condition", "nudge")
+    assert status == 0
+    assert "3 conditions: other; flip?p=0.4; nudge" in said
+
+
+def test_a_run_until_it_is_decided_and_its_status_say_what_is(lockprobe):
+    asked = ("run", "flips", "--agent", "careful=human-inspired", "--p", "0,0.9", "--most", "40", *ASKED[2:])
+    status, said, _ = lockprobe(*asked, "--until", "decided")
+    assert status == 0
+    said = said.splitlines()
+    (first,) = [line for line in said if line.startswith("The difference is decided")]
+    (each,) = [line for line in said if line.startswith("  careful, flip?p=0.9: an effect (block ")]
+    assert first.endswith("of at most 80 trials")
+    assert "until decided, at most 40 trials per condition, looking after every 5 blocks, of 20 steps" in said[0]
+    status = lockprobe("status", "d")[1]
+    assert f"decided     {first}" in status
+    assert each.strip() in status
+    facts = json.loads(lockprobe("status", "d", "--json")[1])
+    (one,) = facts["decided"]
+    value, first, second = (f"{100 * x:+.0f}".replace("-", "\N{MINUS SIGN}") for x in (one["value"], *one["halves"]))
+    assert each.endswith(f"); {value} points, {first} in the first half of the blocks and {second} in the second")
+    assert (one["agent"], one["difference"], one["verdict"]) == ("careful", "flip?p=0.9", "effect")
+    assert one["block"] <= one["blocks"] < 40
+    assert facts["done"] == facts["trials"] == 2 * one["blocks"]
+    lines = lockprobe(*asked, "--until", "decided", "--json")[1].splitlines()
+    (event,) = [one for line in lines if (one := json.loads(line))["event"] == "decided"]
+    assert event["message"].startswith("The difference is decided")
+    assert event["answers"][0]["verdict"] == "effect"
+
+
+def test_hashes_are_said_around_the_trials_and_known_again(lockprobe, tmp_path):
+    def hashes(text):
+        return dict(re.findall(r"^(Settings|Results): ([0-9a-f]{32}) ", text, re.MULTILINE))
+
+    lines = lockprobe(*SMALL[:2], *SMALL[3:], *RATES)[1].splitlines()
+    said = hashes("\n".join(lines))
+    order = [
+        next(i for i, line in enumerate(lines) if line.startswith(start)) for start in ("Settings", "random", "Res")
+    ]
+    assert order == sorted(order)
+    assert json.loads(lockprobe("status", "d", "--json")[1])["settings_hash"] == said["Settings"]
+    assert said["Settings"] in lockprobe("status", "d")[1]
+    assert all(found in (tmp_path / "d" / "report.html").read_text("utf-8") for found in said.values())
+    status, told, _ = lockprobe("verify", "d", "--settings", said["Settings"], "--results", said["Results"])
+    assert (status, f"these results have the hash {said['Results']}" in told) == (0, True)
+    status, told, _ = lockprobe("verify", "d", "--settings", said["Results"])
+    assert status == 1
+    assert f"FAILS  settings hash  1 exception to: these settings have the hash {said['Results']}" in told
+    assert f"they have {said['Settings']}" in told
+    assert hashes(lockprobe(*SMALL, *RATES, "--estimate")[2]) == {"Settings": said["Settings"]}
+    status, _, error = lockprobe("verify", "d", "--settings", "")
+    assert (status, error.count("\n")) == (2, 1)
