@@ -23,7 +23,7 @@ from lockprobe.interventions.misread_flip import rates_of
 from lockprobe.report.verify import verify
 from lockprobe.statistics.arms import ARMS, CROSSED
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
-from lockprobe.studies.options.presets import preset
+from lockprobe.studies.options.asked import preset
 from lockprobe.studies.options.study_options import SHIPPED, StudyOptions
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.records.directory import read_study

@@ -26,8 +26,7 @@ from lockprobe.interventions.misread_flip import MisreadFlip, entries_of
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
 from lockprobe.studies.modality import is_pictured, refuse_blind, shows_places
-from lockprobe.studies.options.asked_conditions import conditions_of
-from lockprobe.studies.options.presets import with_defaults
+from lockprobe.studies.options.asked import conditions_of, with_defaults
 from lockprobe.studies.options.study_options import StudyOptions, read_options
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
@@ -50,7 +49,7 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     ['truth', 'tremble?p=0.1']
 
     What it leaves out is as in the study's file in ``lockprobe/presets``
-    (:func:`lockprobe.studies.options.presets.with_defaults`). A study of flips of which nothing is said is short; as
+    (:func:`lockprobe.studies.options.asked.with_defaults`). A study of flips of which nothing is said is short; as
     soon as something is said, what is left out follows the paper.
 
     Args:

@@ -1,23 +1,33 @@
-"""The conditions that a request asks for: flip rates, conditions by name, sweeps, each in every modality."""
+"""What is asked for and not said: the studies that ship, and the conditions that a request has in the end.
+
+Each study is a file in ``lockprobe/presets``, with tables of what is played instead in some cases (``when``), and of
+what strategies or models alone play. Conditions are flip rates, conditions by name and sweeps, each in every modality.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import cache
+from typing import Any
+
+from pydantic import Field
 
 from lockprobe.agents.catalogue import is_strategy
+from lockprobe.boxes.families import ALIKE
 from lockprobe.foundation.errors import BadValue, Conflict
-from lockprobe.foundation.spec import Spec, spec_name, split_specs
+from lockprobe.foundation.inputs import read_preset
+from lockprobe.foundation.spec import PEOPLE, Spec, spec_name, split_specs
 from lockprobe.foundation.validation import check_choice
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, shipped, sweep
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.interventions.told import Correction
-from lockprobe.plants.catalogue import PlantSource
-from lockprobe.studies.modality import is_pictured
-from lockprobe.studies.options.presets import preset
-from lockprobe.studies.options.study_options import NamedCondition, StudyOptions
+from lockprobe.plants.catalogue import PlantSource, resolve_plant
+from lockprobe.studies.modality import is_pictured, taken_in
+from lockprobe.studies.options.study_options import STUDIES, NamedCondition, StudyOptions
 from lockprobe.trial.condition import TRUTH, Condition
 from lockprobe.trial.doses import modality_doses
+from lockprobe.trial.record import STATES
 
 _READINGS: tuple[FlipKind, ...] = ("re-observed", "integrated", "memoryless", "latched")
 """The readings of a false report that the paper leaves open, the default first."""
@@ -30,6 +40,78 @@ _WORDS: dict[str, tuple[FlipKind, ...]] = {
     "all": _READINGS,
     **{word: (word,) for word in _READINGS},
 }
+
+
+class Preset(StudyOptions):
+    """A study that ships.
+
+    Attributes:
+        when: Case -> what is played instead: ``short``, where nothing is said of what is played; on ``several_boxes``;
+            the paper's ``full`` size; ``as_paper``, as close to the paper as it says (each option cites its section;
+            ``docs/as-paper.md`` compares them with the defaults); with the ``parts`` of a false report.
+        strategies: ``short`` or ``full`` -> what strategies play besides, since it costs nothing.
+        models: The same -> what alone models play beside strategies.
+    """
+
+    when: dict[str, StudyOptions] = Field(default_factory=dict)
+    strategies: dict[str, StudyOptions] = Field(default_factory=dict)
+    models: dict[str, StudyOptions] = Field(default_factory=dict)
+
+
+@cache
+def preset(name: str) -> Preset:
+    """The study of a name."""
+    return Preset.model_validate(read_preset(name))
+
+
+def with_defaults(asked: StudyOptions) -> tuple[StudyOptions, set[str]]:
+    """A request with what it leaves out as its study has it, but for the study's own conditions. What it says stays.
+
+    Where people play and it names no box, it has several of one difficulty: nobody meets one box twice. With it come
+    the cases that hold, among them ``plain``, if nothing is said of what varies.
+
+    Raises:
+        BadValue: If its study has no such case.
+    """
+    own = preset(asked.study)
+    plant = resolve_plant((own.plant or "symbolic") if asked.plant is None else asked.plant)
+    for case in ("full", "parts", "as_paper"):
+        if getattr(asked, case) and case not in own.when:
+            having = ", ".join(name for name in STUDIES if case in preset(name).when)
+            raise BadValue(case, True, f"none with {asked.study}, but with {having}")
+    chosen = asked.box is not None or asked.boxes is not None or asked.as_paper
+    if PEOPLE in (asked.agent or ()) and plant.lays_out and not chosen:
+        asked = asked.model_copy(update={"box": [*ALIKE]})
+    said = {name for name, value in asked if value is not None}
+    paper, acting = asked.full or asked.as_paper, said & {"p", "condition", "sweep"}
+    several = not paper and (len(asked.box or ()) > 1 or asked.boxes)
+    holds = {
+        "short": not (paper or acting or said & {"trials", "repetitions"}),
+        "several_boxes": several,
+        "full": asked.full,
+        "as_paper": asked.as_paper,
+        "parts": asked.parts,
+        "plain": not (asked.as_paper or several or acting or said & {"flip", "readings", "modality"}),
+    }
+    cases, usual = {case for case, held in holds.items() if held}, dict[str, Any](plant=plant.spec)
+    for part in (own, *(found for case, found in own.when.items() if case in cases)):
+        usual |= {name: getattr(part, name) for name in part.model_fields_set & StudyOptions.model_fields.keys()}
+    usual.pop("condition", None)
+    if asked.trials is not None or asked.until is not None:  # strategies play as many
+        usual.pop("strategy_trials", None)
+    if asked.until is not None:
+        usual = {name: value for name, value in usual.items() if name not in ("repetitions", "trials")}
+    if not plant.lays_out:
+        usual.pop("layout", None)
+    if usual.get("shuffle") == "never" and not plant.painted_labels:
+        usual.pop("shuffle")
+    shown = usual.get("modality", [STATES])
+    shown = [one for one in shown if plant.has_camera or not is_pictured(one)] or shown
+    usual["modality"] = ["symbolic" if one == STATES and asked.flip == "outcome-only" else one for one in shown]
+    seen = asked.modality or usual["modality"]
+    usual["agent"] = [one for one in usual["agent"] if taken_in(one, seen)] or usual["agent"]
+    unsaid = {name: value for name, value in usual.items() if getattr(asked, name) is None}
+    return asked.model_copy(update=unsaid), cases
 
 
 def conditions_of(
