@@ -1,6 +1,7 @@
 """How a run goes: what is counted, what people read in lines, and what programs read."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from builders import SOLUTION, call_of, make_trial, write_study
@@ -33,7 +34,7 @@ def test_after_a_resume_trials_are_of_the_study_and_the_time_left_is_of_this_run
     planned = study("flips", agent="random", p=[0], trials=55, repetitions=1)
     done = [make_trial(SOLUTION, trial=n) for n in range(1, 53)]
     with Journal.open(write_study(tmp_path / "s", planned, done), planned) as journal:
-        progress = Progress()
+        progress = Progress(planned, journal)
         progress.begin(planned, journal, 3)
         progress.agent(resolve("random"), 3)
         assert progress.line().startswith("random  52/55 trials · 52 of 52 solved")
@@ -48,7 +49,7 @@ def test_after_a_resume_trials_are_of_the_study_and_the_time_left_is_of_this_run
 
 def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, clock):
     with Journal.open(tmp_path, ONE) as journal:
-        progress = Progress()
+        progress = Progress(ONE, journal)
         progress.begin(ONE, journal, 1)
         progress.agent(resolve(MODEL), 1)
         plan = next(ONE.plans(MODEL))
@@ -67,7 +68,7 @@ def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, clock):
 def test_a_budget_counts_calls_of_unknown_cost_at_most(tmp_path, capsys):
     """The sum that counts against a budget and the sum of all calls may differ, and both lines say why."""
     with Journal.open(tmp_path, ONE) as journal:
-        progress = Progress()
+        progress = Progress(ONE, journal)
         progress.begin(ONE, journal, 1)
         journal.calls.write(call_of(next(ONE.plans(MODEL)), usage=USED))
         counted = Ledger(ONE, read_calls(tmp_path)).total.dollars
@@ -84,9 +85,9 @@ def test_who_works_the_plant_reads_no_reports(tmp_path, capsys):
         step=1, state="0", joint="a", moved=True, told_moved=False, told_state=None, told="", decision=Decision(joint="A")
     )  # fmt: skip
     with Journal.open(tmp_path, ONE) as journal:
-        for attended, lines in ((False, 1), (True, 0)):
-            progress = Progress(attended=attended)
-            progress.begin(ONE, journal, 1)
+        for planned, lines in ((ONE, 1), (replace(ONE, plant="manual"), 0)):
+            progress = Progress(planned, journal)
+            progress.begin(planned, journal, 1)
             progress.agent(resolve(MODEL), 1)
             capsys.readouterr()
             progress.step("key", step)
@@ -97,8 +98,8 @@ def test_trials_of_people_are_not_among_those_that_a_run_has_done(tmp_path, caps
     mixed = study("flips", agent=["participant", "random"], box="chain-4", trials=2, p=[0], repetitions=1)
     played = [make_trial(SOLUTION, trial=1), make_trial(SOLUTION, agent="participant:aaaa", trial=1)]
     with Journal.open(write_study(tmp_path / "s", mixed, played), mixed) as journal:
-        Progress().begin(mixed, journal, 1)
+        Progress(mixed, journal).begin(mixed, journal, 1)
         assert "1 of 2 trials are done already; 1 are owed" in capsys.readouterr().out
-        Progress(json=True).begin(mixed, journal, 1)
+        Progress(mixed, journal, json=True).begin(mixed, journal, 1)
     begun = json.loads(capsys.readouterr().out)
     assert (begun["trials"], begun["done"], begun["owed"]) == (2, 1, 1)

@@ -18,10 +18,10 @@ from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.records.directory import read_study
 
 
-def test_pictures_are_played_and_reported(tmp_path):
+def test_pictures_are_played(tmp_path):
     pytest.importorskip("mujoco")
     arguments = ("run", "modalities", "--agent", "viewer", "--agent", "random", "--trials", 1, "--max-steps", 3,
-                 "--plant", "fast-twin?width=160&height=120", "--workers", 1, "--out", tmp_path)  # fmt: skip
+                 "--plant", "fast-twin?width=160&height=120", "--workers", 1, "--no-report", "--out", tmp_path)  # fmt: skip
     done = typed(*arguments)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
@@ -36,7 +36,6 @@ def test_pictures_are_played_and_reported(tmp_path):
     assert [trial.error for trial in trials] == [None] * 4
     assert {trial.plant["renderer"] is None for trial in trials if trial.modality == "symbolic?tell=state"} == {True}
     assert {trial.plant["renderer"].split()[0] for trial in trials if trial.modality.startswith("rgb")} == {"egl"}
-    assert (tmp_path / "report.html").read_text("utf-8").count("data:image/png;base64,") >= 6
     assert len(trials) == read_study(tmp_path).size
 
 

@@ -36,7 +36,7 @@ def played(directory, planned, **asked):
 
 @pytest.fixture(scope="module")
 def strategies(tmp_path_factory):
-    planned = study("flips", agent=["cognitive:insistent", "human-inspired", "random"], **(ASKED | {"trials": 4}))
+    planned = study("flips", agent=["cognitive:insistent", "random"], **(ASKED | {"trials": 4}))
     return played(tmp_path_factory.mktemp("forks"), planned, at=["3", "7"], times=2, told=list(TOLD))
 
 
@@ -53,7 +53,7 @@ def test_told_what_was_told_a_fork_is_the_trial_on_record(strategies):
         if (name.arm, name.time) == (told, 1):
             same += 1
             assert (fork.opening, fork.steps, fork.ending) == (parent.opening, parent.steps, parent.ending)
-    assert same > 25
+    assert same > 15
 
 
 def test_only_the_report_at_the_fork_differs_from_the_record_until_the_agent_acts(strategies):

@@ -81,11 +81,11 @@ def branch(
     allowed = None if budget is None else Budget(study, budget)
     planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
     lines = partial(_lines, asked, len(planned))
-    progress = Progress(json=json, budget=allowed, attended=study.attended, forks=lines)
     with Journal.open(directory / FORKS, study) as journal:
+        progress = Progress(study, journal, json=json, budget=allowed, forks=lines)
         if allowed is not None:
             journal.calls.limit(allowed)
-        reached = progress.watch(partial(play_forks, asked, journal, limits=limits, observer=progress), journal)
+        reached = progress.watch(partial(play_forks, asked, journal, limits=limits, observer=progress))
         owed = sum(map(journal.owes, planned))
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
     rows = fork_rows(branch_effects(forks, asked.trials, asked.at), study)

@@ -98,9 +98,10 @@ class Progress(Observer):
     Lines have the steps of the first trial of every slow agent, events those of all its trials.
 
     Args:
+        study: The study. Where its plant asks questions at this terminal, the person who answers must not see reports.
+        journal: Where trials are written.
         json: Whether programs read it. What agents print then goes to standard error, so that every line is JSON.
         budget: The budget of the study.
-        attended: Whether the plant asks questions at this terminal: the person who answers must not see reports.
         forks: Of forks, a function of their journal and of how many are owed, to what is said; None of a study.
 
     Attributes:
@@ -111,16 +112,18 @@ class Progress(Observer):
 
     def __init__(
         self,
+        study: Study,
+        journal: Journal,
         *,
         json: bool = False,
         budget: Budget | None = None,
-        attended: bool = False,
         forks: Callable[[Journal, int], Sequence[str]] | None = None,
     ) -> None:
+        self._study, self._journal = study, journal
         self.ended, self._first_error = 0, ""
         self.broken: Counter[str] = Counter()
         self.abandoned: dict[str, tuple[str, int]] = {}
-        self._json, self._budget, self._attended, self._forks = json, budget, attended, forks
+        self._json, self._budget, self._forks = json, budget, forks
         self._out = sys.stdout
         self._ledger: Ledger | None = None
         self._agent, self._slow, self._shown = "", False, ""
@@ -128,33 +131,30 @@ class Progress(Observer):
         self._errors: Counter[str] = Counter()
         self._began = self._due = 0.0
         self._live: Live | None = None
-        if sys.stdout.isatty() and not (json or attended):  # it would cover the questions of a plant
+        if sys.stdout.isatty() and not (json or study.attended):  # it would cover the questions of a plant
             shown, console = lambda: Text(printable(self._agent and self.line())), Console(emoji=False, highlight=False)
             self._live = Live(get_renderable=shown, console=console, refresh_per_second=4)
 
-    def watch(
-        self, play: Callable[[], None], journal: Journal, more: Callable[[], Sequence[str]] = tuple
-    ) -> BudgetReached | None:
+    def watch(self, play: Callable[[], None], more: Callable[[], Sequence[str]] = tuple) -> BudgetReached | None:
         """Tell of what is played, and return what ended it early if the budget did; Ctrl-C is told and raised again.
 
         Args:
             play: Plays, and tells this observer.
-            journal: Where trials are written.
             more: What is said besides after Ctrl-C.
         """
         try:
             with redirect_stdout(sys.stderr) if self._json else self._live or nullcontext():
                 play()
         except KeyboardInterrupt:
-            what, finished = "trial" if self._forks is None else "fork", done_of(journal)
-            first = f"Stopped. Every finished {what} is in {journal.directory}; run the same command again to go on."
-            lines = (first, *self.spent(), *more())
-            self.tell("interrupted", *lines, directory=str(journal.directory), finished=finished, **self.cost())
+            what, where = "trial" if self._forks is None else "fork", str(self._journal.directory)
+            first = f"Stopped. Every finished {what} is in {where}; run the same command again to go on."
+            facts = {"directory": where, "finished": done_of(self._journal), **self.cost()}
+            self.tell("interrupted", first, *self.spent(), *more(), **facts)
             raise
         except BudgetReached as reached:
             return reached
         except AgentsGivenUp:
-            if not journal.trials:  # nothing was played: the command cannot be carried out
+            if not self._journal.trials:  # nothing was played: the command cannot be carried out
                 raise
         return None
 
@@ -174,7 +174,7 @@ class Progress(Observer):
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Tell what will be played, where it goes, what of it is done, and what it may cost."""
-        self._study, self._journal, where = study, journal, str(journal.directory)
+        where = str(journal.directory)
         if hosted(study):
             self._ledger = Ledger(study, read_calls(journal.directory))
             journal.calls.listener = self.call
@@ -213,7 +213,7 @@ class Progress(Observer):
         self._solved, self._valid = sum(one.solved for one in done), sum(one.ending != "error" for one in done)
         self._errors.clear()
         self._began = time.monotonic()
-        self._shown, self._due = "" if self._slow and not self._attended else "none", self._began + _FIRST
+        self._shown, self._due = "" if self._slow and not self._study.attended else "none", self._began + _FIRST
         self.tell("agent", f"{self._agent}: {count(owed, 'trial')} to play", agent=self._agent, owed=owed)
 
     def step(self, key: str, step: Step) -> None:

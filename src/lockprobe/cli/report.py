@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -16,9 +16,6 @@ from lockprobe.cli.result import read_result, write
 from lockprobe.cli.study_options import study_help
 from lockprobe.foundation.errors import Conflict
 from lockprobe.foundation.terminal_text import printable
-
-if TYPE_CHECKING:
-    from lockprobe.report.compare import Comparison
 
 _PAPER = "Also write paper/: the exhibits of the paper and all other figures as PDF, tables and methods in TeX."
 
@@ -61,11 +58,19 @@ def report(
         return
     if agent or out:
         raise Conflict("--agent and --out", "one study", "its report has every agent and stands in its directory")
-    _write(directories[0], paper=paper, json=json)
+    page, (lines, facts) = write(directories[0])
+    facts = {"report": str(page), **facts}
+    if paper and (found := read_result(directories[0])) is not None:
+        from lockprobe.report.paper import write_paper  # it imports the report, for which help need not wait
+
+        facts["paper"] = where = str(write_paper(found, directories[0]))
+        lines.insert(1, f"Paper: {where} (the exhibits by their names in the paper; example.tex puts all together)")
+    print(json_.dumps(facts) if json else "\n".join(map(printable, lines)), flush=True)
 
 
 def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, json: bool) -> None:
-    from lockprobe.report.compare import compare_studies, write_comparison
+    from lockprobe.report.compare import compare_studies, difference_table, success_table, write_comparison
+    from lockprobe.report.format import texts
 
     refuse_study_file(out)
     found = compare_studies(directories, agents)
@@ -73,39 +78,18 @@ def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, j
     if json:
         print(json_.dumps(found.plain() | {"page": str(path)}, allow_nan=False))
         return
-    _print_comparison(found)
-    print(f"Comparison: {path}")
-
-
-def _print_comparison(found: Comparison) -> None:
-    from lockprobe.report.compare import difference_table, success_table
-    from lockprobe.report.format import texts
-
-    print(printable(found.said))
-    for one in found.studies:
-        if one["partial"]:
-            print(printable(f"Partial: {one['finished']} of {one['planned']} trials of {one['name']} are finished."))
-    for one in found.studies:
-        if one["not_shared"]:
-            print(printable(f"Only in {one['name']}: {'; '.join(one['not_shared'])}."))
-    for line in found.unlike:
-        print(printable(f"Different settings: {line[:_LONGEST]}"))
+    partial = [one for one in found.studies if one["partial"]]
+    apart = [one for one in found.studies if one["not_shared"]]
+    for line in (
+        found.said,
+        *(f"Partial: {one['finished']} of {one['planned']} trials of {one['name']} are finished." for one in partial),
+        *(f"Only in {one['name']}: {'; '.join(one['not_shared'])}." for one in apart),
+        *(f"Different settings: {line[:_LONGEST]}" for line in found.unlike),
+    ):
+        print(printable(line))
     for rows in (success_table(found), difference_table(found.leading)):
         print()
         print_rows(texts([*rows]))
     if left := len(found.differences) - len(found.leading):
         print(f"{left} more differences, with baselines or within one study, are on the page.")
-
-
-def _write(directory: Path, *, paper: bool, json: bool) -> None:
-    page, (lines, facts) = write(directory)
-    facts = {"report": str(page), **facts}
-    if paper and (found := read_result(directory)) is not None:
-        from lockprobe.report.paper import write_paper  # it imports the report, for which help need not wait
-
-        where = write_paper(found, directory)
-        facts["paper"] = str(where)
-        lines.insert(
-            1, f"Paper: {where} (the exhibits by their names in the paper; example.tex puts all of it together)"
-        )
-    print(json_.dumps(facts) if json else "\n".join(map(printable, lines)), flush=True)
+    print(f"Comparison: {path}")

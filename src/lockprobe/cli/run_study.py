@@ -72,7 +72,7 @@ def play_study(
     """
     nothing = _NothingKept()
     with suppress(_NothingKept), Journal.open(directory, planned) as journal:
-        progress = Progress(json=json, budget=budget, attended=planned.attended)
+        progress = Progress(planned, journal, json=json, budget=budget)
         if budget is not None:
             journal.calls.limit(budget)
         if again is not None:
@@ -86,7 +86,7 @@ def play_study(
             return [f"{old}; lockprobe report {directory} renews it"] if report and finished else []
 
         play = partial(play_trials, planned, journal, limits=limits, observer=progress)
-        reached = progress.watch(play, journal, old_report)
+        reached = progress.watch(play, old_report)
         if planned.until and journal.trials:
             lines, answers = decided(planned, load(directory))
             progress.tell("decided", *lines, message=lines[0], answers=answers)
