@@ -72,45 +72,37 @@ def test_the_exit_status_says_whether_trials_are_owed_or_none_is_valid_and_not_w
     assert status or not any(trial.owed_again for trial in trials)
 
 
-def test_without_a_valid_trial_the_run_says_so_and_the_same_command_says_so_again(tmp_path, play, capsys):
-    expected = (
-        "No valid trial: all ended as an error, the first at reply: no usable reply in 1 turn: joint: Field required; "
-        "the same command with --again reply plays them anew"
-    )
+@pytest.mark.parametrize(
+    ("answer", "at", "why"),
+    [
+        (nonsense, "reply", "no usable reply in 1 turn: joint: Field required"),
+        (refusing, "refusal", "refused: I cannot help with opening locks."),
+    ],
+)
+def test_without_a_valid_trial_the_run_says_how_to_play_them_anew_and_what_came_before_stays(
+    tmp_path, play, capsys, answer, at, why
+):
     for _ in range(2):
-        play(nonsense)
-        assert expected in capsys.readouterr().out.splitlines()
-
-
-def test_again_plays_them_anew_and_what_came_before_stays(tmp_path, play, capsys):
-    play(nonsense)
+        play(answer)
+        expected = (
+            f"No valid trial: all ended as an error, the first at {at}: {why}; the same command with --again {at}"
+        )
+        assert f"{expected} plays them anew" in capsys.readouterr().out.splitlines()
     before = records(tmp_path / "s")
-    play(truthful, again="reply")
-    said = capsys.readouterr().out
-    assert "Owed anew: 4 trials that ended as an error at reply; the earlier records stay" in said
+    status(tmp_path / "s")
+    told = capsys.readouterr().out
+    assert "trials      4 of 4 done, 0 owed, 0 solved" in told
+    assert f"errors      4 errors: {at} 4" in told
+    assert f"first at {at}: {why}" in told
+    play(truthful, again={"reply": "refusal", "refusal": "reply"}[at])
+    assert "Owed anew: 0 trials" in capsys.readouterr().out
+    play(truthful, again=at)
+    assert f"Owed anew: 4 trials that ended as an error at {at}; the earlier records stay" in capsys.readouterr().out
     assert [(trial.ending, trial.replays) for trial in load(tmp_path / "s")] == [("solved", 1)] * 4
     assert records(tmp_path / "s")[:4] == before
     status(tmp_path / "s", json=True)
     facts = json.loads(capsys.readouterr().out)
     assert (facts["done"], facts["owed"]) == (4, 0)
-    assert facts["calls"] == 4 + sum(len(trial.steps) for trial in load(tmp_path / "s"))
-
-
-def test_refusals_are_counted_as_such_and_played_anew_only_if_they_are_meant(tmp_path, play, capsys):
-    play(refusing)
-    expected = "first at refusal: refused: I cannot help with opening locks."
-    said = capsys.readouterr().out
-    assert "the same command with --again refusal plays them anew" in said
-    status(tmp_path / "s")
-    told = capsys.readouterr().out
-    assert "trials      4 of 4 done, 0 owed, 0 solved" in told
-    assert "errors      4 errors: refusal 4" in told
-    assert expected in told
-    play(truthful, again="reply")
-    assert "Owed anew: 0 trials" in capsys.readouterr().out
-    play(truthful, again="refusal")
-    assert "Owed anew: 4 trials that ended as an error at refusal" in capsys.readouterr().out
-    assert [(trial.ending, trial.replays) for trial in load(tmp_path / "s")] == [("solved", 1)] * 4
 
 
 @pytest.mark.parametrize(("more", "line"), [({}, "again: got 'model'"), ({"estimate": True}, "no --estimate")])

@@ -53,34 +53,24 @@ def test_as_json_it_has_every_effect_with_its_interval(directory):
     assert all(one["clusters"] <= 4 for one in changes.values())
 
 
-def test_the_estimate_plays_nothing(directory, tmp_path):
-    before = sorted((directory / "forks").rglob("*")) if (directory / "forks").exists() else []
-    done = run("branch", directory, "--at", "4", "--estimate")
-    assert "cognitive:insistent: 16 forks, at most 256 steps" in done.stdout
-    said = run("branch", directory, "--at", "4", "--estimate", "--json").stdout
+def test_the_estimate_plays_nothing(lockprobe, directory):
+    before = load(directory / "forks")
+    said = "cognitive:insistent: 16 forks, at most 256 steps\n"
+    assert lockprobe("branch", directory, "--at", "4", "--estimate") == (0, said, "")
+    said = lockprobe("branch", directory, "--at", "4", "--estimate", "--json")[1]
     assert json.loads(said) == [{"agent": "cognitive:insistent", "forks": 16, "steps": 256}]
-    assert (sorted((directory / "forks").rglob("*")) if before else []) == before
+    assert load(directory / "forks") == before
 
 
-@pytest.mark.parametrize(
-    ("asked", "said"),
-    [
-        (["--at", "25"], "a place after which a trial goes on"),
-        (["--then", "later"], "--then"),
-    ],
-)
-def test_mistakes_are_one_line(directory, asked, said):
-    done = run("branch", directory, *asked)
-    assert done.returncode == 2
-    assert said in done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def test_a_study_without_a_trial_of_two_steps_has_no_fork_point(tmp_path):
-    path = write_study(tmp_path / "none", small_study(["random"], [0.0]), [])
-    done = run("branch", path, "--at", "2")
-    assert done.returncode == 2
-    assert "at: got '2', expected a place after which a trial goes on" in done.stderr
+def test_mistakes_are_one_line(lockprobe, directory, tmp_path):
+    empty = write_study(tmp_path / "none", small_study(["random"], [0.0]), [])
+    for asked, said in (
+        ((directory, "--at", "25"), "at: got '25', expected a place after which a trial goes on"),
+        ((directory, "--then", "later"), "--then"),
+        ((empty, "--at", "2"), "at: got '2', expected a place after which a trial goes on"),
+    ):
+        status, _, error = lockprobe("branch", *asked)
+        assert (status, error.count("\n"), said in error) == (2, 1, True)
 
 
 SPEC = "llm:openai-api/fake/model"

@@ -54,16 +54,7 @@ TOLD: Mapping[str, str] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Branching:
-    """A request for forks: recorded trials, fork points and arms.
-
-    Attributes:
-        study: The study.
-        trials: Its trials to fork, by key.
-        at: Fork points: rules for :func:`lockprobe.statistics.branch.fork_steps`.
-        arms: Names of the arms (what is told), ``truth`` first.
-        truthful: Whether all later reports are true.
-        times: Continuations per arm.
-    """
+    """What is forked (:func:`branching`): trials by key, rules for fork points, and arms, ``truth`` first."""
 
     study: Study
     trials: Mapping[str, Trial]
