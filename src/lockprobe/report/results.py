@@ -13,7 +13,7 @@ from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.opened import OpenedStudy, open_study, players_of
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.first_screen import answer_of
-from lockprobe.report.rows import Condition, Design, DoseAxis, Estimate, LeftOut, Player, Progress, Results, Row
+from lockprobe.report.rows import Condition, Design, DoseAxis, Estimate, Player, Progress, Results, Row
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.read_records import in_order, results_hash
 from lockprobe.studies.study import settings_of
@@ -92,9 +92,8 @@ def _design(numbers: OpenedStudy) -> Design:
 
 def with_left_out(found: Results, left_out: Sequence[LeftOutSection]) -> Results:
     """The results with the sections that could not be made; no answer stands where its numbers are among them."""
-    rows = tuple(LeftOut(**one._asdict()) for one in left_out)
-    found = found.changed(sections_left_out=rows)
-    return found.changed(answer=answer_of(found)) if rows else found
+    found = found.changed(sections_left_out=tuple(left_out))
+    return found.changed(answer=answer_of(found)) if left_out else found
 
 
 def results(directory: Path | str) -> Results:

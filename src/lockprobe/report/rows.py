@@ -19,6 +19,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from lockprobe.foundation.errors import LockprobeError, Missing
 from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.statistics.design import Axis, axis_key
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.trial.condition import Contrast
@@ -274,13 +275,6 @@ class Progress(Part):
         return self.finished + sum(self.broken.values()) < self.planned
 
 
-class LeftOut(Part):
-    """A section of the report that could not be made; the others do not depend on it."""
-
-    section: str = Field(description="What it is called.")
-    reason: str = Field(description="Why, in one line.")
-
-
 MEASURES = "measures"
 """What facts about measures of packages are about; of the measure ``x`` the quantity is ``measures.x``."""
 
@@ -312,7 +306,7 @@ class Results(Part):
     rows: tuple[Estimate, ...] = Field(default=(), description="Every number, one a row.")
     curves: tuple[Curve, ...] = Field(default=(), description="Every line of a figure.")
     facts: tuple[Fact, ...] = Field(default=(), description="Properties and sentences, as text.")
-    sections_left_out: tuple[LeftOut, ...] = Field(default=(), description="Sections that could not be made.")
+    sections_left_out: tuple[LeftOutSection, ...] = Field(default=(), description="Sections that could not be made.")
 
     def plain(self) -> dict[str, Any]:
         """The content of ``results.json``."""
@@ -550,6 +544,8 @@ class Results(Part):
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, LeftOutSection):
+        return value._asdict()
     return value.plain() if isinstance(value, Part) else value
 
 

@@ -165,7 +165,7 @@ class Course:
 
     def at(self, doses: Collection[float]) -> Course:
         """Its trials at these doses, of which it has at least one."""
-        kept = [(cell, dose) for dose, cell in self.by_dose.items() if dose in doses]
+        kept = [(cell, dose) for dose, cell in zip(self.doses, self.cells, strict=True) if dose in doses]
         cells, found = zip(*kept, strict=True)
         return replace(self, cells=cells, doses=found)
 
@@ -182,7 +182,7 @@ class Course:
     @cached_property
     def acted(self) -> Mapping[tuple[float, int, int], tuple[str, ...] | None]:
         """Dose, repetition and trial -> its actions; None of trials that broke."""
-        pairs = ((dose, one) for dose, cell in self.by_dose.items() for one in cell.trials)
+        pairs = ((dose, one) for dose, cell in zip(self.doses, self.cells, strict=True) for one in cell.trials)
         return {(dose, one.repetition, one.trial): None if one.error else one.actions for dose, one in pairs}
 
     @cached_property

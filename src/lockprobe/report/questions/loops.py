@@ -21,8 +21,8 @@ from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.hazards import looping
+from lockprobe.statistics.loops import cover
 from lockprobe.statistics.loops.chance import Null, chance_level
-from lockprobe.statistics.measures import MEASURES
 from lockprobe.statistics.outcomes import ended, points
 from lockprobe.statistics.proportions import ALPHA, Z
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
@@ -57,7 +57,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
         ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
         how: dict[str, Any] = {"low": ends[0], "high": ends[1], "note": "simulation"} if error else {"note": "exact"}
         yield cell.estimate("loop_rate", level, of=null, n=n, **how)
-    yield cell.estimate("coverage", fmean(MEASURES["covered"](trial) or 0.0 for trial in trials), n=n)
+    yield cell.estimate("coverage", fmean(cover(trial.actions).share for trial in trials), n=n)
 
 
 def _over_doses(course: played.Course) -> Iterator[Row]:

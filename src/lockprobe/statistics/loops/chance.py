@@ -28,11 +28,8 @@ from lockprobe.statistics.loops import LENGTH, onset_batch
 Null = Literal["uniform", "no-repeat"]
 """The blind agent: any action with equal probability, or any but the one before."""
 
-CHUNKS, CHUNK, FEWEST = 20, 20_000, 5
-"""20 chunks of 20 000 sequences are simulated; of long trials fewer, but at least 5 in each chunk."""
-
-CELLS = CHUNK * 70**2
-"""Bounds the work of a chunk, which grows with the square of the length: longer trials are simulated less often."""
+CHUNKS, CHUNK = 20, 5000
+"""20 chunks of 5000 sequences are simulated."""
 
 FIRST = 20
 """Steps of the shortest simulated trials; others have 40, 80 ... steps. A trial serves for every shorter length."""
@@ -54,8 +51,7 @@ def chance_level(length: int, actions: int = 4, *, null: Null = "uniform") -> Ch
     """The chance level of an action loop, given the length of the trial.
 
     Exact over 4 actions or fewer up to length 20 (5: 18, 6: 17, more: 16; without repeats 5: 20, 6: 19, 7: 18, more:
-    17), and wherever it is 0 or 1. Otherwise simulated, with the same sequences at every call: 400 000 up to length 40,
-    fewer beyond.
+    17), and wherever it is 0 or 1. Otherwise simulated, with the same 100 000 sequences at every call.
 
     Args:
         length: Steps in the trial (at least 0).
@@ -133,14 +129,13 @@ def _onsets(steps: int, actions: int, null: Null) -> NDArray[np.int64]:
     Most loop early: of each trial 20 steps are examined, then 40, 80 ...
     """
     rng = generator(0, "chance", null, actions)
-    chunk = min(CHUNK, max(FEWEST, CELLS // steps**2))
     found = []
     for _ in range(CHUNKS):
-        sequences = rng.integers(null == "no-repeat", actions, (chunk, steps))
+        sequences = rng.integers(null == "no-repeat", actions, (CHUNK, steps))
         if null == "no-repeat":
             sequences = sequences.cumsum(axis=1) % actions
         sequences = sequences.astype(np.min_scalar_type(actions))
-        onsets, undecided, examined = np.zeros(chunk, dtype=np.int64), np.arange(chunk), FIRST
+        onsets, undecided, examined = np.zeros(CHUNK, dtype=np.int64), np.arange(CHUNK), FIRST
         while True:
             onsets[undecided] = onset_batch(sequences[undecided, :examined])
             undecided = undecided[onsets[undecided] == 0]
