@@ -35,23 +35,6 @@ def test_a_condition_that_changed_nothing_is_compared_with_nothing_and_named(tmp
     assert said in " ".join(one.text for one in results.facts)
 
 
-def test_an_intervention_that_changed_nothing_beside_others_is_in_no_interaction(tmp_path):
-    both = "flip?p=0.4 + history?last=50"
-    crossed = found(tmp_path / "crossed", "flip?p=0.4", "history?last=50", both)
-    assert never(crossed) == {("human-inspired", "history?last=50")}
-    assert compared(crossed) == {("human-inspired", "flip?p=0.4"), ("human-inspired", both)}
-    assert crossed.where("success_interaction") == []
-    assert f"history?last=50 changed nothing under {both}" in " ".join(one.text for one in crossed.facts)
-
-
-def test_a_dose_that_never_acted_is_in_no_test_of_its_series(tmp_path):
-    results = found(tmp_path, "tremble?p=0.0001", "tremble?p=0.2", "tremble?p=0.4")
-    assert compared(results) == {("human-inspired", f"tremble?p={p}") for p in ("0.2", "0.4")}
-    rates = found(tmp_path / "flips", p=(0, 0.0001, 0.4))
-    assert never(rates) == {("human-inspired", "flip?p=0.0001")}
-    assert compared(rates) == {("human-inspired", "flip?p=0.4")}
-
-
 def test_what_was_changed_is_counted_by_intervention_and_records_that_do_not_say_are_taken_as_they_are():
     trials = play_trials("random", 3, condition="nudge?after=9")
     assert set(steps_changed(trials)) == {"", "nudge?after=9"}

@@ -43,22 +43,6 @@ def test_the_papers_order_is_found_where_it_is():
     assert alone < effect.pairs[1][2].p_value <= 3 * alone
 
 
-def test_a_modality_without_a_rank_stays_out_of_the_trend():
-    alone, beside = effect_of(rgb=SOON, symbolic=LATE), effect_of(rgb=SOON, symbolic=LATE, smell=MIDDLE)
-    assert (beside.trend.direction, beside.trend.p_value) == (alone.trend.direction, alone.trend.p_value)
-    assert beside.modalities == ("rgb", "symbolic", "smell")
-    assert len(beside.pairs) == 3
-    assert effect_of(rgb=SOON, smell=MIDDLE).trend.p_value is None
-
-
-def test_too_few_trials_are_not_tested_and_one_modality_not_compared():
-    effect = effect_of(rgb=SOON[:3], symbolic=LATE[:3])
-    assert (effect.trend.p_value, effect.pairs[0][2].p_value) == (None, None)
-    assert effect_of(rgb=SOON) is None
-    broken = [make_trial([0], agent="viewer", modality="rgb", broken="plant")]
-    assert effects(broken, trials_of("symbolic", SOON)) == {}
-
-
 def test_a_trend_that_broken_trials_may_have_made_is_none():
     """Half of the trials of the lowest fidelity broke in the second step, and may have been solved then, or never."""
     how = {"agent": "viewer", "modality": "rgb", "study": "modalities", "broken": "plant"}
