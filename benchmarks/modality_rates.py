@@ -26,7 +26,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
 from lockprobe.statistics.course import cells_of, courses
-from lockprobe.statistics.hazards import ModalityEffect, modality_effects
+from lockprobe.statistics.how_soon import ModalityEffect, modality_effects
 from lockprobe.statistics.proportions import ALPHA, proportion
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study

@@ -18,9 +18,9 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.questions.claims import judged, paper_claims
 from lockprobe.report.results import results
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.differences import any_difference, each_difference, few_broke_until
 from lockprobe.statistics.every_look import Numbers, at_every_look, share_at_every_look
+from lockprobe.statistics.how_soon import success_curve
 from lockprobe.statistics.outcomes import BlockOrder, outcomes
 from lockprobe.statistics.pairs import paired
 from lockprobe.statistics.proportions import difference, proportion

@@ -8,8 +8,8 @@ from known_truth import WORLDS, Design, simulated
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.differences import any_difference
-from lockprobe.statistics.hazards import looping, steps_over_doses
-from lockprobe.statistics.two_lines import two_lines
+from lockprobe.statistics.how_soon import looping, steps_over_doses
+from lockprobe.statistics.shape import two_lines
 
 STUDIES = 100
 

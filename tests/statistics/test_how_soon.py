@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from solved import columns
 
-from lockprobe.statistics.curves import incidence, success_curve
-from lockprobe.statistics.hazards import log_rank, looping, steps_over_doses
+from lockprobe.statistics.how_soon import incidence, log_rank, looping, steps_over_doses, success_curve
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.proportions import proportion
 

@@ -4,7 +4,7 @@ import pytest
 from builders import SOLUTION, make_trial
 
 from lockprobe.statistics.course import cells_of, courses
-from lockprobe.statistics.hazards import modality_effects
+from lockprobe.statistics.how_soon import modality_effects
 from lockprobe.statistics.modalities import by_fidelity, spoken
 
 

@@ -12,8 +12,7 @@ from statsmodels.genmod.generalized_linear_model import GLM
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.outcomes import Point
-from lockprobe.statistics.trend import correlation, resample, trend
-from lockprobe.statistics.two_lines import two_lines
+from lockprobe.statistics.shape import correlation, resample, trend, two_lines
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 NONE = np.empty((0, 21))

@@ -31,7 +31,7 @@ from lockprobe.statistics.distributions import root
 from lockprobe.statistics.outcomes import Outcomes, joined
 from lockprobe.statistics.pairs import FEWEST
 from lockprobe.statistics.proportions import ALPHA, proportion
-from lockprobe.statistics.two_lines import two_lines
+from lockprobe.statistics.shape import two_lines
 from lockprobe.statistics.why import decide
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study, design_of

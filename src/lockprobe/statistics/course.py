@@ -21,7 +21,7 @@ from lockprobe.statistics.idle import never_acted
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, Point, joined, outcomes, plays_alike, points
 from lockprobe.statistics.proportions import Proportion
-from lockprobe.statistics.trend import Quantity, resample
+from lockprobe.statistics.shape import Quantity, resample
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
 _BASELINES = ("random", "random-no-repeat", "round-robin", "right-to-left", "human-inspired", "ideal-observer")

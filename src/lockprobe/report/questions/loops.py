@@ -20,14 +20,13 @@ from lockprobe.report.rows import Cell, Course, Estimate, Results, Row, measured
 from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.hazards import looping
+from lockprobe.statistics.how_soon import looping
 from lockprobe.statistics.loops import cover
 from lockprobe.statistics.loops.chance import Null, chance_level
 from lockprobe.statistics.outcomes import ended, points
 from lockprobe.statistics.proportions import ALPHA, Z
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
-from lockprobe.statistics.trend import correlation, trend
-from lockprobe.statistics.two_lines import two_lines
+from lockprobe.statistics.shape import correlation, trend, two_lines
 
 LENGTHS = (
     "Solved trials are shorter, and short trials hold fewer loops by chance alone: a strongly negative r is expected "

@@ -19,8 +19,7 @@ from lockprobe.report.prose import at_lowest, played_subjects, who
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.course import Course as Doses
-from lockprobe.statistics.curves import success_curve
-from lockprobe.statistics.hazards import modality_effects, steps_over_doses
+from lockprobe.statistics.how_soon import modality_effects, steps_over_doses, success_curve
 from lockprobe.statistics.modalities import fidelity, spoken
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80

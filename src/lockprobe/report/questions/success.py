@@ -20,8 +20,7 @@ from lockprobe.statistics.course import Course
 from lockprobe.statistics.design import AGENT, FLIPS
 from lockprobe.statistics.differences import any_difference
 from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
-from lockprobe.statistics.trend import Trend, trend
-from lockprobe.statistics.two_lines import TwoLines, two_lines
+from lockprobe.statistics.shape import Trend, TwoLines, trend, two_lines
 from lockprobe.trial.record import PLAIN_WORDS
 
 _NOTHING = "Nothing could be compared."
