@@ -152,25 +152,20 @@ class OpenedStudy:
         known, found = Counter[tuple[str, ...]](), []
         for series in self.design.series:
             axis, doses = series.axis, series.doses
-            idle = {(agent, name) for agent, own in self.idle.items() for name in own if doses.get(name)}
-            own = [
-                cell
-                for place, cell in self.by_name.items()
-                if (cell.condition == first and cell.agent in doses if series.agent else cell.condition in doses)
-                and (series.agent or place not in idle)
-            ]
-            if not own:
-                continue
 
-            def place_of(cell: Cell, series: Series = series) -> tuple[str, str, float]:
+            def place(cell: Cell, series: Series = series) -> tuple[str, str, float] | None:
+                dose = series.doses.get(cell.agent if series.agent else cell.condition)
                 if series.agent:
-                    return series.agent, cell.modality, series.doses[cell.agent]
-                return cell.agent, series.modality, series.doses[cell.condition]
+                    on_it = dose is not None and cell.condition == first
+                    return (series.agent, cell.modality, dose or 0.0) if on_it else None
+                idle = dose and (cell.agent, cell.condition) in self.idle
+                return None if dose is None or idle else (cell.agent, series.modality, dose)
 
             name = axis.name, axis.options, axis.rest, series.modality, series.agent
+            key = axis_key(axis.name, axis.options, axis.rest, known[name] + 1)
+            if not (over := courses(self.by_name.values(), axis, key, place, several=times[axis] > 1)):
+                continue
             known[name] += 1
-            key = axis_key(axis.name, axis.options, axis.rest, known[name])
-            over = courses(own, axis, key, place_of, several=times[axis] > 1)
             shown = DoseAxis(
                 name=axis.name,
                 intervention=axis.kind,
@@ -192,17 +187,15 @@ class OpenedStudy:
         return (*self.courses, *(one for _, over in self.axes for one in over))
 
     @cached_property
-    def idle(self) -> Mapping[str, frozenset[str]]:
-        """Agent -> the conditions, no controls, in which an intervention changed nothing; they are on no other axis.
-
-        A study of flip rates alone has none.
-        """
-        acting = {arm.label: arm.without() for arm in self.design.arms}
-        found: dict[str, set[str]] = {}
-        for cell in self.cells if not self.study.of_flips else ():
-            if cell.condition not in self.design.controls and idle_interventions(cell.trials, acting[cell.condition]):
-                found.setdefault(cell.agent, set()).add(cell.condition)
-        return {agent: frozenset(names) for agent, names in found.items()}
+    def idle(self) -> frozenset[tuple[str, str]]:
+        """Agent and condition, no control, where an intervention changed nothing; on no axis but that of flip rates."""
+        acting = {} if self.study.of_flips else {arm.label: arm.without() for arm in self.design.arms}
+        return frozenset(
+            place
+            for place, cell in self.by_name.items()
+            if cell.condition in acting.keys() - self.design.controls
+            and idle_interventions(cell.trials, acting[cell.condition])
+        )
 
     @cached_property
     def conditions(self) -> Mapping[str, Condition]:

@@ -233,17 +233,18 @@ def courses(
     cells: Iterable[Cell],
     axis: Axis = FLIPS,
     key: str = FLIPS.name,
-    place: Callable[[Cell], tuple[str, str, float]] = on_flip_axis,
+    place: Callable[[Cell], tuple[str, str, float] | None] = on_flip_axis,
     *,
     several: bool = False,
 ) -> tuple[Course, ...]:
-    """The courses over an axis, by agent and modality in the order of the cells, all of which lie on it.
+    """The courses over an axis, by agent and modality in the order of the cells.
 
-    ``place`` says of a cell to whose course it belongs, how the box is shown without doses, and its dose. The rest is
-    as in :class:`Course`.
+    ``place`` says of a cell to whose course it belongs, how the box is shown without doses, and its dose; None if it is
+    not on the axis. The rest is as in :class:`Course`.
     """
     found: list[Course] = []
-    for (agent, modality), own in grouped(((place(cell), cell) for cell in cells), lambda one: one[0][:2]).items():
+    placed = ((at, cell) for cell in cells if (at := place(cell)))
+    for (agent, modality), own in grouped(placed, lambda one: one[0][:2]).items():
         own.sort(key=lambda one: one[0][2])
         doses, there = tuple(dose for (*_, dose), _ in own), tuple(cell for _, cell in own)
         found.append(
