@@ -89,9 +89,9 @@ def test_the_lines_share_the_break_and_their_tests_are_near_those_of_logit_regre
     """Of the expected counts of the paper."""
     played = trials(EXPECTED)
     p, lines = played.dose, two_lines(played)
-    assert (lines.break_p, lines.direction) == (0.3, None)
+    assert (lines.value, lines.direction) == (0.3, None)
     assert 0.1 < lines.p_value < 0.3
-    for line, side in ((lines.first, p <= lines.break_p), (lines.second, p >= lines.break_p)):
+    for line, side in ((lines.first, p <= lines.value), (lines.second, p >= lines.value)):
         slope, p_value = wald(p[side], played.solved[side])
         assert line.p_value == pytest.approx(p_value, rel=0.3)
         assert np.sign(line.z) == np.sign(slope)
@@ -132,7 +132,7 @@ def played(name, trials=30, seed=1):
 
 def test_loops_that_come_later_and_then_sooner_are_a_u_of_loop_onset():
     found = two_lines(played("loops-return"), "first loops")
-    assert (found.direction, found.break_p) == ("U", 0.3)
+    assert (found.direction, found.value) == ("U", 0.3)
     assert found.first.z < -3 < 3 < found.second.z
     assert found.p_value == max(found.first.p_value, found.second.p_value) < 1e-3
     once = two_lines(played("loop-trapped", trials=100), "first loops")

@@ -88,10 +88,8 @@ BOUNDS = ("at least", "at most")
 these."""
 
 UNITS = (
-    *("share", "points", "ratio", "yes or no", "direction", "dose"),
-    *("steps", "trials", "people", "claims", "reports", "decisions", "ms", "records", "lines"),
-    *("boxes", "blocks", "restarts", "interlocks", "permutations"),
-    *("bits", "logits", "score", "coefficient", "r", "z"),
+    *("share", "points", "ratio", "direction", "dose", "steps", "trials", "attempts", "people", "claims", "records"),
+    *("boxes", "blocks", "r"),
 )
 """The units of Lockprobe's numbers."""
 

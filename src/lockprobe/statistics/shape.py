@@ -169,13 +169,13 @@ class TwoLines:
     """The two-lines test (Simonsohn 2018).
 
     Attributes:
-        break_p: The break point: the p at which the lines meet; its trials belong to both lines.
+        value: The break point: the dose at which the lines meet; its trials belong to both lines.
         first: The line up to the break.
         second: The line from the break on.
         p_value: The larger of the two P values if the slopes have opposite signs, else 1; None if there is no test.
     """
 
-    break_p: float | None = None
+    value: float | None = None
     first: Line | None = None
     second: Line | None = None
     p_value: float | None = None
@@ -188,7 +188,10 @@ class TwoLines:
         return "U" if self.first.z < 0 else "inverted U"
 
 
-def two_lines(outcomes: Outcomes, of: Literal["success", "first loops"] = "success", *, agents: int = 1) -> TwoLines:
+Turning = Literal["success", "first loops"]
+
+
+def two_lines(outcomes: Outcomes, of: Turning = "success", *, agents: int = 1) -> TwoLines:
     """Two-lines test of a change of direction: a line on each side of a break, both significant, of opposite sign.
 
     The break is Simonsohn's Robin Hood choice among the inner values of p, from a cubic through empirical logits (his
@@ -220,7 +223,7 @@ def _joined(outcomes: Outcomes, counted: Counts, line: Callable[[Outcomes], Line
     sides = outcomes.dose <= counted.dose[at], outcomes.dose >= counted.dose[at]
     first, second = (line(outcomes.at(side)) for side in sides)
     p_value = max(first.p_value, second.p_value) if first.z * second.z < 0 else 1.0
-    return TwoLines(break_p=float(counted.dose[at]), first=first, second=second, p_value=p_value)
+    return TwoLines(value=float(counted.dose[at]), first=first, second=second, p_value=p_value)
 
 
 def _of_success(outcomes: Outcomes) -> TwoLines:

@@ -15,7 +15,7 @@ from lockprobe.foundation.formatting import MOST_NAMED, first_three, p_value, pe
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import at_lowest, chance_said, interval_kind, paper_rates, played_subjects
-from lockprobe.report.questions.success import fit_rows, two_lines_rows
+from lockprobe.report.questions.success import fit_rows, turn_rows
 from lockprobe.report.rows import Cell, Course, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.statistics import course as played
@@ -26,7 +26,7 @@ from lockprobe.statistics.loops.chance import Null, chance_level
 from lockprobe.statistics.outcomes import ended, points
 from lockprobe.statistics.proportions import ALPHA, Z
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
-from lockprobe.statistics.shape import correlation, trend, two_lines
+from lockprobe.statistics.shape import correlation
 
 LENGTHS = (
     "Solved trials are shorter, and short trials hold fewer loops by chance alone: a strongly negative r is expected "
@@ -64,21 +64,17 @@ def _over_doses(course: played.Course) -> Iterator[Row]:
     found, shares, of = course.tested.ended, course.points, course.of
     if not len(found):
         return
-    if fit := trend(shares, "loop_rate", course.draws["loop_rate"]):
-        yield from fit_rows("loop_fit", fit, course)
+    yield from fit_rows("loop_fit", "loop_rate", course)
     loops, success = (np.array([getattr(one, name) for one in shares]) for name in ("loop_rate", "success"))
     if (r := correlation(loops, success, (course.draws["loop_rate"], course.draws["success"]))) is not None:
         of_shares: dict[str, Any] = of | {"quantity": "loop_success", "n": len(shares)}
         value, low, high, p_value = r
         test: dict[str, Any] = {"p_value": p_value, "test": "Student's t", "unit": "r"}
         yield Estimate(**of_shares, of="correlation", value=value, low=low, high=high, **test)
-        slope, intercept = np.polyfit(loops, success, 1).tolist()
-        yield Estimate(**of_shares, of="slope", value=slope, unit="ratio")
-        yield Estimate(**of_shares, of="intercept", value=intercept)
     if hazard := looping(found):
         note = {1: "sooner", -1: "later"}.get(hazard.direction, "")
         yield measured_row("hazard_ratio", hazard, **of, of="first loops", unit="ratio", test="log-rank", note=note)
-    yield from two_lines_rows("first loops", two_lines(course.tested, "first loops"), course)
+    yield from turn_rows("first loops", course)
 
 
 def _said(found: Results) -> Iterator[str]:
@@ -142,10 +138,11 @@ def _against_success(axes: Any, course: Course) -> None:
     style, cells = figures.style_of(course), course.cells[:1] if course.blind else course.cells
     shares = [(loops.value or 0.0, success.value or 0.0) for cell in cells for success, loops in cell.points]
     figures.dots(axes, shares, style, size=16)
-    slope, r = course.value("loop_success", "slope"), course.get("loop_success", "correlation")
-    if slope is not None:
-        start, ends = course.value("loop_success", "intercept") or 0.0, [min(shares)[0], max(shares)[0]]
-        axes.plot(ends, [start + slope * x for x in ends], color=style.colour, linewidth=1.4)
+    r = course.get("loop_success", "correlation")
+    if r is not None:
+        x, y = np.array(shares).T
+        ends = np.array([x.min(), x.max()])
+        axes.plot(ends, np.polyval(np.polyfit(x, y, 1), ends), color=style.colour, linewidth=1.4)
     said = f"r = {entry_text(r)}" if r else "no r of so few or equal dots"
     figures.title(axes, figures.heading(course), f"{said}; {len(shares)} dots")
     figures.share_axis(axes, "trials with an action loop", "x", grid=False)

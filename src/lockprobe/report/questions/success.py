@@ -20,38 +20,34 @@ from lockprobe.statistics.course import Course
 from lockprobe.statistics.design import AGENT, FLIPS
 from lockprobe.statistics.differences import any_difference
 from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
-from lockprobe.statistics.shape import Trend, TwoLines, trend, two_lines
+from lockprobe.statistics.shape import Quantity, Turning, trend, two_lines
 from lockprobe.trial.record import PLAIN_WORDS
 
 _NOTHING = "Nothing could be compared."
 
 
-def fit_rows(quantity: str, fit: Trend, course: Course) -> Iterator[Row]:
+def fit_rows(quantity: str, of: Quantity, course: Course) -> Iterator[Row]:
     """The paper's second-order least-squares fit over repetitions, and where it turns."""
-    of, n = course.of, len(course.points)
-    yield Curve(quantity=quantity, **of, n=n, x=fit.dose, value=fit.value, low=fit.low, high=fit.high)
-    if fit.turning is not None:
-        yield Estimate(quantity=quantity, **of, of=fit.kind, value=fit.turning, unit="dose")
+    if fit := trend(course.points, of, course.draws[of]):
+        of_points = course.of | {"n": len(course.points)}
+        yield Curve(quantity=quantity, **of_points, x=fit.dose, value=fit.value, low=fit.low, high=fit.high)
+        if fit.turning is not None:
+            yield Estimate(quantity=quantity, **course.of, of=fit.kind, value=fit.turning, unit="dose")
 
 
-def two_lines_rows(what: str, found: TwoLines, course: Course) -> Iterator[Estimate]:
-    """Where two lines meet and the shape that they show, and each of them."""
-    of = course.of
-    if found.break_p is not None:
-        shape = {"value": found.break_p, "unit": "dose", "note": found.direction or ""}
-        yield measured_row("two_lines", found, **of, of=what, test="two lines", **shape)
-    for name, line in (("first line", found.first), ("second line", found.second)):
-        if line is not None:
-            tested = {"value": line.z, "p_value": line.p_value, "unit": "z"}
-            yield Estimate(quantity="two_lines", **of | tested, of=f"{what}, {name}")
+def turn_rows(of: Turning, course: Course, agents: int = 1) -> Iterator[Row]:
+    """Where two lines meet, and the shape that they show."""
+    found = two_lines(course.tested, of, agents=agents)
+    if found.value is not None:
+        shape = {"unit": "dose", "note": found.direction or ""}
+        yield measured_row("two_lines", found, **course.of, of=of, test="two lines", **shape)
 
 
 def _of_course(course: Course) -> Iterator[Row]:
-    if fit := trend(course.points, "success", course.draws["success"]):
-        yield from fit_rows("success_fit", fit, course)
+    yield from fit_rows("success_fit", "success", course)
     yield from _differences(course)
     if course.order is None:
-        yield from two_lines_rows("success", two_lines(course.tested, agents=course.family), course)
+        yield from turn_rows("success", course, course.family)
 
 
 def _differences(course: Course) -> Iterator[Row]:
