@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from reported import found_in
 
 from lockprobe.report.answer import AnswerList, said_lines
-from lockprobe.report.curve import drawable
-from lockprobe.report.labels import placed
+from lockprobe.report.curve import drawable, placed
 from lockprobe.report.primary import primary_lines
 
 UNSOLVED = (0,) * 20

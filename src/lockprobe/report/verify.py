@@ -107,8 +107,8 @@ class _PlayedAgain:
     def __init__(
         self, opened: OpenedStudy, published: Mapping[str, str | None], tell: Callable[[int, int], None]
     ) -> None:
-        self.opened, self.study, self.published = opened, opened.study, published
-        self.directory, self.trials = opened.directory, {trial.key: trial for trial in opened.trials}
+        self.opened, self.published, self.directory, self.study = opened, published, opened.directory, opened.study
+        self.trials = {trial.key: trial for trial in opened.trials}
         finished = {key for key, trial in self.trials.items() if not trial.owed_again}
         plans = (plan for agent in self.study.run_agents for plan in self.study.plans(agent))
         self.owed = {plan.key: plan for plan in plans if plan.key not in finished}
@@ -178,14 +178,6 @@ def _complete(of: _PlayedAgain) -> Iterator[Check]:
     yield Check("complete", f"every {which} is there{people * bool(own.invited)}", owed)
 
 
-def _luck(of: _PlayedAgain) -> Iterator[Check]:
-    """Truth and reports follow from the choices, the box and the seed."""
-    left = sum(one.unplayed for one in of.again)
-    more = "more need a plant or an intervention that does not ship, or a real box, and are not played"
-    said = f"all {len(of.again) - left} trials follow from their choices, the box and the seed{_also(left, more)}"
-    yield Check("luck", said, [f"{one.key}: {one.luck}" for one in of.again if one.luck])
-
-
 _ASKED: Mapping[AgentKind, str] = {
     "strategy": "of strategies, which are asked again",
     "local": "of local models, by their recorded probabilities",
@@ -194,14 +186,20 @@ _ASKED: Mapping[AgentKind, str] = {
 """Kind of agent -> how its choices are held."""
 
 
-def _choices(of: _PlayedAgain) -> Iterator[Check]:
-    """Strategies choose the same again, local models by their probabilities, and nobody the impossible."""
+def _luck(of: _PlayedAgain) -> Iterator[Check]:
+    """Truth and reports follow from the choices, the box and the seed.
+
+    Strategies choose the same again, local models by their probabilities, and nobody the impossible.
+    """
+    left = sum(one.unplayed for one in of.again)
+    more = "more need a plant or an intervention that does not ship, or a real box, and are not played"
+    said = f"all {len(of.again) - left} trials follow from their choices, the box and the seed{_also(left, more)}"
+    yield Check("luck", said, [f"{one.key}: {one.luck}" for one in of.again if one.luck])
     counts = Counter(one.kind for one in of.again if not one.unplayed or one.kind == "own")
     held = [f"{counts[kind]} trials {said}" for kind, said in _ASKED.items() if counts[kind]]
     said = f"all are those that their agents make: {', '.join(held) or 'of none'}"
-    yield Check(
-        "choices", said, [f"{one.key}: {one.choices}" for one in of.again if one.choices and one.kind != "hosted"]
-    )
+    other = [f"{one.key}: {one.choices}" for one in of.again if one.choices and one.kind != "hosted"]
+    yield Check("choices", said, other)
 
 
 def _agents(of: _PlayedAgain) -> Iterator[Check]:
@@ -266,23 +264,15 @@ def _attempts(of: _PlayedAgain) -> Iterator[Check]:
                 logged[key] = diary.attempts(box)
     held = [one for one in of.opened.trials if spec_kind(one.agent) == MCP or (one.player and diaries)]
     if held or logged or diaries:
-        failed = [f"{one.key}: {why}" for one in held if (why := _unlike(one, logged.pop(one.key, ())))]
+        failed = list[str]()
+        for one in held:
+            pairs = [(step.told, step.decision) for step in one.steps]
+            done = [RecordedAttempt(said.joint, said.claimed, told, said.hypothesis) for told, said in pairs]
+            if done != [*logged.pop(one.key, ())] and not one.owed_again:  # of a box that broke the log starts anew
+                failed.append(f"{one.key}: its steps are not the attempts in its log")
         failed += [f"{key}: it is not on record" for key in logged if key not in of.owed]
         said = f"{len(held)} trials of clients and people are as their servers wrote them step by step"
         yield Check("attempts", said, failed)
-
-
-def _unlike(trial: Trial, attempts: Sequence[RecordedAttempt]) -> str:
-    """The first difference between a trial and the attempts in a log; empty without one."""
-    if trial.owed_again:  # its box broke: the log starts anew
-        return ""
-    if len(attempts) != len(trial.steps):
-        return f"{len(trial.steps)} steps, and {len(attempts)} attempts in its log"
-    for step, attempt in zip(trial.steps, attempts, strict=True):
-        said = step.decision
-        if attempt != RecordedAttempt(said.joint, said.claimed, step.told, said.hypothesis):
-            return f"step {step.step} is another one in its log"
-    return ""
 
 
 def _forks(of: _PlayedAgain) -> Iterator[Check]:
@@ -328,9 +318,15 @@ def _report(of: _PlayedAgain) -> Iterator[Check]:
     """
     from lockprobe.report.write import report_files
 
-    written, measured = _bytes(of.directory / _RESULTS), list[Estimate | Fact]()
+    def written(name: str) -> bytes:
+        try:
+            return read_input(of.directory / name, 2**28)
+        except LockprobeError:
+            return b""
+
+    here, measured = written(_RESULTS), list[Estimate | Fact]()
     with suppress(ValidationError):  # what is wrong with it is named below
-        found = Results.model_validate_json(written)
+        found = Results.model_validate_json(here)
         measured += (row for row in found.measures if row.source)
         measured += (fact for fact in found.facts if fact.about == MEASURES and fact.source)
     files = dict(report_files(replace(of.opened, measured=measured), tell=lambda said: None))
@@ -339,34 +335,22 @@ def _report(of: _PlayedAgain) -> Iterator[Check]:
     if not there:
         yield Check("results", "there is no report to compare")
         return
-    here, now = (dict.fromkeys(line.strip(b" ,\r") for line in text.split(b"\n")) for text in (written, made[_RESULTS]))
-    lines = [("written", line) for line in here if line not in now] + [
-        ("computed", line) for line in now if line not in here
-    ]
-    failed = [f"{who}: {line[:300].decode(errors='replace')}" for who, line in lines]
-    unchecked = (
-        f"of its rows are not checked: they come from {', '.join(dict.fromkeys(row.source for row in measured))}"
-    )
+    lines, now = (dict.fromkeys(line.strip(b" ,\r") for line in text.split(b"\n")) for text in (here, made[_RESULTS]))
+    failed = [f"written: {line[:300].decode(errors='replace')}" for line in lines if line not in now]
+    failed += [f"computed: {line[:300].decode(errors='replace')}" for line in now if line not in lines]
+    if here != made[_RESULTS] and not failed:
+        failed = ["lines in another order"]
+    unchecked = f"of its rows are not checked: they come from {', '.join({row.source: None for row in measured})}"
     said = f"{_RESULTS} is what this release makes of the records{_also(len(measured), unchecked)}"
-    yield Check(
-        "results", said, failed or ["lines in another order"] * (written != made[_RESULTS]) if _RESULTS in there else []
-    )
-    there = [name for name in there if name != _RESULTS]
-    different = [n for n in there if _TIME.sub(b"", _bytes(of.directory / n)) != _TIME.sub(b"", made[n])]
-    missing = _also(len(made) - 1 - len(there), "are not there")
-    said = f"{len(there)} pages, tables and figures are what this release makes of the records{missing}"
+    yield Check("results", said, failed if _RESULTS in there else [])
+    others = [name for name in there if name != _RESULTS]
+    different = [name for name in others if _TIME.sub(b"", written(name)) != _TIME.sub(b"", made[name])]
+    missing = _also(len(made) - 1 - len(others), "are not there")
+    said = f"{len(others)} pages, tables and figures are what this release makes of the records{missing}"
     yield Check("report", said, different)
 
 
-def _bytes(path: Path) -> bytes:
-    """The content of a file of the report; empty if it cannot be read."""
-    try:
-        return read_input(path, 2**28)
-    except LockprobeError:
-        return b""
-
-
 _CHECKS = (
-    _records, _settings, _complete, _luck, _choices, _agents, _replies, _attempts, _forks, _pictures, _report,
+    _records, _settings, _complete, _luck, _agents, _replies, _attempts, _forks, _pictures, _report,
 )  # fmt: skip
 """What is checked, in order."""

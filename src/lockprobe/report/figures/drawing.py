@@ -32,7 +32,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
 from lockprobe.foundation.spec import spec_name
-from lockprobe.report.labels import placed
+from lockprobe.report.curve import placed
 from lockprobe.report.prose import who
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Player
 from lockprobe.statistics.design import FLIPS

@@ -8,7 +8,7 @@ from dataclasses import replace
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, count_of
 from lockprobe.report.opened import OpenedStudy, PlayedCell
-from lockprobe.report.rows import Cell, Estimate, Results, Row, share_rows
+from lockprobe.report.rows import Estimate, Results, Row, share_rows
 from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.rules import Judged
@@ -42,33 +42,22 @@ def _sensed(numbers: OpenedStudy) -> Iterator[Row]:
             count = n - len(decided)
             if n:
                 yield Estimate(quantity=judge, of=f"undecided{at}", value=count / n, count=count, n=n)
-        for kind, way in (("blocked for moved", (True, False)), ("moved for blocked", (False, True))):
-            if attempts:
-                wrong, n = (
-                    sum((moved, said) == way for *_, moved, said in attempts),
-                    sum(one[3] is not None for one in attempts),
-                )
-                yield Estimate(quantity=judge, of=f"wrong, {kind}", count=wrong, n=n)
-
-
-def _judges(found: Results) -> list[str]:
-    return [judge for judge in _JUDGES if found.where(judge)]
 
 
 def _joints(found: Results) -> Lines:
     """One row per joint, and one of all."""
-    judges = _judges(found)
+    judges = [judge for judge in _JUDGES if found.where(judge)]
     yield ["joint", *(head for judge in judges for head in (f"right {judge}", "of", "undecided"))]
     at = dict.fromkeys(row.of.partition("undecided, ")[2] for judge in judges for row in found.where(judge))
     for joint in [*filter(None, at), ""] if judges else ():
         row: list[Entry] = [joint or "all"]
         for judge in judges:
-            right, undecided = (found.get(judge, of=what + f", {joint}" * bool(joint)) for what in _PARTS)
+            right, undecided = (
+                found.get(judge, of=what + f", {joint}" * bool(joint)) for what in ("right", "undecided")
+            )
             row += [right, str(right.n if right else 0), str(undecided.count if undecided else 0)]
         yield row
 
-
-_PARTS = ("right", "undecided")
 
 _JOINTS = Table("robot", _joints, 1)
 
@@ -80,10 +69,10 @@ _SENSED = Note(
 
 
 def _show_sensed(found: Results) -> Iterator[Part]:
-    if judges := _judges(found):
-        wrong = [(_JUDGES[judge][2], row) for judge in judges if (row := found.get(judge, of="wrong"))]
-        said = f"Wrong: {', '.join(f'{what} at {count_of(row)} attempts' for what, row in wrong)}." if wrong else ""
-        yield Part("Robot and truth", said, [_JOINTS, _SENSED])
+    wrong = [(what, found.get(judge, of="wrong")) for judge, (_, _, what) in _JUDGES.items() if found.where(judge)]
+    said = ", ".join(f"{what} at {count_of(row)} attempts" for what, row in wrong if row)
+    if wrong:
+        yield Part("Robot and truth", f"Wrong: {said}." if said else "", [_JOINTS, _SENSED])
 
 
 def _rules(numbers: OpenedStudy) -> Iterator[Row]:
@@ -117,15 +106,13 @@ def _misses(cell: PlayedCell, judged: Sequence[Sequence[Judged]]) -> Iterator[Es
     yield from cell.share("success", replace(cell, trials=tuple(kept)).success, of="without a miss")
 
 
-def _broke(found: Results) -> list[Cell]:
-    return [cell for cell in found.cells if cell.get("against_rules", "attempts")]
-
-
 def _conditions(found: Results) -> Lines:
     """How often attempts broke the rules, and success of all trials and of those without a miss."""
     head = ["agent", "condition", "at free joints", "missed", "at locked joints", "forced"]
     yield [*head, "another joint moved", "success", "without a miss", "of trials"]
-    for cell in _broke(found):
+    for cell in found.cells:
+        if not cell.get("against_rules", "attempts"):
+            continue
         kept = cell.get("success", "without a miss")
         missed, forced, another = (cell.get("against_rules", kind) for kind in _BREAKS)
         sizes = [str(one.n if one else 0) for one in (missed, forced, kept)]
@@ -143,8 +130,7 @@ _MISSED = Note(
 
 
 def _show_rules(found: Results) -> Iterator[Part]:
-    if _broke(found):
-        rows = found.where("against_rules", of="missed")
+    if rows := found.where("against_rules", of="missed"):
         missed, n = sum(row.count or 0 for row in rows), sum(row.n or 0 for row in rows)
         said = f"{missed} of {n} attempts at free joints missed."
         yield Part("Attempts against the rules", said, [_CONDITIONS, _MISSED])
