@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
-from builders import play_study
 from reported import found_in
 from scipy.special import expit
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.power import STATED, Clusters, Conditions, Needed, conditions_of, played_blocks, power
+from lockprobe.simulation.power import Clusters, Conditions, Needed, conditions_of, power
 from lockprobe.statistics.differences import each_difference
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.running.single import run_trial
+from lockprobe.studies.records.read_records import load
 
 ACTING = {"p": [0, 0.3, 0.6], "condition": ["nudge", "drop?p=0.5"], "sweep": "tremble?p=0,0.4,0.8"}
 ANY, SHAPE = "any of them", "rises and falls"
@@ -48,29 +47,17 @@ def test_families_are_those_of_the_report():
     assert [*asked[2].doses] == ["symbolic", "truth"]  # the control of the other modality is compared too
 
 
-def test_blocks_are_the_trials_of_a_study():
-    asked, done = planned(agent=["random", "cognitive:insistent"], seed=4, layout="shuffled"), []
-    found = played_blocks(asked, 7, progress=lambda part, of: done.append((part, of)))
-    for agent, blocks in zip(asked.agents, found, strict=True):
-        settings = {"agent": agent, "seed": 4, "layout": "shuffled", "shuffle": asked.shuffle}
-        trials = [
-            [run_trial(condition=one, trial=i, modality=one.modality, **settings).solved for one in asked.conditions]
-            for i in range(1, 8)
-        ]
-        assert blocks.tolist() == trials
-    assert done[-1] == (14 * len(asked.conditions),) * 2
-
-
 @pytest.mark.slow
 def test_it_detects_in_the_trials_of_a_study_what_the_report_detects(tmp_path):
     """Permutations are drawn by either, so that what lies about the level may be decided in two ways."""
     asked = planned(agent=["cognitive:perseverant", "cognitive:insistent"], p=[0, 0.6], trials=30)
     report, labels = found_in(tmp_path, asked), [one.label for one in asked.conditions]
-    decisions = []
-    for agent, solved in zip(asked.agents, played_blocks(asked, 30), strict=True):
+    decisions, trials = [], load(tmp_path / "study")
+    for agent in asked.agents:
+        solved = {label: [t.solved for t in trials if (t.agent, t.condition) == (agent, label)] for label in labels}
         for one in conditions_of(asked, [0.5] * len(labels)):
-            own = Conditions(agent=agent, family=one.family, doses=one.doses, success=(), agents=2)
-            shown = own.judged(solved[:, [labels.index(label) for label in one.doses]], generator(1, one.family))
+            own = Conditions(family=one.family, doses=one.doses, success=(), agents=2)
+            shown = own.judged(np.array([solved[label] for label in one.doses]).T, generator(1, one.family))
             rows = report.where("success_difference", agent=agent, axis=one.family, of="", versus="")
             assert {(row.control, row.condition) for row in rows} == {("truth", label) for label in [*one.doses][1:]}
             decisions += [(row.condition in shown, row.detected) for row in rows if not 0.03 < row.p_value < 0.08]
@@ -78,17 +65,12 @@ def test_it_detects_in_the_trials_of_a_study_what_the_report_detects(tmp_path):
     assert set(decisions) == {(True, True), (False, False)}
 
 
-def test_agents_are_corrected_together_and_those_that_play_alike_do_not_count(monkeypatch):
-    monkeypatch.setattr("lockprobe.simulation.power.POOL", 40)
-    alone = {"p": [0, 0.6], "condition": None, "sweep": None}
-    agents = ["cognitive:perseverant", "cognitive:insistent", "random"]
-    found = conditions_of(asked := planned(agent=agents, **alone))
-    assert [(one.agent, one.row("")["choices"]) for one in found] == [(agents[0], 2), (agents[1], 2), (agents[2], 1)]
-    pooled = np.mean([trial.solved for trial in play_study(planned(agent=agents[0], **alone)) if trial.p == 0.6])
-    assert found[0].success[1] == pytest.approx(pooled)
-    assert len({*found[2].success}) == 1
+def test_agents_are_corrected_together_and_baselines_do_not_count():
+    asked = planned(
+        agent=["cognitive:perseverant", "cognitive:insistent", "random"], p=[0, 0.6], condition=None, sweep=None
+    )
     (named,) = conditions_of(asked, (0.2, 0.5))
-    assert (named.agent, named.row("")["choices"]) == (STATED, 2)
+    assert named.row("flip?p=0.6").items() >= {"choices": 2, "control success": 0.2, "success": 0.5}.items()
 
 
 WHY = {
@@ -121,13 +103,6 @@ def test_a_study_of_controls_has_the_powers_of_its_verdicts():
     assert powers(effects["truth"], 150, studies=20).keys() <= {"verdict: no change"}
     assert powers(effects["what they say last"], 150, studies=20)["claim: last"][0] > 0.8
     assert powers(effects["as any odd report"], 150, studies=20)["verdict: form"][0] > 0.8
-
-
-def test_shared_luck_needs_fewer_trials():
-    apart = conditions_of(planned(p=[0], condition="nudge", sweep=None), (0.4, 0.6))[0]
-    alike = np.random.default_rng(1).random((500, 1)) < np.array([0.4, 0.6])
-    shared = Conditions(agent="x", family="", doses=apart.doses, success=apart.success, pool=alike)
-    assert powers(apart, 50)["nudge"][0] + 0.3 < powers(shared, 50)["nudge"][0]
 
 
 MODELS = [

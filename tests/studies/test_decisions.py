@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from lockprobe.simulation.power import played_blocks
 from lockprobe.studies.decisions import LOOK_EVERY, Family, Question, answers, decisions, families, wanted
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study
+from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.study import Until
 
 DECIDED, WIDTH = Until(rule="decided"), Until(rule="width", points=0.3)
@@ -67,10 +67,13 @@ def test_the_runner_decides_and_buys_what_follows_from_the_rule(tmp_path):
     most, varied = 40, {"p": [0, 0.6], "condition": ["nudge", "drop?p=0.5"]}
     planned = study("flips", agent="cognitive:perseverant", until="decided", most=most, seed=3, **varied)
     (agent,) = planned.agents
-    (blocks,) = played_blocks(planned, most)
-    whole = {
-        one.label: (blocks[:, i].astype(float), np.zeros(most, dtype=bool)) for i, one in enumerate(planned.conditions)
-    }
+    whole = {}
+    for one in planned.conditions:
+        played = [
+            run_trial(agent=agent, condition=one, trial=i, seed=3, layout=planned.layout, shuffle=planned.shuffle)
+            for i in range(1, most + 1)
+        ]
+        whole[one.label] = np.array([float(trial.solved) for trial in played]), np.zeros(most, dtype=bool)
     found, bought = look_by_look(families(planned, agent), whole, planned.until)
     trials = run_study(planned, tmp_path / "run")
     assert bought == {one.label: sum(t.condition == one.label for t in trials) for one in planned.conditions}

@@ -18,7 +18,7 @@ from lockprobe.foundation.workers import Processes
 from lockprobe.simulation.power import PAPER, TARGET, Clusters, Conditions, Effect, Needed, conditions_of
 from lockprobe.simulation.power import power as simulated
 
-_WHAT = "why: a study of controls; a study file: its agents and conditions; trials per condition (flips)."
+_WHAT = "why: a study of controls; a study file: its conditions, and how many agents; trials per condition (flips)."
 _SUCCESS = (
     "Effect: success under each condition in the order of the study, as 0.2,0.5,0.4, the control first; for flip rates "
     "0 to 0.6 a rise and fall; for why: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark."
@@ -55,9 +55,9 @@ def power(
     """Find by simulation how large a study has to be to detect a given effect with a power of 0.8.
 
     Every condition is judged as the report judges it: in pairs of equal luck, corrected for the conditions of its
-    family and for the agents. Success is --success, or what an --agent reaches that is played here, or the agents of a
-    study file. Without any of these it is a rise and fall like the paper's over its flip rates (0.23 at 0, 0.67 at 0.4,
-    then 0.5). power why: how many blocks a study of controls needs to name the reason for a change of success.
+    family and for the agents. Success is --success; without it, a rise and fall like the paper's over its flip rates
+    (0.23 at 0, 0.67 at 0.4, then 0.5). power why: how many blocks a study of controls needs to name the reason for a
+    change of success.
 
     --over-boxes: how many boxes, with --trials on each, show the change on boxes like these.
 
@@ -95,11 +95,10 @@ def power(
             f"of success and of its change, by eye: {_BOX_SD:g} is about 15 points around one half."
         )
     else:
-        effects = played = _conditions(what, asked, shares, pool)
-        luck = "trials share no luck" if played[0].pool is None else "agents go on as in the blocks that were played"
+        effects = _conditions(what, asked, shares)
         note = (
             "Trials under each condition. choices: comparisons that are corrected together. Where success equals the "
-            f"control's, the share is of false positives. Assumption: {luck}."
+            "control's, the share is of false positives. Assumption: trials share no luck."
         )
     found = simulated(effects, sizes, studies=studies, seed=seed, workers=pool, progress=time_left("batches"))
     rows = [
@@ -117,19 +116,14 @@ def power(
         print("Nothing was concluded in any study.")
 
 
-def _conditions(
-    what: str | None, asked: Mapping[str, Any], shares: Sequence[float], workers: Processes
-) -> list[Conditions]:
-    """The conditions of a study, with the success that is stated or that its agents reach."""
+def _conditions(what: str | None, asked: Mapping[str, Any], shares: Sequence[float]) -> list[Conditions]:
+    """The conditions of a study, with the success that is stated; without any, the paper's over its flip rates."""
     from lockprobe.studies.options.studyfile import study
 
-    if what is None and "agent" not in asked:  # an agent is named that is not played
-        if asked.keys() <= {"seed"}:
-            shares, asked = shares or PAPER, {**asked, "p": [i / 10 for i in range(len(PAPER))]}
-        elif not shares:
-            raise BadValue("--success", None, "success under each condition, the control first: 0.2,0.6")
-        asked = {**asked, "agent": "random"}
-    return conditions_of(study(what or "flips", **asked), shares, workers=workers, progress=time_left("trials"))
+    if what is None and asked.keys() <= {"seed"}:
+        shares, asked = shares or PAPER, {**asked, "p": [i / 10 for i in range(len(PAPER))]}
+    named = {"agent": "random", **asked} if what is None else asked  # an agent is named that nobody plays
+    return conditions_of(study(what or "flips", **named), shares)
 
 
 def _heads(row: Mapping[str, Any]) -> Iterable[str]:

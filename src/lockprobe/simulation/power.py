@@ -1,14 +1,12 @@
 """Studies of a stated effect, simulated and put through the tests that a report makes: how often they detect it.
 
 An effect draws the trials of one study and says what the report detects in them. :func:`power` counts that over many
-studies of several sizes and finds the size with which it is detected often enough. Trials of a stated success share no
-luck under different conditions, like those of a sampled model; blocks of luck that an agent has played do, and need
-fewer trials.
+studies of several sizes and finds the size with which it is detected often enough. Trials share no luck under different
+conditions, like those of a sampled model; agents whose trials do need fewer.
 """
 
 from __future__ import annotations
 
-import asyncio
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -20,7 +18,6 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.workers import THIS_PROCESS, Pool
@@ -33,9 +30,7 @@ from lockprobe.statistics.pairs import FEWEST
 from lockprobe.statistics.proportions import ALPHA, proportion
 from lockprobe.statistics.shape import two_lines
 from lockprobe.statistics.why import decide
-from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study, design_of
-from lockprobe.trial.condition import Condition
 
 TARGET = 0.8
 """The power that is looked for."""
@@ -44,17 +39,11 @@ PAPER = (0.23, 0.4, 0.53, 0.63, 0.67, 0.6, 0.5)
 """Success at the flip rates 0, 0.1, … 0.6, a rise and fall like the paper's (Fig. 4). Its text gives 0.23 at 0 and 2.85
 times that at 0.4; the other values are assumptions."""
 
-POOL = 500
-"""Blocks of luck that are played of every agent."""
-
-STATED = "as stated"
-"""What results call the agent whose success a user states."""
-
 _MOST = 10_000
 """The largest study that is simulated."""
 
 _BATCH = 10
-"""Studies that a process simulates, and trials that it plays, before it reports."""
+"""Studies that a process simulates before it reports."""
 
 _WHY, _ANY, _SHAPE = "why", "any of them", "rises and falls"
 """The family of a study of controls; what the report can say of a family of doses beside its single levels."""
@@ -184,23 +173,19 @@ class Conditions:
     """One agent under conditions that the report judges together.
 
     Attributes:
-        agent: Its name in results.
         family: Name of the dose whose levels they are, ``why`` for a study of controls; empty for all others.
         doses: Condition -> its place on the axis of the test; the control first, which has the lowest.
         success: True success under each condition, [0, 1].
         agents: Number of agents that are judged together.
-        pool: Blocks that it played, shape (blocks, conditions); None for a stated success.
     """
 
     counted: ClassVar[str] = "trials"
     least: ClassVar[int] = 2
 
-    agent: str
     family: str
     doses: Mapping[str, float]
     success: tuple[float, ...]
     agents: int = 1
-    pool: Flags | None = None
 
     @property
     def sizes(self) -> tuple[int, ...]:
@@ -221,19 +206,17 @@ class Conditions:
     @property
     def address(self) -> tuple[str, ...]:
         """Names its random streams."""
-        return "power", self.agent, next(iter(self.doses)), self.family
+        return "power", "as stated", next(iter(self.doses)), self.family
 
     def row(self, what: str) -> dict[str, object]:
-        """Agent, family, how many comparisons are corrected together, and success under the control and this."""
+        """Family, how many comparisons are corrected together, and success under the control and this."""
         many, shares = self.agents * (len(self.success) - 1), dict(zip(self.doses, self.success, strict=True))
-        head = {"agent": self.agent, "family": self.family, "choices": many, "control success": self.success[0]}
+        head = {"family": self.family, "choices": many, "control success": self.success[0]}
         return head | {"detected": what, "success": shares.get(what)}
 
     def detected(self, size: int, luck: np.random.Generator, tests: np.random.Generator) -> list[str]:
-        """Blocks that are drawn with replacement from those that were played, or at random by the stated success."""
-        if self.pool is None:
-            return self.judged(luck.random((size, len(self.success))) < np.array(self.success), tests)
-        return self.judged(self.pool[luck.integers(len(self.pool), size=size)], tests)
+        """What the report detects in a study of trials that are drawn by the stated success."""
+        return self.judged(luck.random((size, len(self.success))) < np.array(self.success), tests)
 
     def judged(self, solved: Flags, tests: np.random.Generator) -> list[str]:
         """What the report detects in trials, shape (blocks, conditions)."""
@@ -253,56 +236,27 @@ class Conditions:
         return found_here
 
 
-def conditions_of(
-    study: Study,
-    success: Sequence[float] = (),
-    *,
-    workers: Pool = THIS_PROCESS,
-    progress: Progress = lambda done, of: None,
-) -> list[Conditions]:
-    """The agents of a study in every family of its conditions.
+def conditions_of(study: Study, success: Sequence[float]) -> list[Conditions]:
+    """The families of the conditions of a study.
 
     Args:
-        study: Agents, conditions and seed. Agents are played, and have to be strategies that ship; with
-            ``success`` they are only counted.
-        success: True success under each condition, in the order of the study, [0, 1]; none for what the agents reach.
-        workers: The pool of processes that plays them.
-        progress: Called with the number of trials played, and of all.
+        study: The conditions, and agents, which are only counted.
+        success: True success under each condition, in the order of the study, [0, 1].
 
     Raises:
-        BadValue: If these are not as many shares as conditions, an agent cannot be played here, or nothing is compared.
+        BadValue: If these are not as many shares as conditions, or nothing is compared.
     """
     families, labels = [*_families(study)], [one.label for one in study.conditions]
     if not families:
         raise BadValue("conditions", labels, "a control and another condition")
-    if success:
-        if len(success) != len(labels) or not all(0 <= share <= 1 for share in success):
-            expected = f"a share from 0 to 1 for each of {len(labels)} conditions: {'; '.join(labels)}"
-            raise BadValue("success", ",".join(f"{share:g}" for share in success), expected)
-        at, agents = dict(zip(labels, success, strict=True)), sum(not is_baseline(agent) for agent in study.agents)
-        return [
-            Conditions(
-                agent=STATED, family=family, doses=doses, success=tuple(map(at.__getitem__, doses)),
-                agents=max(1, agents),
-            )
-            for family, doses in families
-        ]  # fmt: skip
-    for agent in study.agents:
-        if not is_strategy(agent):
-            raise BadValue("agent", agent, "a strategy that ships, or --success for any other")
-    found = []
-    for agent, pool in zip(study.agents, played_blocks(study, POOL, workers=workers, progress=progress), strict=True):
-        for family, doses in families:
-            solved = pool[:, [labels.index(label) for label in doses]]
-            shares = tuple(solved.mean(axis=0).tolist())
-            found.append(Conditions(agent=agent, family=family, doses=doses, success=shares, pool=solved))
-
-    def judged(one: Conditions) -> tuple[bool | str, ...]:
-        """What is judged together: agents that the study is about, or baselines, in one family."""
-        return is_baseline(one.agent), one.family, *one.doses
-
-    heeding = Counter(judged(one) for one in found if one.pool is not None and (one.pool != one.pool[:, :1]).any())
-    return [replace(one, agent=study.label_of(one.agent), agents=max(1, heeding[judged(one)])) for one in found]
+    if len(success) != len(labels) or not all(0 <= share <= 1 for share in success):
+        expected = f"a share from 0 to 1 for each of {len(labels)} conditions: {'; '.join(labels)}"
+        raise BadValue("success", ",".join(f"{share:g}" for share in success), expected)
+    at, agents = dict(zip(labels, success, strict=True)), sum(not is_baseline(agent) for agent in study.agents)
+    return [
+        Conditions(family=family, doses=doses, success=tuple(map(at.__getitem__, doses)), agents=max(1, agents))
+        for family, doses in families
+    ]
 
 
 def _families(study: Study) -> Iterator[tuple[str, dict[str, float]]]:
@@ -320,40 +274,6 @@ def _families(study: Study) -> Iterator[tuple[str, dict[str, float]]]:
         for labels in (of.others, of.controls):
             found.append(("", {label: float(i) for i, label in enumerate((of.control, *labels))}))
         yield from (one for one in found if len(one[1]) > 1)
-
-
-def played_blocks(
-    study: Study, blocks: int, *, workers: Pool = THIS_PROCESS, progress: Progress = lambda done, of: None
-) -> list[Flags]:
-    """Play blocks of luck: one trial under each condition of a study, of equal repetition and number.
-
-    Args:
-        study: Agents that cost nothing to ask, conditions, settings and seed, whatever number of trials it asks for.
-        blocks: Number of blocks of each agent.
-        workers: The pool of processes that plays them; their number changes nothing.
-        progress: Called with the number of trials played and their total.
-
-    Returns:
-        For each agent, whether each trial was solved, shape (blocks, conditions).
-    """
-    numbers = [range(1, blocks + 1)[first : first + _BATCH] for first in range(0, blocks, _BATCH)]
-    solved = list[bool]()
-    for part in workers.map(_solved, [(study, *job) for job in product(study.agents, study.conditions, numbers)]):
-        solved += part
-        progress(len(solved), blocks * len(study.agents) * len(study.conditions))
-    table = np.array(solved).reshape(len(study.agents), len(study.conditions), blocks)
-    return list(table.swapaxes(1, 2))
-
-
-def _solved(job: tuple[Study, str, Condition, range]) -> list[bool]:
-    study, name, condition, numbers = job
-    agent = resolve(name).make()
-
-    async def play() -> list[bool]:
-        plans = (study.plan(name, condition, 1, number) for number in numbers)
-        return [(await play_timed(plan, agent))[0].solved for plan in plans]
-
-    return asyncio.run(play())
 
 
 FEWEST_PERSONS = 10
