@@ -76,12 +76,6 @@ def test_what_cannot_be_written_is_one_line(directory, tmp_path):
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
 
 
-def test_lists():
-    assert "human-inspired" in typed("list", "agents").stdout
-    assert "force_noise" in typed("list", "plants").stdout
-    assert "llm:gguf:PATH" in typed("list", "models").stdout
-
-
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [

@@ -207,6 +207,7 @@ def test_hostile_lines_change_no_file_and_stop_no_server(project):
         pass  # others are still being answered
     assert said.endswith(player.told[-1])
     assert contents(project / "S") == before
+    assert (project / "S").stat().st_mode & 0o077 == 0  # for the user alone
     given = json.dumps({"joint": player.joints[0], "last_action": "moved"})  # as some models write it
     assert asyncio.run(wire.call("attempt", given)).startswith(f"You attempted {player.joints[0]}.")
     assert wire.go() == 0
@@ -261,12 +262,6 @@ def test_the_other_commands_read_what_was_played(lockprobe, project):
     assert (status, "lockprobe mcp" in err) == (2, True)
     found = {one.agent: len(one.tested.ended) for one in courses(cells_of(load(out)).values())}
     assert found == {"random": 6, "mcp:scripted": 5}  # never pooled
-
-
-def test_the_records_are_for_the_user_alone(project):
-    wire = started(project)
-    assert wire.go() == 0
-    assert (project / "S").stat().st_mode & 0o077 == 0
 
 
 def test_the_configurations_of_the_page_start_the_server():

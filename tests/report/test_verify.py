@@ -147,7 +147,6 @@ def sabotaged(directory):
 STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, resumed, branched, sabotaged)} | {
     name: partial(hosted, **given)
     for name, given in {
-        "forgetful": {"condition": ["history?last=2", "flip?p=0.4"]},
         "asked": {"condition": ["nudge?after=2", "hypothesis?ask=after", "tremble?p=0.5"]},
         "seeing": {
             "p": [0],
@@ -238,9 +237,6 @@ def another_joint(step):
     step["decision"]["joint"] = next(one for one in "ABCD" if one != step["decision"]["joint"])
 
 
-def other_call(files):
-    call = next(one for one in files.calls if one["step"] == 2)
-    call["reply"] = json.dumps(json.loads(call["reply"]) | {"hypothesis": "by luck"})
 
 
 def without_last_of_a_fork(files):
@@ -306,9 +302,9 @@ def place_of(line):
     return {name: line[name] for name in PLACE}
 
 
-def of_another(agent=MODEL, **place):
-    """Calls that are said to be of another agent, whose costs they then are, or of another place."""
-    return lambda files: [said.update({"agent": agent} | place) for said in files.calls]
+def of_another(agent):
+    """Calls that are said to be of another agent, whose costs they then are."""
+    return lambda files: [said.update({"agent": agent}) for said in files.calls]
 
 
 def forgotten(files, record):
@@ -344,23 +340,15 @@ flipped_claims = then(decisions(flipped, after=1), decisions(said_so, after=1))
 
 EDITS = {
     "another outcome told": ("forked", one(lambda of: of["steps"][1].update(told_moved=not of["steps"][1]["told_moved"])), "luck", "step 2, told_moved"),
-    "other words told": ("forked", one(lambda of: of["steps"][1].update(told="Nothing.")), "luck", "step 2, told"),
-    "another listing": ("forked", one(lambda of: of.update(listing=of["listing"][::-1])), "luck", "listing"),
-    "another choice": ("forked", one(lambda of: of["steps"][0]["decision"].update(hypothesis="made up")), "choices", "step 1, decision (hypothesis)"),
     "a trial dropped": ("forked", lambda files: files.drop(lambda key: key != STRATEGY), "complete", ""),
     "another seed": ("forked", lambda files: files.settings.update(seed=files.settings["seed"] + 1), "forks", ""),
     "other claims of a local model": ("local", every_step(flipped), "choices", ""),
-    "a surer local model": ("local", every_step(lambda of: of.update(claim_probability=1 - of["claim_probability"])), "choices", ""),
-    "an unlikely choice": ("local", every_step(lambda of: of.update(probabilities=of["probabilities"][::-1])), "choices", ""),
     "failures of a local model as errors": ("local", fails_as_errors, "choices", ""),
     "other claims of a client": ("client", every_step(flipped), "attempts", ""),
     "a client's trials dropped": ("client", without_last, "attempts", ""),
-    "failures of people as errors": ("people", lambda files: relabelled(files.records[0], steps=1), "attempts", ""),
     "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"]), "attempts", "is not on record"),
     "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision"),
-    "a claim there": ("bench", of_the_model(lambda step: flipped(step["decision"])), "replies", ""),
     "no reply there": ("bench", of_the_model(lambda step: step["decision"].pop("replies")), "replies", ""),
-    "a reply in the log there": ("bench", other_call, "replies", ""),
     "a reply of a fork dropped": ("branched", without_last_of_a_fork, "fork replies", ""),
     "failures as errors": ("sabotaged", each(relabelled, "budget"), "replies", ""),
     "failures as faults of the provider": ("sabotaged", each(faulty, "budget"), "complete", ""),
@@ -368,16 +356,12 @@ EDITS = {
     "flipped claims with replies": ("sabotaged", flipped_claims, "replies", ""),
     "rewritten message of an error": ("sabotaged", first(lambda files, one: one["error"].update(message="no usable reply in 2 turns: not one JSON object"), "error"), "replies", ""),
     "another model": ("sabotaged", facts(model="openai-api/fake/large"), "agents", ""),
-    "another top_p": ("sabotaged", facts(top_p=0.9), "replies", ""),
-    "other repairs": ("sabotaged", facts(repairs=4), "agents", ""),
     "another model answered": ("sabotaged", decisions(lambda one: one.update(served="fake-large")), "replies", ""),
     "cheaper calls": ("sabotaged", answers(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies", ""),
     "a call dropped": ("sabotaged", first(lambda files, one: files.calls.remove(sent(files, one, -1)), "solved"), "replies", ""),
     "one more call": ("sabotaged", first(one_more_call, "budget"), "replies", ""),
     "a call of another trial": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "replies", ""),
     "calls of another agent": ("sabotaged", of_another("llm:openai-api/fake/cheap"), "replies", ""),
-    "calls of another place": ("sabotaged", of_another(trial=1), "replies", ""),
-    "edited calls": ("sabotaged", answers(lambda call: call.update(reply=call["reply"] and call["reply"].replace("in turn", "I see the plan"))), "replies", ""),
     "replies to be forgotten": ("sabotaged", first(forgotten, "budget"), "replies", ""),
     "trials dropped, number lowered": ("sabotaged", dropped(), "replies", ""),
     "the model left out": ("sabotaged", left_out(MODEL), "replies", ""),
@@ -496,16 +480,6 @@ def test_files_beside_the_records_are_held_against_them(played, tmp_path):
         change = "update act set entry = ?1, crc = checksum(participant, number, ?1) where number = ?2"
         sql(directory, change, json.dumps(entry), number)
         assert failing(directory).keys() & {"attempts", "records"}
-
-
-def test_a_damaged_record_of_a_fork_is_named_with_its_file(played, tmp_path):
-    directory = played("forked", tmp_path / "out")
-    sql(directory / FORKS, "update trial set ending = 'solved' where ending = 'budget'")
-    assert all(one.startswith("forks/study.db: flips/") for one in failing(directory)["records"])
-    sql(directory / FORKS, "update trial set record = substr(record, 1, 99) where id = 2")
-    (said,) = failing(directory)["records"]
-    assert said.startswith(f"{directory}/forks/study.db: flips/")
-    assert ": its record is damaged (" in said
 
 
 def renamed(record, arm, **place):
