@@ -6,13 +6,12 @@ One table of sabotages holds it: each edits the files of a study as somebody doe
 import asyncio
 import json
 import shutil
-import sqlite3
 from contextlib import contextmanager
 from copy import deepcopy
 from functools import partial
 
 import pytest
-from builders import make_trial, play_study, small_study, write_study
+from builders import small_study, write_study
 from provider_server import ENDS, Manner, here, truthful
 from saboteur import Evidence, flipped, played_by, relabelled, reply_of
 from stored import acts, sql
@@ -382,44 +381,6 @@ def test_an_edit_is_found_though_columns_are_right(played, tmp_path, name):
     assert any(said in place for place in found[check])
     if of in ("bench", "branched"):
         assert list(found) == [check]
-
-
-ROWS = {
-    "key": "'small/random/truth/rep=1/trial=99'", "agent": "'random'", "player": "'participant:aaaa01'", "condition": "'truth'",
-    "repetition": "2", "trial": "7 - trial", "fork": "'lie'", "ending": "'solved'", "owed": "1", "steps": "steps + 1",
-    "identity": "'0123456789ab'", "current": "0",
-    "record": "(select record from trial where ending = 'solved')",
-}  # fmt: skip
-"""A column -> what somebody puts there in the row of a failure under flips."""
-
-OF_ANOTHER = ("key", "condition", "repetition", "trial", "identity")
-DAMAGE = dict.fromkeys(OF_ANOTHER, "which is no trial of the study in study.json")
-DAMAGE |= {"record": "its record is damaged (it is of small/", "current": "its last record does not count"}
-
-
-@pytest.mark.parametrize("column", ROWS)
-def test_a_row_that_is_not_that_of_its_record_is_found(played, tmp_path, column):
-    directory = played("sabotaged", tmp_path / "out")
-    (number, key), *_ = sql(
-        directory, f"select id, key from trial where ending = 'budget' and condition != 'truth' and agent = '{MODEL}'"
-    )
-    sql(directory, f"update trial set {column} = {ROWS[column]} where id = ?", number)
-    found = failing(directory)
-    named = [one for places in found.values() for one in places if column == "key" or key in one]
-    assert any(DAMAGE.get(column, f"its {column} are not those of its record") in one for one in named), found
-
-
-def test_a_record_that_was_replaced_cannot_count_again(tmp_path):
-    """Neither the one before a fault, nor both."""
-    planned = study("flips", agent="random", p=[0], trials=1, repetitions=1)
-    (finished,) = play_study(planned)
-    directory = write_study(tmp_path, planned, [make_trial([0], agent="random", broken="plant"), finished])
-    assert failing(directory) == {}
-    with pytest.raises(sqlite3.IntegrityError):
-        sql(directory, "update trial set current = 1")
-    sql(directory, "update trial set current = 0")
-    sql(directory, "update trial set current = 1 where owed")
-    assert failing(directory)["records"] == (f"study.db: {finished.key}: its last record does not count",)
 
 
 def rewritten_last_reply(files):
