@@ -3,6 +3,8 @@
 import re
 from collections import Counter
 from dataclasses import replace
+from urllib.parse import unquote
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.drawing import COLOURS, agent_label, render, settable, sheet, style_of
+from lockprobe.report.page import image
 from lockprobe.report.questions import contrasts, loops, success
 from lockprobe.report.questions.speed import draw as fig3
 from lockprobe.report.rows import Estimate, Fact, Results
@@ -89,6 +92,12 @@ def test_equal_figures_are_equal_bytes(typical):
         first, second = (render(fig3(typical), form) for _ in range(2))
         assert first == second
         assert first.startswith(begins)
+
+
+def test_a_page_embeds_a_figure_whose_text_is_text(typical):
+    shown = ElementTree.fromstring(unquote(image(render(fig3(typical), "svg")).source.partition(",")[2]))
+    said = {"".join(one.itertext()).strip() for one in shown.iter("{http://www.w3.org/2000/svg}text")}
+    assert {"solved by this step", "number of interactions", "100 %"} <= said
 
 
 @pytest.mark.parametrize(

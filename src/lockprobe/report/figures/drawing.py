@@ -322,6 +322,9 @@ _EDGE, _BETWEEN = 0.06, 0.14
 _NOTE, _LINE = 45, 0.165
 """Characters in a line of a note, and its height in inches."""
 
+_FONTS = b"DejaVu Sans, Verdana, sans-serif"
+"""What the texts of an SVG file are set in: Verdana is as wide, and what else a reader has is narrower."""
+
 Shown = TypeVar("Shown")
 
 
@@ -335,7 +338,7 @@ def render(figure: Figure, form: Literal["png", "svg", "pdf"]) -> bytes:
         "pdf": {"metadata": {"CreationDate": None, "ModDate": None}},
     }
     figure.savefig(out, format=form, **options[form])
-    return out.getvalue()
+    return out.getvalue().replace(b"'DejaVu Sans'", _FONTS) if form == "svg" else out.getvalue()
 
 
 @own_settings()
