@@ -116,7 +116,8 @@ def test_the_page_shows_files_as_they_are():
 
 def test_the_package_adds_one_of_each_kind_and_is_tested_with_the_wheel_alone():
     points = tomllib.loads(SHOWN["pyproject.toml"])["project"]["entry-points"]
-    assert set(points) == set(GROUPS.values()) - {"lockprobe.tools", "lockprobe.plant_sources"}
+    ours = {"lockprobe.commands", "lockprobe.tools", "lockprobe.plant_sources"}
+    assert set(points) == set(GROUPS.values()) - ours
     assert all(group in PAGE.partition("## The package")[0] for group in points)
     assert ".ci/third-party" in (ROOT / ".ci" / "run").read_text("utf-8")
 

@@ -4,7 +4,7 @@ import re
 from collections import Counter
 from dataclasses import replace
 from urllib.parse import unquote
-from xml.etree import ElementTree
+from xml.etree.ElementTree import fromstring
 
 import numpy as np
 import pytest
@@ -95,7 +95,7 @@ def test_equal_figures_are_equal_bytes(typical):
 
 
 def test_a_page_embeds_a_figure_whose_text_is_text(typical):
-    shown = ElementTree.fromstring(unquote(image(render(fig3(typical), "svg")).source.partition(",")[2]))
+    shown = fromstring(unquote(image(render(fig3(typical), "svg")).source.partition(",")[2]))
     said = {"".join(one.itertext()).strip() for one in shown.iter("{http://www.w3.org/2000/svg}text")}
     assert {"solved by this step", "number of interactions", "100 %"} <= said
 
