@@ -41,9 +41,8 @@ def table(found):
 
 
 def said(found):
-    """The answer, and what is said of pairs."""
     (part,) = SECTION.show(found)
-    return [part.answer, *(block for block in part.blocks if isinstance(block, str))]
+    return part.answer
 
 
 def test_pairs_are_compared_over_all_flip_rates(tmp_path):
@@ -53,16 +52,9 @@ def test_pairs_are_compared_over_all_flip_rates(tmp_path):
     assert (len(rows), "under" in rows[0]) == (3, False)
     assert [rows[0][name] for name in ("agent", "trials", "success of both")] == ["llm:acme/one", "20", "85 % and 65 %"]
     solved = "Solved more by llm:acme/one than by random, more by llm:acme/two than by random"
-    assert said(found) == [f"{solved}; no difference in success was detected in 1 of 3 comparisons."]
-
-
-def test_of_two_agents_it_is_said_who_solves_more_who_is_sooner_and_what_false_reports_do(tmp_path):
-    first, second = some("llm:a", 9, 2), some("llm:b", 9, 9)
-    answer, more = said(of_trials(tmp_path / "apart", *first, *second))
-    assert answer.startswith("Fewer trials were solved by llm:a than by llm:b: 55 % against 90 % of 20 trials (")
-    assert more.startswith("False reports affect the two differently (P ")
-    (answer,) = said(of_trials(tmp_path / "alike", *some("llm:a", 4, 4), *some("llm:b", 4, 4)))
-    assert answer == "Both, llm:a and llm:b, play alike in all 20 trials, so nothing is tested."
+    assert said(found) == f"{solved}; no difference in success was detected in 1 of 3 comparisons."
+    found = of_trials(tmp_path / "two", *some("llm:a", 9, 2), *some("llm:b", 9, 9))
+    assert said(found) == "Solved more by llm:b than by llm:a."
 
 
 def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):

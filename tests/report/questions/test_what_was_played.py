@@ -41,15 +41,12 @@ def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
     assert found.one("broken", agent="random", condition="", of="refusal").value == 1
     broken = "random, broken at refusal"
     assert found.facts_about(broken) == {"first message": "refused: I cannot help.", "will be replayed": "no"}
-    again, *tidied = sorted(found.where("replies"), key=lambda row: row.of)
-    said = ("tidied", "tidied, bent JSON", "tidied, more than the object")
-    assert [(row.of, row.count) for row in tidied] == [(of, 1) for of in said]
-    assert {row.n for row in tidied} == {sum(len(trial.steps) for trial in trials)}
-    details, page = Page(found=found).text(), Page(found=found).text()
+    again, tidied = sorted(found.where("replies"), key=lambda row: row.of)
+    assert (tidied.of, tidied.count, tidied.n) == ("tidied", 1, sum(len(trial.steps) for trial in trials))
+    page = Page(found=found).text()
     assert (again.of, again.agent, again.count, again.n) == ("asked again", "random", 2, 3)
-    assert "<p>2 of 3 replies of <code>random</code> could not be used and were asked for again.</p>" in details
-    assert "They were tidied, and count as all others do." in details
-    assert "more than the object 1, bent JSON 1" in details
+    assert "<p>2 of 3 replies of <code>random</code> could not be used and were asked for again.</p>" in page
+    assert "They were tidied, and count as all others do." in page
     assert "refused: I cannot help." in page
     assert "1 trial; shares and differences hold whatever became of it." in page
 

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping
 from typing import Any
 
-from lockprobe.foundation.formatting import capital, change, first_three, p_cell, p_value, percent
+from lockprobe.foundation.formatting import capital, first_three, p_cell, percent
 from lockprobe.report.format import conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, condition_words, who
@@ -149,30 +149,6 @@ def _places(rows: Mapping[tuple[str, str], Estimate]) -> list[str]:
     return [""] if "" in places else places
 
 
-def _said(one: str, other: str, rows: Mapping[tuple[str, str], Estimate]) -> Iterator[str]:
-    """Who of two agents solves more over all flip rates; where that is not told, who is sooner; and the effect."""
-    if (success := rows.get((SUCCESS, ""))) is None:
-        return
-    if _ALIKE in success.note:
-        yield f"Both, {one} and {other}, play alike in all {success.n} trials, so nothing is tested."
-        return
-    steps, own, its = rows[STEPS, ""], rows[_SHARE, ""].value, rows[_SHARE, "the other"].value
-    size = f"{change(success.value or 0.0, success.low, success.high)}; {p_value(success.p_value)}"
-    against = f"{percent(own)} against {percent(its)} of {success.n} trials ({size})"
-    if success.detected:
-        more = "More" if (success.value or 0.0) > 0 else "Fewer"
-        yield f"{more} trials were solved by {one} than by {other}: {against}."
-    elif steps.detected:
-        sooner = "sooner" if (steps.value or 0.0) < 0 else "later"
-        yield f"The box is solved {sooner} by {one} than by {other}; solved: {against}."
-    else:
-        yield f"Neither the success of {one} and {other} nor how soon could be told apart: {against}."
-    if effect := rows.get((CHANGE, _ANY)):
-        none = "No different effect of false reports was told"
-        what = "False reports affect the two differently" if effect.detected else none
-        yield f"{what} ({p_value(effect.p_value)})."
-
-
 def _table(found: Results) -> Lines:
     head = ["agent", "compared with", "under", "trials", "success of both", "success, points", "P", "steps"]
     yield [*head, "P of steps", "effect, points", "P of effect", "conclusion"]
@@ -209,15 +185,13 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     if not (pairs := _pairs(found)):
         return
-    said = [*_said(*pairs[0])] * (len(pairs) == 1)
-    if not said:
-        tested = [(one, other, rows[SUCCESS, at]) for one, other, rows in pairs for at in _places(rows)]
-        clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in tested if row.detected]
-        more = first_three(f"more by {one} than by {other}" for one, other in clear)
-        rest = f"no difference in success was detected in {len(tested) - len(clear)} of {len(tested)} comparisons"
-        said = [capital(f"solved {more}; {rest}." if clear else f"{rest}.")]
-    answer, *more_said = said
-    yield Part("Which agent is better?", answer, [*more_said, _TABLE, note_at(found, _NOTE)])
+    tested = [(one, other, rows[SUCCESS, at]) for one, other, rows in pairs for at in _places(rows)]
+    clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in tested if row.detected]
+    more = first_three(f"more by {one} than by {other}" for one, other in clear)
+    rest = f"no difference in success was detected in {len(tested) - len(clear)} of {len(tested)} comparisons"
+    rest *= len(tested) > len(clear)
+    said = capital("; ".join(filter(None, (f"solved {more}" * bool(clear), rest))))
+    yield Part("Which agent is better?", f"{said}.", [_TABLE, note_at(found, _NOTE)])
 
 
 SECTIONS = (Section("agents_compared", "Agents compared", _rows, _show, (_TABLE,)),)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
@@ -33,6 +33,9 @@ from lockprobe.trial.record import PLAIN_WORDS
 
 _NEAR = 0.1
 """How far a peak "near 40 %" may lie from it: the next flip rate of the paper."""
+
+_OF_MODALITIES = ("modalities", "order", "paces", "strategy")
+"""Judges of claims about several modalities; all others are of claims about one agent."""
 
 _FOUND = ("neither it nor its opposite was detected", "it was detected", "its opposite was detected")
 """By the sign of a pattern."""
@@ -85,14 +88,10 @@ def _sign(p: float | None, direction: float) -> int:
     return 0 if p is None or p >= ALPHA or not direction else 1 if direction > 0 else -1
 
 
-def _pattern(sign: int) -> str:
-    """The verdict on a claim that is a pattern and no figure."""
-    return ("not decided", "borne out", "not compatible")[sign]
-
-
-def _figure(p: float | None, sign: int = 1) -> str:
-    """The verdict on a figure with a pattern, from the test that may tell it from the paper's."""
-    return "compatible" if (one := _pattern(-1 if p is not None and p < ALPHA else sign)) == "borne out" else one
+def _judged(here: str, sign: int, test: str, p: float | None = None, *, figure: bool = False) -> Judged:
+    """The verdict from the sign of a pattern; of a ``figure`` the test may tell it from the paper's too."""
+    sign = -1 if figure and p is not None and p < ALPHA else sign
+    return Judged(here, ("not decided", "compatible" if figure else "borne out", "not compatible")[sign], test, p)
 
 
 def _share_of(cell: Cell, quantity: str) -> Proportion:
@@ -130,45 +129,8 @@ def _moved(course: Course, claim: PaperClaim) -> int:
     return _sign(change.p_value, claim.way * (change.value or 0.0)) if change else 0
 
 
-# Claims about one agent, from what it did at a flip rate of 0 to the last one.
-
-
-def _share(course: Course, claim: PaperClaim) -> Judged:
-    """A share at 0 is the paper's; with a ``way`` it moves so up to the paper's peak."""
-    here, paper = _share_of(course.played[0], claim.quantity), proportion(*claim.paper)
-    found, test, sign = difference(paper, here), f"Fisher, against {paper.count}/{paper.n}", 1
-    if claim.way:
-        back = _beyond(course.played[0], course.played[1:], claim, -claim.way)
-        sign = 0 if course.blind else -1 if back else _moved(course, claim)
-        test += f"; of a change up to 0.4 {_FOUND[sign]}"
-    p = found.p_value if found else None
-    return Judged(_shown(here), _figure(p, sign), test, p)
-
-
-def _change(course: Course, claim: PaperClaim) -> Judged | None:
-    """A share moves from 0 to the paper's peak, nowhere further, and by as much as in the paper."""
-    if (peak := _peak_of(course)) is None:
-        return None
-    one, two = (_share_of(cell, claim.quantity) for cell in (course.played[0], peak))
-    near = 0.0 if claim.quantity == "success" else _NEAR
-    far = [cell for cell in course.played if abs((cell.dose or 0.0) - published.PEAK) > near + 1e-9]
-    sign = -1 if _beyond(peak, far, claim, claim.way) else _moved(course, claim)
-    here, test, p = f"{one.count}/{one.n} at 0, {two.count}/{two.n} at 0.4", _FOUND[sign], None
-    if claim.size in ("difference", "ratio"):
-        p = published.change_p(
-            claim.size, (one, two), published.SOLVED if claim.quantity == "success" else published.LOOPED
-        )
-        test = f"z test of the {claim.size}, against the paper's; of the change {test}"
-    return Judged(here, _figure(p, sign), test, p)
-
-
-def _step(course: Course, claim: PaperClaim) -> Judged:
-    """The step by which 80 % of the trials are solved is the paper's."""
-    here, sign = _step_of(course.played[0], claim.paper[0])
-    return Judged(here, _figure(None, sign), "95 % interval of the step, from the band")
-
-
 def _step_of(cell: Cell, paper: int) -> tuple[str, int]:
+    """The step by which 80 % of the trials are solved, and whether its interval holds the paper's."""
     row = cell.get("steps_to_solve", "80 %")
     step, early, late = (row.value, row.low, row.high) if row else (None, None, None)
     said, *ends = ("not reached" if one is None else f"{one:g}" for one in (step, early, late))
@@ -176,146 +138,136 @@ def _step_of(cell: Cell, paper: int) -> tuple[str, int]:
     return f"80 % by step {said} [{', '.join(ends)}]", 1 if inside else -1
 
 
-def _misread(course: Course, _: PaperClaim) -> Judged | None:
-    """Misreadings occur as often as in the paper."""
-    rate, spread, total = (course.played[0].get("misinterpretations", of) for of in ("rate", "SD of rates", ""))
-    if not (rate and spread and total) or rate.value is None or spread.value is None:
-        return None
-    paper = published.TABLE1[spec_name(course.modality)]
-    p = welch_test((paper.mean, paper.sd, paper.trials), (rate.value, spread.value, rate.n or 0))
-    here = f"{percent(rate.value, 1)} ± {percent(spread.value, 1)}, {total.value:g} in all"
-    return Judged(here, _figure(p), "Welch, on the rates per trial", p)
+def _told_the_truth(course: Course, claim: PaperClaim) -> Judged | None:
+    """What one agent says to a claim by what it did at a flip rate of 0; None if nothing."""
+    first = course.played[0]
+    match claim.judge:
+        case "share":  # at 0 it is the paper's; with a way it moves so up to the paper's peak
+            here, paper = _share_of(first, claim.quantity), proportion(*claim.paper)
+            found, test, sign = difference(paper, here), f"Fisher, against {paper.count}/{paper.n}", 1
+            if claim.way:
+                back = _beyond(first, course.played[1:], claim, -claim.way)
+                sign = 0 if course.blind else -1 if back else _moved(course, claim)
+                test += f"; of a change up to 0.4 {_FOUND[sign]}"
+            return _judged(_shown(here), sign, test, found.p_value if found else None, figure=True)
+        case "step":
+            said, sign = _step_of(first, claim.paper[0])
+            return _judged(said, sign, "95 % interval of the step, from the band", figure=True)
+        case "misread":  # as often as in the paper
+            rate, spread, total = (first.get("misinterpretations", of) for of in ("rate", "SD of rates", ""))
+            if rate and spread and total and rate.value is not None and spread.value is not None:
+                its = published.TABLE1[spec_name(course.modality)]
+                p = welch_test((its.mean, its.sd, its.trials), (rate.value, spread.value, rate.n or 0))
+                said = f"{percent(rate.value, 1)} ± {percent(spread.value, 1)}, {total.value:g} in all"
+                return _judged(said, 1, "Welch, on the rates per trial", p, figure=True)
+        case "half" if (row := first.get(claim.quantity, claim.part)) and None not in (row.low, row.high):
+            sign = 1 if (row.low or 0.0) > 0.5 else -1 if (row.high or 0.0) < 0.5 else 0
+            said = f"{row.count} of {row.n}, {entry_text(row)}"
+            return _judged(said, sign, "95 % interval above or below one half")
+    return None
 
 
-def _half(course: Course, claim: PaperClaim) -> Judged | None:
-    """A share is above one half."""
-    row = course.played[0].get(claim.quantity, claim.part)
-    if row is None or row.low is None or row.high is None:
-        return None
-    verdict = _pattern(1 if row.low > 0.5 else -1 if row.high < 0.5 else 0)
-    return Judged(f"{row.count} of {row.n}, {entry_text(row)}", verdict, "95 % interval above or below one half")
+def _over_rates(course: Course, claim: PaperClaim) -> Judged | None:
+    """What one agent says to a claim by what changes over the flip rates; None if nothing."""
+    first, peak = course.played[0], _peak_of(course)
+    match claim.judge:
+        case "change" if peak:  # from 0 to the paper's peak, nowhere further, and by as much as in the paper
+            one, two = (_share_of(cell, claim.quantity) for cell in (first, peak))
+            near = 0.0 if claim.quantity == "success" else _NEAR
+            far = [cell for cell in course.played if abs((cell.dose or 0.0) - published.PEAK) > near + 1e-9]
+            sign = -1 if _beyond(peak, far, claim, claim.way) else _moved(course, claim)
+            said, test, p = f"{one.count}/{one.n} at 0, {two.count}/{two.n} at 0.4", _FOUND[sign], None
+            if claim.size in ("difference", "ratio"):
+                paper_shares = published.SOLVED if claim.quantity == "success" else published.LOOPED
+                p = published.change_p(claim.size, (one, two), paper_shares)
+                test = f"z test of the {claim.size}, against the paper's; of the change {test}"
+            return _judged(said, sign, test, p, figure=True)
+        case "effect" if changes := course.changes():  # above that at 0 for some rate; the opposite is a fall at 0.4
+            rises = [(cell, of) for cell, of in changes if _sign(of.p_value, of.value or 0.0) > 0]
+            at_peak = [(cell, of) for cell, of in changes if cell == peak]
+            largest = max(changes, key=lambda one: one[1].value or 0.0)
+            cell, change = min(rises, key=lambda one: clearness(one[1])) if rises else (at_peak or [largest])[0]
+            sign = _sign(change.p_value, change.value or 0.0) if rises or at_peak else 0
+            said = f"{entry_text(change)} points from 0 to {cell.dose:g}"
+            return _judged(said, sign, "permutation test, corrected for all flip rates", change.p_value)
+        case "row" if (row := course.get(claim.quantity, claim.part)) and row.p_value is not None:
+            # a number over all flip rates shows the pattern by its sign or its note; a correlation is the paper's
+            sign = _sign(row.p_value, claim.way * (row.value or 0.0) if claim.way else claim.signs.get(row.note, 0))
+            said = f"{claim.quantity.replace('_', ' ')} {entry_text(row)}{f', {row.note}' * bool(row.note)}"
+            if claim.size != "correlation":
+                return _judged(said, sign, f"{row.test}; {_FOUND[sign]}", row.p_value)
+            if row.n is not None and row.value is not None and row.n >= 4 and abs(row.value) != 1:
+                test = f"Fisher's z test, over {row.n} points; {_FOUND[sign]}"
+                return _judged(said, sign, test, published.correlation_p(row.value, row.n), figure=True)
+    return None
 
 
-def _effect(course: Course, _: PaperClaim) -> Judged | None:
-    """Success is above that at 0 for some flip rate; the opposite is a fall at the paper's moderate noise, 0.4."""
-    if not (changes := course.changes()):
-        return None
-    rises = [(cell, row) for cell, row in changes if _sign(row.p_value, row.value or 0.0) > 0]
-    at_peak = [(cell, row) for cell, row in changes if cell == _peak_of(course)]
-    largest = max(changes, key=lambda one: one[1].value or 0.0)
-    cell, row = min(rises, key=lambda one: clearness(one[1])) if rises else (at_peak or [largest])[0]
-    sign = _sign(row.p_value, row.value or 0.0) if rises or at_peak else 0
-    here = f"{entry_text(row)} points from 0 to {cell.dose:g}"
-    return Judged(here, _pattern(sign), "permutation test, corrected for all flip rates", row.p_value)
+def _of_modalities(found: Results, agent: str, by: Mapping[str, Cell], claim: PaperClaim) -> Judged | None:
+    """What one agent that is told the truth says to a claim about modalities (Sec. 3.1), from low to high fidelity.
 
-
-def _row(course: Course, claim: PaperClaim) -> Judged | None:
-    """A number over all flip rates shows the pattern by its sign or its note; a correlation is the paper's."""
-    row = course.get(claim.quantity, claim.part)
-    if row is None or row.p_value is None:
-        return None
-    sign = _sign(row.p_value, claim.way * (row.value or 0.0) if claim.way else claim.signs.get(row.note, 0))
-    here = f"{claim.quantity.replace('_', ' ')} {entry_text(row)}{f', {row.note}' * bool(row.note)}"
-    if claim.size != "correlation":
-        return Judged(here, _pattern(sign), f"{row.test}; {_FOUND[sign]}", row.p_value)
-    if row.n is None or row.value is None or row.n < 4 or abs(row.value) == 1:
-        return None
-    p = published.correlation_p(row.value, row.n)
-    return Judged(here, _figure(p, sign), f"Fisher's z test, over {row.n} points; {_FOUND[sign]}", p)
-
-
-_OF_ONE: Mapping[str, Callable[[Course, PaperClaim], Judged | None]] = {
-    "share": _share, "step": _step, "misread": _misread, "half": _half, "change": _change, "effect": _effect,
-    "row": _row,
-}  # fmt: skip
-
-
-# Claims about several modalities, told the truth (Sec. 3.1).
-
-
-class _Shown(NamedTuple):
-    """One agent by the modality in which it was shown the box, from low to high fidelity.
-
-    The paper's ground truth is a state; reports that tell outcomes too stand for it if alone.
+    The paper's ground truth is a state; reports that tell outcomes too stand for it if alone. Only all three can show
+    what is said of three.
     """
-
-    found: Results
-    agent: str
-    by: Mapping[str, Cell]
-
-    def named(self, modality: str) -> str:
-        """The modality of the study that is the paper's."""
-        return next((one for one in PLAIN_WORDS if one in self.by), modality) if modality == "symbolic" else modality
-
-    def pattern(self, sign: int) -> int:
-        """A sign of what is said of three modalities, which only all three can show."""
-        return 0 if sign > 0 and not {*map(self.named, ("rgb", "rgbd", "symbolic"))} <= self.by.keys() else sign
-
-    def sooner(self, pair: Sequence[str]) -> tuple[int, float | None, str]:
-        """Whether the box is solved sooner in the first of two modalities, corrected for the pairs; P; the ratio."""
-        first, second = map(self.named, pair)
-        for row in self.found.where("hazard_ratio", agent=self.agent, of="modalities"):
-            of = row.versus_modality, row.modality
-            if of == (first, second) or tuple(map(spec_name, of)) == (*pair,) == ("rgb", "rgbd"):
-                said = f"{entry_text(row)} ({spoken(of[1])} over {spoken(of[0])})"
-                return _sign(row.p_value, 1 - (row.value or 1.0)), row.p_value, said
-        return 0, None, ""
-
-
-def _modalities(shown: _Shown, claim: PaperClaim) -> Judged:
-    """As many trials are solved as in the paper, in every modality."""
-    paper, shares = proportion(*claim.paper), {name: _share_of(cell, "success") for name, cell in shown.by.items()}
-    tested = [one.p_value for share in shares.values() if (one := difference(paper, share))]
-    p = min((p for p in holm(tested) if p is not None), default=None)
-    here = "; ".join(f"{_shown(share)} with {spoken(modality)}" for modality, share in shares.items())
-    test = f"Fisher, against {paper.count}/{paper.n} in each modality, corrected for their number"
-    return Judged(here, _figure(p, shown.pattern(1)), test, p)
-
-
-def _order(shown: _Shown, claim: PaperClaim) -> Judged | None:
-    """The box is solved sooner the lower the fidelity is; no two neighbours contradict it."""
-    row = shown.found.get("modality_effect", agent=shown.agent, of="trend over fidelity")
-    if row is None or row.p_value is None:
-        return None
-    signs = [shown.sooner(pair)[0] for pair in claim.pairs]
-    means = ", ".join(f"{cell.value('mean_steps_all'):.1f} with {spoken(name)}" for name, cell in shown.by.items())
-    sign = shown.pattern(-1 if -1 in signs else _sign(row.p_value, -(row.value or 0.0)))
-    return Judged(f"mean steps {means}", _pattern(sign), "log-rank test for a trend over fidelity", row.p_value)
-
-
-def _paces(shown: _Shown, claim: PaperClaim) -> Judged | None:
-    """The box is solved sooner in the first modality of each pair; with ``steps`` 80 % by the paper's steps."""
-    steps = [_step_of(shown.by[at], n) for name, n in claim.steps.items() if (at := shown.named(name)) in shown.by]
-    signs, ps, ratios = zip(*map(shown.sooner, claim.pairs), strict=True)
-    if not (any(ratios) or steps):
-        return None
-    sign = -1 if any(inside < 0 for _, inside in steps) else min(signs)
-    sign = sign if claim.measure == "depth" else shown.pattern(sign)
-    p = max((one for one in ps if one is not None), default=None)
-    said = [f"hazard ratio of solving {', '.join(filter(None, ratios))}"] if any(ratios) else []
-    verdict = _figure(None, sign) if claim.steps else _pattern(sign)
-    return Judged("; ".join([*(one for one, _ in steps), *said]), verdict, "log-rank, corrected for the pairs", p)
-
-
-def _strategy(shown: _Shown, _: PaperClaim) -> Judged | None:
-    """The human-inspired strategy needs fewer steps than an agent in every modality."""
-    rows = [
-        row
-        for row in shown.found.where("steps_difference", agent=shown.agent, condition="")
-        if row.versus in shown.found.reconstructed and row.versus_modality in PLAIN_WORDS and row.modality in shown.by
-    ]
-    if not rows or shown.found.several_p:
-        return None
-    signs = [_sign(row.p_value, row.value or 0.0) for row in rows]
-    sign = -1 if -1 in signs else int(len(rows) == len(shown.by) and min(signs) > 0)
-    here = "; ".join(f"{entry_text(row)} steps more with {spoken(row.modality)}" for row in rows)
-    p = max((row.p_value for row in rows if row.p_value is not None), default=None)
-    return Judged(here, _pattern(shown.pattern(sign)), f"{rows[0].test}; the largest P value", p)
-
-
-_OF_MODALITIES: Mapping[str, Callable[[_Shown, PaperClaim], Judged | None]] = {
-    "modalities": _modalities, "order": _order, "paces": _paces, "strategy": _strategy,
-}  # fmt: skip
+    truth = next((one for one in PLAIN_WORDS if one in by), "symbolic")
+    names = {"rgb": "rgb", "rgbd": "rgbd", "symbolic": truth}
+    three = {*names.values()} <= by.keys()
+    pairs = list[tuple[int, float | None, str]]()  # whether it is sooner in the first of two, the P value, the ratio
+    for pair in claim.pairs:
+        rows = found.where("hazard_ratio", agent=agent, of="modalities")
+        ways = [(row, (row.versus_modality, row.modality)) for row in rows]
+        asked = tuple(names[one] for one in pair)
+        said = [
+            (
+                _sign(row.p_value, 1 - (row.value or 1.0)),
+                row.p_value,
+                f"{entry_text(row)} ({spoken(two)} over {spoken(one)})",
+            )
+            for row, (one, two) in ways
+            if (one, two) == asked or (spec_name(one), spec_name(two)) == (*pair,) == ("rgb", "rgbd")
+        ]
+        pairs.append((said or [(0, None, "")])[0])
+    signs = [sign for sign, *_ in pairs]
+    match claim.judge:
+        case "modalities":  # as many trials are solved as in the paper, in every modality
+            paper, shares = proportion(*claim.paper), {name: _share_of(cell, "success") for name, cell in by.items()}
+            tested = [one.p_value for share in shares.values() if (one := difference(paper, share))]
+            p = min((p for p in holm(tested) if p is not None), default=None)
+            here = "; ".join(f"{_shown(share)} with {spoken(modality)}" for modality, share in shares.items())
+            test = f"Fisher, against {paper.count}/{paper.n} in each modality, corrected for their number"
+            return _judged(here, int(three), test, p, figure=True)
+        case "order":  # sooner the lower the fidelity is; no two neighbours contradict it
+            row = found.get("modality_effect", agent=agent, of="trend over fidelity")
+            if row is not None and row.p_value is not None:
+                means = ", ".join(
+                    f"{cell.value('mean_steps_all'):.1f} with {spoken(name)}" for name, cell in by.items()
+                )
+                sign = -1 if -1 in signs else _sign(row.p_value, -(row.value or 0.0))
+                test = "log-rank test for a trend over fidelity"
+                return _judged(f"mean steps {means}", min(sign, int(three)), test, row.p_value)
+        case "paces":  # sooner in the first modality of each pair; with steps 80 % by the paper's steps
+            steps = [_step_of(by[at], n) for name, n in claim.steps.items() if (at := names[name]) in by]
+            if ratios := [ratio for *_, ratio in pairs if ratio]:
+                steps.append((f"hazard ratio of solving {', '.join(ratios)}", 1))
+            if steps:
+                sign = -1 if any(inside < 0 for _, inside in steps) else min(signs)
+                sign = sign if claim.measure == "depth" else min(sign, int(three))
+                p = max((one for _, one, _ in pairs if one is not None), default=None)
+                verdict = _judged("; ".join(one for one, _ in steps), sign, "log-rank, corrected for the pairs", None,
+                                  figure=bool(claim.steps))  # fmt: skip
+                return verdict._replace(p_value=p)
+        case "strategy" if not found.several_p:  # the human-inspired strategy needs fewer steps in every modality
+            rows = [
+                row
+                for row in found.where("steps_difference", agent=agent, condition="")
+                if row.versus in found.reconstructed and row.versus_modality in PLAIN_WORDS and row.modality in by
+            ]
+            if rows:
+                signs = [_sign(row.p_value, row.value or 0.0) for row in rows]
+                sign = -1 if -1 in signs else int(three and len(rows) == len(by) and min(signs) > 0)
+                here = "; ".join(f"{entry_text(row)} steps more with {spoken(row.modality)}" for row in rows)
+                p = max((row.p_value for row in rows if row.p_value is not None), default=None)
+                return _judged(here, sign, f"{rows[0].test}; the largest P value", p)
+    return None
 
 
 def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
@@ -331,17 +283,18 @@ def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
 
 def _of_agents(found: Results, claim: PaperClaim, courses: Sequence[Course]) -> Iterator[tuple[str, Judged | None]]:
     """What tables call each agent, and what it says to a claim; None if it says nothing."""
-    if several := _OF_MODALITIES.get(claim.judge):
+    if claim.judge in _OF_MODALITIES:
         told = [one for one in courses if one.subject and one.cells[0].trials and one.cells[0].dose == 0]
         for agent, own in grouped(told, lambda one: one.agent).items():
             if found.where("modality_effect", agent=agent):
                 by = {one.modality: one.cells[0] for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
-                yield agent, several(_Shown(found, agent, by), claim)
-    for one in courses if claim.judge in _OF_ONE else ():
+                yield agent, _of_modalities(found, agent, by, claim)
+        return
+    for one in courses:
         speaks = one.agent in found.reconstructed if claim.of == "strategy" else one.subject
         heard = not (claim.needs and one.blind) and (claim.needs != "peak" or _peak_of(one))
         if speaks and heard and spec_name(one.modality) == claim.modality and one.played and one.played[0].dose == 0:
-            yield one.label, _OF_ONE[claim.judge](one, claim)
+            yield one.label, _told_the_truth(one, claim) or _over_rates(one, claim)
 
 
 def not_judged(found: Results) -> str:

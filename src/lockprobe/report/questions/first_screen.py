@@ -153,7 +153,7 @@ def answer_of(found: Results) -> str:
     alone = bool(shown) and not found.several_p and not found.beside_flips
     axes = [axis for axis in found.design.axes if not axis.of_flips]
     if found.where("false_report_effect", of="total"):
-        said = why.answer(found)
+        said = " ".join(why.answers(found))
     elif found.progress.every_look and (misread or alone):
         said = "The answer holds for one look: it stands here when all planned trials are played."
     elif misread and not declared:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 
-from lockprobe.agents.reply import TIDIED
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.opened import OpenedStudy
@@ -72,7 +70,6 @@ def _show(found: Results) -> Iterator[Part]:
 def _agent_rows(numbers: OpenedStudy) -> Iterator[Row]:
     """What agents said they were, which models answered, and what the plant is: every value, or how many there are."""
     trials, found = numbers.trials, dict[tuple[str, str], dict[str, None]]()
-    decisions, tidied = Counter[str](), Counter[tuple[str, str]]()
     for trial in trials:
         served = {step.decision.served: None for step in trial.steps if step.decision.served}
         told: list[tuple[str, Mapping[str, record.Fact | None]]] = [(trial.group, trial.facts)]
@@ -81,28 +78,22 @@ def _agent_rows(numbers: OpenedStudy) -> Iterator[Row]:
         for about, name, value in ((about, *fact) for about, facts in told for fact in facts.items()):
             if value is not None or not about.startswith(_PLANT):  # such as a renderer where nobody looks
                 found.setdefault((about, name), {})[str(value)] = None
-        decisions[trial.group] += len(trial.steps)
-        for made in (step.decision.tidied for step in trial.steps if step.decision.tidied):
-            tidied.update([(trial.group, ""), *((trial.group, str(what)) for what in made)])
     for (about, name), values in found.items():
         text = "; ".join(values) if len(values) <= _MANY else f"{len(values)} different values"
         yield Fact(about=about, name=name, text=text)
-    for (agent, what), many in sorted(tidied.items(), key=lambda one: (one[0][0], -one[1])):
-        of = f"tidied, {TIDIED.get(what, what)}" if what else "tidied"
-        n = decisions[agent]
-        yield Estimate(quantity="replies", agent=agent, of=of, value=many / n, count=many, n=n)
-    for agent, (again, n) in asked_again(trials).items():
-        yield Estimate(quantity="replies", of="asked again", agent=agent, value=again / n, count=again, n=n)
+    again = asked_again(trials)
+    for agent, own in grouped(trials, lambda trial: trial.group).items():
+        tidied = [bool(step.decision.tidied) for trial in own for step in trial.steps]
+        for of, (many, n) in (("tidied", (sum(tidied), len(tidied))), ("asked again", again.get(agent, (0, 0)))):
+            if many:
+                yield Estimate(quantity="replies", agent=agent, of=of, value=many / n, count=many, n=n)
 
 
 def _show_agents(found: Results) -> Iterator[Part]:
-    tidied = (row for row in found.where("replies") if row.of.startswith("tidied"))
     values = {
         "agents": {agent: facts for agent in found.study.get("agents", ()) if (facts := found.facts_about(agent))},
         "again": found.where("replies", of="asked again"),
-        "tidied": [
-            sorted(own, key=lambda row: row.of != "tidied") for own in grouped(tidied, lambda row: row.agent).values()
-        ],
+        "tidied": found.where("replies", of="tidied"),
         "plants": [*map(found.facts_about, dict.fromkeys(f.about for f in found.facts if f.about.startswith(_PLANT)))],
     }
     said = "What agents and plant say of themselves, and what frees each joint."

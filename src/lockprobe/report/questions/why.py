@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import change, listed, p_cell, p_value
+from lockprobe.foundation.formatting import listed, p_cell
 from lockprobe.report.format import conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
@@ -17,7 +17,7 @@ from lockprobe.report.section import Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.why import CONTENT, CONTRASTS, MARGIN, NEEDS, PART, TOTAL, Decision, Verdict, whys
+from lockprobe.statistics.why import CONTENT, CONTRASTS, MARGIN, PART, TOTAL, Decision, Verdict, whys
 from lockprobe.trial.record import PLAIN_WORDS
 
 _EFFECT, _CONTRAST, _SUCCESS, _SAID = "false_report_effect", "arm_contrast", "success_in_arm", "why"
@@ -68,49 +68,44 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
             yield measured_row(_CONTRAST, mean, **of, of=name)
         for arm, name in one.conditions.items():
             yield from cells[one.agent, name].share(_SUCCESS, cells[one.agent, name].success, of=arm)
-    said = sorted(found, key=lambda one: one.agent not in numbers.subjects)
-    facts = {"answer": " ".join(why_said(one.agent, one.modality, one.decision) for one in said)}
     named = sum(bool(one.decision.claims) for one in found)
     several = f"A cause is named for {named} of {len(found)} agents."
-    facts["verdict"] = several if len(found) > 1 else "".join(_VERDICTS[one.decision.verdict] for one in found)
-    facts |= {f"{i}": why_said(one.agent, one.modality, one.decision, sure=True) for i, one in enumerate(found)}
-    yield from (Fact(about=_SAID, name=name, text=text) for name, text in facts.items() if found)
+    said = several if len(found) > 1 else "".join(_VERDICTS[one.decision.verdict] for one in found)
+    facts = {"verdict": said} if found else {}
+    for i, one in enumerate(sorted(found, key=lambda one: one.agent not in numbers.subjects)):
+        facts[f"{i}"] = why_said(one.agent, one.modality, one.decision)
+    yield from (Fact(about=_SAID, name=name, text=text) for name, text in facts.items())
 
 
-def answer(found: Results) -> str:
-    """What false reports do to the success of each agent, and why, without intervals; empty if that is not asked."""
-    return found.fact(_SAID, "answer")
+def answers(found: Results) -> list[str]:
+    """What false reports do to the success of each agent, and why; none if that is not asked."""
+    return [text for name, text in found.facts_about(_SAID).items() if name.isdecimal()]
 
 
-def why_said(agent: str, modality: str, decision: Decision, *, sure: bool = False) -> str:
-    """What happened to the success of one agent; then the cause, or what is not decided; and how sure that is."""
-    total, margin = decision.total, f"{100 * MARGIN:.0f} points"
+def why_said(agent: str, modality: str, decision: Decision) -> str:
+    """What happened to the success of one agent; then the cause, or what is not decided."""
+    margin = f"{100 * MARGIN:.0f} points"
     of = f"the success of {who(agent, '' if modality in PLAIN_WORDS else spoken(modality))}"
-    size = f"{change(total.value, total.low, total.high)}; {p_value(total.p_value)}"
     if decision.verdict == "no change":
-        return f"False reports change {of} by less than {margin}{f' ({size})' * sure}."
+        return f"False reports change {of} by less than {margin}."
     if decision.verdict == "inconclusive":
-        said = f"No effect of false reports on {of} was detected{f' ({size})' * sure}"
+        said = f"No effect of false reports on {of} was detected"
         return f"{said}, and a change of {margin} or more is not excluded."
     way = "raise" if decision.way > 0 else "lower"
-    size = f" ({size.partition(', ')[2]})" * sure
-    return f"False reports {way} {of} by {100 * abs(total.value):.0f} points{size}. {_cause(decision, way, sure)}."
+    return f"False reports {way} {of} by {100 * abs(decision.total.value):.0f} points. {_cause(decision, way)}."
 
 
-def _cause(decision: Decision, way: str, sized: bool) -> str:
+def _cause(decision: Decision, way: str) -> str:
     if decision.verdict == "blurred":
         return f"Why is not decided: a true correction {way}s it too, so corrections cannot tell"
     if decision.verdict == "not decided":
         return "Why is not decided: through what they say, or as any odd report does; more blocks may tell"
     clauses = {claim: _CLAUSES[claim].format(way=way, ways=f"{way}s") for claim in decision.claims}
-    needs = {need.removeprefix("-") for claim in decision.claims for need in NEEDS[claim]}
-    worst = max(decision.contrasts[name].p_value or 0.0 for name in needs)
-    sure = f" (the least clear difference behind this: {p_value(worst)})" * sized
-    says = listed([said for claim, said in clauses.items() if claim in CONTENT]) if decision.verdict != "form" else ""
-    if not says:
-        return f"They do so as any odd report does: {clauses['form']}{sure}, so nothing false is needed"
+    if decision.verdict == "form":
+        return f"They do so as any odd report does: {clauses['form']}, so nothing false is needed"
+    says = listed([said for claim, said in clauses.items() if claim in CONTENT])
     also = f"; and as any odd report does: {clauses['form']}" if "form" in clauses else ""
-    return f"They do so through what they say: of reports that are given and then corrected, {says}{also}{sure}"
+    return f"They do so through what they say: of reports that are given and then corrected, {says}{also}"
 
 
 def _table(found: Results) -> Lines:
@@ -154,10 +149,10 @@ _LIMITS = Note(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    if facts := found.facts_about(_SAID):
-        said = [text for name, text in facts.items() if name.isdecimal()]
+    if said := answers(found):
+        verdict = found.fact(_SAID, "verdict")
         heading = "Why do false reports change success?"
-        yield Part(heading, facts["verdict"], [said, TABLE, note_at(found, _NOTE), _LIMITS])
+        yield Part(heading, verdict, [said, TABLE, note_at(found, _NOTE), _LIMITS])
 
 
 SECTIONS = (Section("why", "Why false reports change success", _rows, _show, (TABLE,)),)
