@@ -110,8 +110,6 @@ def test_errors_are_told_by_boundary_with_the_first_of_each(tmp_path, told):
     assert "            first at reply: no usable reply" in lines
 
 
-
-
 RUNNING = """
 import asyncio, sys
 from builders import SOLUTION, call_of, make_trial

@@ -236,8 +236,6 @@ def another_joint(step):
     step["decision"]["joint"] = next(one for one in "ABCD" if one != step["decision"]["joint"])
 
 
-
-
 def without_last_of_a_fork(files):
     sql(files.directory / FORKS, "delete from call where id = (select max(id) from call)")
 

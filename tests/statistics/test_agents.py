@@ -8,7 +8,6 @@ import pytest
 from builders import SOLUTION, make_trial
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import binomtest
 from solved import columns
 
 from lockprobe.statistics.agents import STEPS, SUCCESS, AgentPair, compared
@@ -82,12 +81,8 @@ def test_two_agents_are_compared_over_the_trials_that_both_finished(blocks):
         mean = first.mean(SUCCESS)
         assert (mean.value, mean.n) == (pytest.approx(np.mean([a - b for a, b in every])), len(every))
         assert first.mean(STEPS).value == pytest.approx(-16 * mean.value)  # 4 steps, or 20
-        for p in first.met:
-            mean = first.mean(SUCCESS, p)
-            gained, lost = sum(a > b for a, b in both[p]), sum(a < b for a, b in both[p])
-            assert mean.p_value == pytest.approx(binomtest(gained, gained + lost).pvalue if gained + lost else 1)
-        for key in ((SUCCESS,), (STEPS,), *((SUCCESS, p) for p in first.met)):
-            own, its = first.mean(*key), other.mean(*key)
+        for quantity in (SUCCESS, STEPS):
+            own, its = first.mean(quantity), other.mean(quantity)
             assert (own.value, own.p_value) == pytest.approx((-its.value, its.p_value))
             assert own.low is its.high is None or own.low == pytest.approx(-its.high)
         changed = [(r[0] - r[2], r[1] - r[3]) for r in blocks if None not in r]
@@ -102,9 +97,7 @@ def test_agents_that_act_the_same_play_alike_unless_one_trial_differs_or_broke()
     broken = make_trial((0,), agent="llm:b", p=0.3, trial=12, broken="model")
     for last in (other, broken):
         found = pair(one, [*two[:-1], last])
-        assert (found.plays_alike, found.alike) == (False, {0.0})
-    assert pair(trials("llm:b", (9, 9)), trials("llm:a", (3, 3))).copies
-    assert not pair(trials("llm:b", (9, 8)), trials("llm:a", (3, 3))).copies
+        assert not found.plays_alike
 
 
 def test_agents_beside_people_are_compared_with_both_kept_together():
@@ -117,8 +110,6 @@ def test_agents_beside_people_are_compared_with_both_kept_together():
     found = pair(people, own)
     assert found.people
     assert found.mean(SUCCESS).value == -0.5
-    assert [found.mean(SUCCESS, p).value for p in (0.0, 0.4)] == [-1.0, 0.0]
-    assert found.mean(SUCCESS, 0.0).p_value < 0.001
     assert found.changes[0.4].value == 1.0
     assert found.changes[0.4].p_value < 0.01
 
@@ -151,7 +142,7 @@ def test_intervals_hold_however_the_broken_trials_of_both_agents_ended_at_both_d
 
     held, ends = of([None] * 4), [of(ways) for ways in product((True, False), repeat=4)]
     for of in (
-        *(lambda one, p=p: one.mean(SUCCESS, p) for p in (None, 0.0, 0.3)),
+        lambda one: one.mean(SUCCESS),
         lambda one: one.changes[0.3],
     ):
         own = [of(end) for end in ends]

@@ -22,7 +22,6 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
 if TYPE_CHECKING:
-    from lockprobe.report.primary import Line
     from lockprobe.report.rows import Results
 
 _LARGEST = 2**28

@@ -25,11 +25,11 @@ from lockprobe.foundation.spec import spec_kind
 from lockprobe.statistics.blocks import (
     Array,
     Blocks,
+    Labels,
     blocks_of,
     crossed_mean,
     mean_of_blocks,
     rare_block,
-    success_in_pairs,
     two_way,
 )
 from lockprobe.statistics.broken_trials import bounded, ends_of
@@ -49,7 +49,7 @@ class AgentPair:
 
     Attributes:
         baseline: Whether the first is a baseline that the second is compared with.
-        doses: The doses of the axis at which one of all agents finished a trial, ascending.
+        doses: The doses of the axis, or numbers of conditions, at which one of all agents finished a trial, ascending.
     """
 
     first: Course
@@ -93,31 +93,12 @@ class AgentPair:
         """Whether intervals and P values hold at every look; people come as they please, so theirs hold at one."""
         return self.laid[0].order is not None and not self.people
 
-    @cached_property
-    def met(self) -> tuple[float, ...]:
-        """The doses at which both finished a trial."""
-        return tuple(np.array(self.doses)[self._both.any(axis=0)].tolist())
-
-    @cached_property
-    def copies(self) -> bool:
-        """Whether each of the two plays identically at every dose, so that all doses are equal."""
-        columns = [of for table in (self.laid[0].solved, self.laid[0].steps) for of in self._two(table)]
-        alike = (np.array_equal(of, np.broadcast_to(of[:, :1], of.shape), equal_nan=True) for of in columns)
-        return len(self.doses) > 1 and all(alike)
-
-    @cached_property
-    def alike(self) -> frozenset[float]:
-        """Doses at which no trial broke and the two act the same in every trial; nothing is tested there."""
-        one, two = self.first.acted, self.second.acted
-        both = one.keys() & two.keys()
-        apart = {place[0] for place in both if one[place] != two[place]}
-        apart |= {place[0] for own in (one, two) for place, did in own.items() if did is None}
-        return frozenset({place[0] for place in both} - apart)
-
     @property
     def plays_alike(self) -> bool:
-        """Whether the two act the same in every trial."""
-        return self.alike >= {*self.met}
+        """Whether no trial broke and the two act the same in every trial; then nothing is tested."""
+        one, two = self.first.acted, self.second.acted
+        whole = None not in (*one.values(), *two.values())
+        return whole and all(one[place] == two[place] for place in one.keys() & two.keys())
 
     @property
     def bounded(self) -> bool:
@@ -130,28 +111,28 @@ class AgentPair:
         one, two = (own[self._both].mean() for own in self._two(self.laid[0].solved))
         return float(one), float(two)
 
-    def mean(self, quantity: str, dose: float | None = None) -> Difference:
-        """The difference in success or in steps over all doses, or at one at which both finished a trial.
+    def mean(self, quantity: str) -> Difference:
+        """The difference in success or in steps over all doses.
 
         Interval and P value hold whatever became of broken trials, and are corrected for nothing.
         """
-        found, *ends = (self._mean(quantity, dose, blocks) for blocks in self.laid)
+        found, *ends = (self._mean(quantity, blocks) for blocks in self.laid)
         return bounded(found, *ends) if ends else found
 
-    def _mean(self, quantity: str, dose: float | None, blocks: Blocks) -> Difference:
-        at, n = None if dose is None else self.doses.index(dose), len(self.doses)
-        if at is not None and quantity == SUCCESS and not self.every_look:
-            return success_in_pairs(blocks, at, n + at)
-        here = slice(None) if at is None else [at]
-        one, two = (own[:, here] for own in self._two(blocks.steps if quantity == STEPS else blocks.solved))
+    def _mean(self, quantity: str, blocks: Blocks) -> Difference:
+        one, two = self._two(blocks.steps if quantity == STEPS else blocks.solved)
         apart, both, unit, rare = two - one, ~np.isnan(two - one), 1.0, None
         if quantity == STEPS:
             unit = float(max(self.first.outcomes.budget, self.second.outcomes.budget))
             rare = rare_block(one[both], two[both], unit)
         if not self.people:
             return mean_of_blocks(apart, blocks, unit=unit, rare=rare)
-        person = blocks.people(range(n), range(n, 2 * n))[:, here][both]
-        return crossed_mean(apart[both], np.nonzero(both)[0], person, unit=unit, rare=rare)
+        return crossed_mean(apart[both], np.nonzero(both)[0], self._person(blocks)[both], unit=unit, rare=rare)
+
+    def _person(self, blocks: Blocks) -> Labels:
+        """Who of the people on one side played, shape (blocks, doses)."""
+        n = len(self.doses)
+        return blocks.people(range(n), range(n, 2 * n))
 
     @cached_property
     def changes(self) -> Mapping[float, Difference]:
@@ -177,13 +158,13 @@ class AgentPair:
 
     def _change(self, i: int, blocks: Blocks, choices: int) -> Difference:
         """How much more the dose at this place changes the success of the second than the lowest dose does."""
-        (one, two), n = self._two(blocks.solved), len(self.doses)
+        one, two = self._two(blocks.solved)
         apart = (two - one)[:, [0, i]]
         if not self.people:
             return mean_of_blocks(apart[:, 1:] - apart[:, :1], blocks, unit=2.0, choices=choices)
         both = ~np.isnan(apart).any(axis=1)  # people meet no luck twice: the two trials belong to different people
         low, high = apart[both].T
-        person = blocks.people(range(n), range(n, 2 * n))[both][:, [0, i]].T.ravel()
+        person = self._person(blocks)[both][:, [0, i]].T.ravel()
         rest, luck = np.concatenate([low.mean() - low, high - high.mean()]), np.tile(np.arange(len(low)), 2)
         value = float(high.mean() - low.mean())
         found = two_way(value, rest, luck, person, pairs=len(low), unit=1.0, most=2.0, choices=choices)
@@ -206,4 +187,4 @@ def compared(players: Sequence[Course]) -> list[AgentPair]:
     ]
     pairs += [(one, two, True) for two, one in product(others, baselines)]
     made = [AgentPair(first=one, second=two, baseline=baseline, doses=doses) for one, two, baseline in pairs]
-    return [pair for pair in made if pair.met]
+    return [pair for pair in made if pair.mean(SUCCESS).n]

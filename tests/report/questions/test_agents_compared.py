@@ -75,7 +75,7 @@ def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
                 assert row.p_value == (None if one.plays_alike else pytest.approx(p_value))
                 assert row.corrected_for == (1 if one.plays_alike else len(own))
     changes = holm([min(of.p_value for of in one.changes.values()) for one in pairs[:5]])
-    rows = [found.get(CHANGE, agent=one.second.agent, versus=one.first.agent, of="any flip rate") for one in pairs]
+    rows = [found.get(CHANGE, agent=one.second.agent, versus=one.first.agent) for one in pairs]
     assert [row.p_value for row in rows[:5]] == pytest.approx(changes)
     assert rows[5:] == [None] * 9  # the last two agents play alike, and baselines have no change
     alike = [row["conclusion"] for row in table(found) if (row["agent"], row["compared with"]) == ("llm:c", "llm:d")]
@@ -101,22 +101,18 @@ def beside_flips(tmp_path_factory):
     return directory, results(directory)
 
 
-def test_rows_under_conditions_are_counted_in_the_records(beside_flips):
+def test_rows_over_conditions_are_counted_in_the_records(beside_flips):
     directory, found = beside_flips
-    solved = {(trial.agent, trial.condition): [] for trial in load(directory)}
+    solved = {}
     for trial in load(directory):
-        solved[trial.agent, trial.condition].append(trial.ending == "solved")
+        solved.setdefault((trial.agent, trial.condition), []).append(trial.ending == "solved")
     share = {name: sum(own) / 40 for name, own in solved.items()}
-    pair = {"agent": AGENTS[0], "versus": AGENTS[1]}
-    for label in CONDITIONS[:2]:
-        gap = share[AGENTS[0], label] - share[AGENTS[1], label]
-        row = found.one("success_difference", **pair, condition=label)
-        assert (row.value, row.n, row.corrected_for, row.test) == (pytest.approx(gap), 40, 2, "McNemar")
-        assert row.family == "agents, conditions"
-        change = found.one("success_interaction", **pair, condition=label)
-        before = share[AGENTS[0], "truth"] - share[AGENTS[1], "truth"]
-        assert (change.value, change.control, change.corrected_for) == (pytest.approx(gap - before), "truth", 2)
-        baseline = found.one("success_difference", agent=AGENTS[0], versus="human-inspired", condition=label)
-        assert (baseline.family, baseline.corrected_for) == ("agents and baselines, conditions", 4)
-        assert not found.where("success_interaction", agent=AGENTS[0], versus="human-inspired", condition=label)
-    assert not found.where("success_difference", **pair, condition="nudge")  # strategies read no remarks
+    gaps = {name: share[AGENTS[0], name] - share[AGENTS[1], name] for name in ("truth", *CONDITIONS)}
+    pair = {"agent": AGENTS[0], "versus": AGENTS[1], "axis": "conditions"}
+    row, change = (found.one(f"success_{of}", **pair) for of in ("difference", "interaction"))
+    assert (row.value, row.n, row.corrected_for) == (pytest.approx(sum(gaps.values()) / 4), 160, 1)
+    assert change.value == pytest.approx(gaps[change.condition] - gaps["truth"])
+    assert (change.control, change.corrected_for) == ("truth", 3)
+    against = pair | {"versus": "human-inspired"}
+    assert found.one("success_difference", **against).family == "agents and baselines"
+    assert not found.where("success_interaction", **against)

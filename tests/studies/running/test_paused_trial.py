@@ -4,6 +4,7 @@ import asyncio
 from dataclasses import replace
 
 import pytest
+from lockprobe.trial.briefing import Briefing
 from seated import as_played, people_study, without_page
 from seen import PhotographedPlant
 
@@ -14,7 +15,6 @@ from lockprobe.plants import catalogue
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.running.playable import CLIENT, PERSON, check_playable
-from lockprobe.trial.briefing import Briefing
 
 STUDY = people_study(layout="shuffled")
 PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.labelled("flip?p=0.4"), 1, 2)

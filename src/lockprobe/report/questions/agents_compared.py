@@ -1,30 +1,31 @@
 """Agents compared: who of every two solves more, how soon, and whether false reports or a condition change one more.
 
-Over all flip rates, and under every condition beside them. Two agents that act the same in every trial play alike, and
+Over all flip rates, and over all conditions beside them. Two agents that act the same in every trial play alike, and
 nothing is tested.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Any
 
 from lockprobe.foundation.formatting import capital, first_three, p_cell, percent
-from lockprobe.report.format import conclusion_of
+from lockprobe.report.format import Entry, conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, condition_words, who
 from lockprobe.report.rows import Estimate, Results, Row, measured
 from lockprobe.report.section import Lines, Note, Part, Section, Table, note_at
-from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, AgentPair, compared
+from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, compared
 from lockprobe.statistics.contrast import acting
-from lockprobe.statistics.course import Cell, courses
+from lockprobe.statistics.course import Cell, Course, courses
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.differences import CLUSTERED
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.every_look import E_PROCESS
+from lockprobe.trial.condition import Condition
 
-_SHARE, _ANY = "success_in_pairs", "any flip rate"
+_SHARE, _CONDITIONS = "success_in_pairs", "conditions"
 
 _FAMILIES = ("agents", "agents and baselines")
 """The families of pairs of agents, and of agents and baselines."""
@@ -33,13 +34,8 @@ _ALIKE = "the two play alike: nothing to test"
 _WORST = "holds whatever became of broken trials"
 
 
-_Tested = tuple[dict[str, Any], Hashable, int]
-"""The columns of a number of two agents, whose P value is not yet corrected for those of its family (Holm); that
-family, None if for nothing; and for how many doses it is corrected already."""
-
-
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
-    found = [*_over_flips(numbers), *_under_conditions(numbers)]
+    found = [*_over(numbers.courses, FLIPS.name, numbers.conditions), *_over_conditions(numbers)]
     families = [family for _, family, _ in found]
     corrected, sizes = holm_by_family(families, [columns.get("p_value") for columns, *_ in found]), Counter(families)
     for (columns, family, times), tested in zip(found, corrected, strict=True):
@@ -48,84 +44,55 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
         yield Estimate(**columns | tests | alike)
 
 
-def _over_flips(numbers: OpenedStudy) -> Iterator[_Tested]:
-    """Every pair over all flip rates, and how much more these change the one: at the rate with the clearest change."""
-    for one in compared(numbers.courses):
-        over = _of(one) | {"axis": FLIPS.name}
-        for quantity in (SUCCESS, STEPS):
-            yield over | _difference(one, quantity), (quantity, one.family), 1
+def _over_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
+    """Every pair over the conditions of a modality that are no flip rates, in which something was changed."""
+    design, doses = numbers.design, dict[str, tuple[str, float]]()
+    for modality in () if numbers.study.of_flips else design.modalities:
+        control = design.comparisons[modality].control
+        own = [arm.label for arm in design.shown(modality) if arm.label not in design.axis and arm.label != control]
+        doses |= {label: (modality, float(i)) for i, label in enumerate((control, *own))}
+
+    def place(cell: Cell) -> tuple[str, str, float]:
+        return cell.agent, *doses[cell.condition]
+
+    acted = [at for at in acting(numbers.by_name, design) if at[1] in doses]
+    players = courses([numbers.by_name[at] for at in acted], place=place)
+    yield from _over(players, _CONDITIONS, numbers.conditions)
+
+
+_Tested = tuple[dict[str, Any], Hashable, int]
+"""The columns of a number of two agents, whose P value is not yet corrected for those of its family (Holm); that
+family, None if for nothing; and for how many doses it is corrected already."""
+
+
+def _over(players: Sequence[Course], axis: str, conditions: Mapping[str, Condition]) -> Iterator[_Tested]:
+    """Every pair over all doses, and how much more these change the one: at the dose with the clearest change."""
+    for one in compared(players):
+        of = {
+            "agent": one.second.agent,
+            "modality": one.second.modality,
+            "axis": axis,
+            "family": _FAMILIES[one.baseline],
+        }
+        of |= {"versus": one.first.agent, "versus_modality": one.first.modality}
+        test, alike = E_PROCESS if one.every_look else CLUSTERED if one.people else "", one.plays_alike
+        note = "; ".join(filter(None, (_WORST * one.bounded, _ALIKE * alike)))
+        for quantity, unit in ((SUCCESS, "points"), (STEPS, "steps")):
+            columns = {"quantity": quantity, "unit": unit, "note": note} | measured(one.mean(quantity))
+            columns |= {"test": (test or "permutation within blocks") * (not alike)}
+            yield of | columns, (quantity, axis, one.family), 1
         for part, share in zip(("the other", ""), one.shares, strict=True):
-            yield over | {"quantity": _SHARE, "of": part, "n": one.mean(SUCCESS).n, "value": share}, None, 1
-        if one.changes and not one.plays_alike:
+            yield of | {"quantity": _SHARE, "of": part, "n": one.mean(SUCCESS).n, "value": share}, None, 1
+        if one.changes and not alike:
             dose, clearest = min(one.changes.items(), key=lambda both: (both[1].p_value or 0.0, -abs(both[1].value)))
-            of = {
-                "quantity": CHANGE,
-                "unit": "points",
-                "of": _ANY,
-                "doses": {"flip.p": dose},
-                "test": _test(one, CHANGE),
-            }
-            yield over | of | measured(clearest), (CHANGE, one.family), len(one.changes)
-
-
-def _under_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
-    """Every pair under each condition that is no flip rate, and how much more the condition changes the one.
-
-    The pairs of one kind under the doses of an axis are a family, and under all other conditions of a modality another
-    one. Two agents that each play a condition and its control alike are compared under the control alone.
-    """
-    design, every = numbers.design, numbers.by_name
-    cells = acting(every, design)
-    for arm in design.arms:
-        label, control = arm.label, design.control(arm.label)
-        if label in design.axis:
-            continue
-        axes = (series.axis for series in design.other_axes if label in series.doses and label != control)
-        axis = next((" ".join(filter(None, (one.name, one.options, one.rest))) for one in axes), "")
-
-        def place(cell: Cell, control: str = control if control != label else "") -> tuple[str, str, float]:
-            return cell.agent, cell.modality, float(cell.condition != control)
-
-        own = [every[at] for at in cells if at[1] in (label, control) and (at[0], label) in cells]
-        players = courses(own, place=place)
-        for one in compared(players):
-            if 1.0 not in one.met or one.copies:
-                continue
-            of, family = every[one.second.agent, label].of | _of(one, axis or "conditions"), (axis, one.family)
-            yield of | _difference(one, SUCCESS, 1.0), (SUCCESS, *family), 1
-            yield of | _difference(one, STEPS, 1.0), None, 1
-            if one.changes and not one.plays_alike:
-                change = {"quantity": CHANGE, "unit": "points", "control": control, "test": _test(one, CHANGE)}
-                yield of | change | measured(one.changes[1.0]), (CHANGE, *family), 1
-
-
-def _of(one: AgentPair, under: str = "") -> dict[str, Any]:
-    """The columns that say of whom a row is."""
-    family = ", ".join(filter(None, (_FAMILIES[one.baseline], under)))
-    versus = {"versus": one.first.agent, "versus_modality": one.first.modality}
-    return {"agent": one.second.agent, "modality": one.second.modality, "family": family} | versus
-
-
-def _difference(one: AgentPair, quantity: str, dose: float | None = None) -> dict[str, Any]:
-    """The columns of a difference over all doses, or at one."""
-    alike = one.plays_alike if dose is None else dose in one.alike
-    note = "; ".join(filter(None, (_WORST * one.bounded, _ALIKE * alike)))
-    columns = {"quantity": quantity, "unit": "steps" if quantity == STEPS else "points", "note": note}
-    return columns | {"test": _test(one, quantity, dose) * (not alike)} | measured(one.mean(quantity, dose))
-
-
-def _test(one: AgentPair, quantity: str, dose: float | None = None) -> str:
-    if one.every_look:
-        return E_PROCESS
-    if one.people:
-        return CLUSTERED
-    if quantity == CHANGE:
-        return "sign flips of blocks"
-    return "McNemar" if quantity == SUCCESS and dose is not None else "permutation within blocks"
+            low, high = (one.second.by_dose[at].condition for at in (one.doses[0], dose))
+            columns = {"quantity": CHANGE, "unit": "points", "condition": high, "control": low}
+            columns |= {"test": test or "sign flips of blocks", "doses": dict(conditions[high].doses)}
+            yield of | columns | measured(clearest), (CHANGE, axis, one.family), len(one.changes)
 
 
 _Pair = tuple[str, str, Mapping[tuple[str, str], Estimate]]
-"""What sentences call two agents, and their rows by quantity and condition; by part where over all flip rates."""
+"""What sentences call two agents, and their rows over the doses of an axis by quantity and part."""
 
 
 def _pairs(found: Results) -> list[_Pair]:
@@ -133,59 +100,52 @@ def _pairs(found: Results) -> list[_Pair]:
     by_pair: dict[tuple[str, ...], dict[tuple[str, str], Estimate]] = {}
     for quantity in (SUCCESS, STEPS, CHANGE, _SHARE):
         for row in found.where(quantity):
-            if row.family.partition(",")[0] in _FAMILIES:
-                by_pair.setdefault(tuple(row.pair.values()), {})[quantity, row.condition or row.of] = row
+            if row.family in _FAMILIES:
+                by_pair.setdefault((*row.pair.values(), row.axis), {})[quantity, row.of] = row
     pairs = []
-    for (*second, versus, modality), rows in by_pair.items():
+    for (*second, versus, modality, _), rows in by_pair.items():
         players = ((agent, found.player(agent, shown)) for agent, shown in (second, (versus, modality)))
         one, other = (who(agent, player.shown if player else "") for agent, player in players)
         pairs.append((one, other, rows))
-    return sorted(pairs, key=lambda pair: next(iter(pair[-1].values())).family.startswith(_FAMILIES[1]))
-
-
-def _places(rows: Mapping[tuple[str, str], Estimate]) -> list[str]:
-    """Where two agents are compared in the table: over all flip rates, or under each condition beside these."""
-    places = [at for quantity, at in rows if quantity == SUCCESS]
-    return [""] if "" in places else places
+    return sorted(pairs, key=lambda pair: pair[-1][SUCCESS, ""].family == _FAMILIES[1])
 
 
 def _table(found: Results) -> Lines:
     head = ["agent", "compared with", "under", "trials", "success of both", "success, points", "P", "steps"]
-    yield [*head, "P of steps", "effect, points", "P of effect", "conclusion"]
+    yield [*head, "P of steps", "effect, points", "of", "P of effect", "conclusion"]
     words = condition_words(found)
-    for one, other, rows, place in ((*pair, place) for pair in _pairs(found) for place in _places(pair[-1])):
-        success, steps = rows[SUCCESS, place], rows[STEPS, place]
-        moved = rows.get((CHANGE, place or _ANY))
-        shares = None if place else " and ".join(percent(rows[_SHARE, of].value) for of in ("", "the other"))
-        under = words[place] if place else "all flip rates" if found.several_p else at_lowest(found)
+    for one, other, rows in _pairs(found):
+        success, steps, moved = rows[SUCCESS, ""], rows[STEPS, ""], rows.get((CHANGE, ""))
+        shares = " and ".join(percent(rows[_SHARE, of].value) for of in ("", "the other"))
+        under = "all flip rates" if found.several_p else at_lowest(found)
+        under = "all conditions" if success.axis == _CONDITIONS else under
         said = "play alike" if _ALIKE in success.note else conclusion_of(success)
-        p = p_cell(moved.p_value if moved else None)
-        row = [one, other, under, str(success.n), shares, success, p_cell(success.p_value)]
-        yield [*row, steps, p_cell(steps.p_value), moved, p, said]
+        row: list[Entry] = [one, other, under, str(success.n), shares, success, p_cell(success.p_value), steps]
+        row += [p_cell(steps.p_value), moved, words[moved.condition] if moved else None]
+        yield [*row, p_cell(moved.p_value if moved else None), said]
 
 
-_RARE = ("under", "success of both", "effect, points", "P of effect")
+_RARE = ("under", "effect, points", "of", "P of effect")
 
 _TABLE = Table("comparisons", _table, drawn="success, points", rare=_RARE)
 
 _NOTE = Note(
     "Success (drawn; filled: detected), steps and effect: the first agent minus the second, over trials that both "
-    "finished; an unsolved one counts with its whole budget. Effect: what a condition changes in success, or "
-    "false reports at the rate with the clearest change.",
-    "Over all flip rates the two agents swap whole blocks (permutation), under one condition it is McNemar's test. "
-    "Effect: signs of blocks are flipped.",
+    "finished; an unsolved one counts with its whole budget. Effect: what a flip rate or a condition changes in "
+    "success, where that is clearest.",
+    "The two agents swap whole blocks (permutation). Effect: signs of blocks are flipped.",
     "A trial has the same random numbers (labels, flips, draws) for every agent and condition; a block is one "
-    "repetition and trial. P values are corrected for pairs and conditions (Holm), steps under one condition are not; "
-    "pairs with baselines, the doses of an axis and all other conditions are families of their own. Detected: the test "
-    "rejects and the interval leaves out 0. Who solves nearly all trials cannot gain many points. Beside people: "
-    "Student's t with a variance clustered by person and block.",
+    "repetition and trial. P values are corrected for pairs, and effects for flip rates or conditions too (Holm); pairs "
+    "with baselines are a family of their own. Detected: the test rejects and the interval leaves out 0. Who solves "
+    "nearly all trials cannot gain many points. Beside people: Student's t with a variance clustered by person and "
+    "block.",
 )
 
 
 def _show(found: Results) -> Iterator[Part]:
     if not (pairs := _pairs(found)):
         return
-    tested = [(one, other, rows[SUCCESS, at]) for one, other, rows in pairs for at in _places(rows)]
+    tested = [(one, other, rows[SUCCESS, ""]) for one, other, rows in pairs]
     clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in tested if row.detected]
     more = first_three(f"more by {one} than by {other}" for one, other in clear)
     rest = f"no difference in success was detected in {len(tested) - len(clear)} of {len(tested)} comparisons"

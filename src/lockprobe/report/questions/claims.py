@@ -258,7 +258,7 @@ def _of_modalities(found: Results, agent: str, by: Mapping[str, Cell], claim: Pa
         case "strategy" if not found.several_p:  # the human-inspired strategy needs fewer steps in every modality
             rows = [
                 row
-                for row in found.where("steps_difference", agent=agent, condition="")
+                for row in found.where("steps_difference", agent=agent, axis="flip rate")
                 if row.versus in found.reconstructed and row.versus_modality in PLAIN_WORDS and row.modality in by
             ]
             if rows:
