@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from lockprobe.statistics.blocks import contrast
 from lockprobe.statistics.contrast import declared, effects, interactions
-from lockprobe.statistics.design import trend_weights
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
@@ -47,17 +46,6 @@ def test_the_p_value_of_an_interaction_is_that_of_every_flip_of_the_signs_of_its
     flipped = [abs(np.dot(signs, sums)) for signs in product((-1, 1), repeat=len(sums))]
     assert found.value == pytest.approx(sums.mean())
     assert found.p_value == pytest.approx(np.mean([one >= abs(sums.sum()) for one in flipped]))
-
-
-@pytest.mark.parametrize(("doses", "times", "clear"), [((0, 0.2, 0.4), 0, False), ((0, 0.4), 4, True)])
-def test_the_interaction_is_a_slope_whatever_its_common_factor_and_what_adds_up_is_none(doses, times, clear):
-    weights, factor = trend_weights(doses, doses)
-    groups = drawn(
-        2, [0.1 + (row + column) * (not times) + times * row * column for row, column in product(doses, doses)]
-    )
-    found = found_of(groups, weights, factor=float(factor))
-    assert found.value == pytest.approx(float(factor) * np.dot(weights, [one.solved.mean() for one in groups]))
-    assert found.clear == clear
 
 
 def test_of_several_boxes_a_contrast_holds_of_boxes_like_these():

@@ -1,15 +1,12 @@
-"""Doses, crossings and factors are found in the specs of conditions alone; an interaction is what a fit gives."""
+"""Doses, crossings and factors are found in the specs of conditions alone."""
 
-from itertools import product
-
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe.interventions.conditions import read_condition, sweep
 from lockprobe.report.prose import at_dose, cause
-from lockprobe.statistics.design import crossed_of, factors_of, series_of, series_of_agents, trend_weights
+from lockprobe.statistics.design import crossed_of, factors_of, series_of, series_of_agents
 from lockprobe.studies.study import arms_of
 
 FLIP, STICKY, BOTH = "flip?p=0.4", "flip?p=0.4&others=kept", "flip?p=0.4 + nudge"
@@ -72,20 +69,6 @@ def test_agents_that_differ_in_one_number_are_a_series_under_what_they_share(age
 )
 def test_what_is_crossed_has_weights_where_every_combination_is_played(specs, weights):
     assert [one.weights for one in crossed_of(arms(*specs))] == weights
-
-
-@pytest.mark.parametrize(
-    ("rows", "columns"),
-    [((0, 0.4), (0, 0.1)), ((0, 0.2, 0.4), (0, 0.1, 0.2)), ((0, 0.05, 0.4), (0, 0.1, 0.3, 0.35)), ((1, 2, 5), (0, 3))],
-)
-def test_the_contrast_is_the_slope_over_both_doses_by_least_squares(rows, columns):
-    values = np.random.default_rng(2).random(len(rows) * len(columns))
-    weights, factor = trend_weights(rows, columns)
-    cells = product(enumerate(rows), enumerate(columns))
-    design = [[*np.eye(len(rows))[i], *np.eye(len(columns))[j][1:], row * column] for (i, row), (j, column) in cells]
-    slope = np.linalg.lstsq(np.array(design), values, rcond=None)[0][-1]
-    expected = slope * (rows[-1] - rows[0]) * (columns[-1] - columns[0])
-    assert float(factor) * np.dot(weights, values) == pytest.approx(expected)
 
 
 def factors_in(*specs, controls=()):

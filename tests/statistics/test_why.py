@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from solved import columns
 
-from lockprobe.statistics.arms import ARMS, PLANNED
+from lockprobe.statistics.design import ARMS, PLANNED
 from lockprobe.statistics.outcomes import BlockOrder
 from lockprobe.statistics.why import CONTRASTS
 from lockprobe.statistics.why import decide as decide_groups

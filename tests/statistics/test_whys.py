@@ -11,7 +11,7 @@ from solved import columns
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.statistics.arms import ARMS, PLANNED, SeriesArm, arms_of
+from lockprobe.statistics.design import ARMS, PLANNED, SeriesArm, arms_of
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.why import decide, whys
 from lockprobe.studies.options.studyfile import study

@@ -10,8 +10,8 @@ from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.simulation.exact import propagate
-from lockprobe.statistics.arms import CROSSED
 from lockprobe.statistics.branch import branch_effects
+from lockprobe.statistics.design import CROSSED
 from lockprobe.studies.branch import FORKS, TOLD, branching, play_forks
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.studyfile import study

@@ -247,10 +247,10 @@ class Population:
         ends = np.bincount(self.steps[self.solved], minlength=self.world.budget + 1)
         return np.asarray(np.cumsum(ends) / len(self), np.float64)
 
-    def loops(self, *, min_length: int = 3) -> NDArray[np.bool_]:
-        """Whether each trial holds an action loop; settings as in :func:`lockprobe.statistics.loops.cover`."""
+    def loops(self) -> NDArray[np.bool_]:
+        """Whether each trial holds an action loop."""
         played = (row[:steps].tolist() for row, steps in zip(self.actions, self.steps, strict=True))
-        return np.array([onset(actions, min_length=min_length) > 0 for actions in played])
+        return np.array([onset(actions) > 0 for actions in played])
 
 
 def population(

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.workers import THIS_PROCESS, Pool
-from lockprobe.statistics.arms import ARMS, PLANNED
 from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.design import ARMS, PLANNED
 from lockprobe.statistics.differences import any_difference, each_difference
 from lockprobe.statistics.distributions import root
 from lockprobe.statistics.outcomes import Outcomes, joined

@@ -199,7 +199,7 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, D
         own = {name: acted[agent, name].outcomes for name in crossed.weights if (agent, name) in acted}
         if not own or len(own) < len(crossed.weights):
             return None
-        found = contrast(own, crossed.weights, factor=crossed.factor, choices=choices)
+        found = contrast(own, crossed.weights, choices=choices)
         return found if found.n else None
 
     for agent, of in product(design.agents, design.comparisons.values()):

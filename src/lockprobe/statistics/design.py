@@ -10,27 +10,26 @@ would be ten families.
 A dose has an order and a zero, a *factor* has levels, such as what becomes of a false report. Every level is compared
 with the first one, all else equal; in each modality the contrasts of one factor are a family.
 
-The interaction of crossed doses is the *linear-by-linear contrast* of all cells: the least-squares slope over the
-product of both doses in a model with an effect for every row and column. It is scaled to the whole range: how much more
-the highest dose of one changes success at the highest than at the lowest dose of the other. In a two-by-two grid it is
-the difference of differences.
+The interaction of crossed doses is a difference of differences: how much more the highest dose of one changes success
+at the highest than at the lowest dose of the other.
+
+The arms of the study of controls (``why``) are known by what acts in them.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from functools import cached_property
-from itertools import combinations, product
+from itertools import combinations
 from typing import NamedTuple
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.spec import Spec
-from lockprobe.statistics.arms import Dose, SeriesArm, arms_of
-from lockprobe.trial.doses import can_be_fitted, without_doses
+from lockprobe.foundation.inputs import read_preset
+from lockprobe.foundation.spec import Spec, split_specs
+from lockprobe.trial.doses import can_be_fitted, dose_of, without_doses
 from lockprobe.trial.record import STATES
 
 AGENT = "agent"
@@ -45,6 +44,98 @@ of factors begin."""
 
 _FEWEST = 3
 """Fewest doses, 0 included, that make a series."""
+
+
+Dose = tuple[int, str]
+"""The place of an intervention, and the name of a dose or an option of it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeriesArm:
+    """A condition as the specs of its interventions.
+
+    Attributes:
+        doses: For each intervention the names of its dose options; at 0 of the first one it does nothing.
+    """
+
+    label: str
+    specs: tuple[Spec, ...]
+    doses: tuple[tuple[str, ...], ...]
+    modality: str = STATES
+
+    @property
+    def acting(self) -> tuple[int, ...]:
+        """The places of interventions with an effect. At dose 0 there is none."""
+        return tuple(i for i in range(len(self.specs)) if self.dose(i) != 0)
+
+    @property
+    def dosed(self) -> tuple[Dose, ...]:
+        """Every dose of an intervention with an effect."""
+        return tuple((i, dose) for i in self.acting for dose in self.doses[i] if not math.isnan(self.dose(i, dose)))
+
+    def without(self, *places: int) -> tuple[str, ...]:
+        """The specs of interventions with an effect, except at these places."""
+        return tuple(str(self.specs[i]) for i in self.acting if i not in places)
+
+    def dose(self, place: int, option: str = "") -> float:
+        """A dose of the intervention at a place, its first one without a name; NaN without a dose.
+
+        A second dose that its spec leaves out is 0.
+        """
+        first = next(iter(self.doses[place]), "")
+        return dose_of(self.specs[place], option or first, first)
+
+    def family(self, *differ: Dose) -> tuple[object, ...]:
+        """A key that is equal for conditions that differ only in these options."""
+        acts = []
+        for place, option in differ:
+            away = [name for at, name in differ if at == place]
+            acts.append((self.specs[place].full_name, option, str(without_doses(self.specs[place], away))))
+        return *acts, tuple(sorted(self.without(*(at for at, _ in differ)))), self.modality
+
+
+ARMS: Mapping[str, str] = {one["name"]: one["spec"] for one in read_preset("why")["condition"]}
+"""Arm -> its condition, with the flip rate and what a false report is to be filled in."""
+
+CROSSED = ("truth-truth", "lie-truth", "truth-lie", "lie-lie")
+"""The four arms of one form, by their first and last statement."""
+
+PLANNED = ("truth", "lie", *CROSSED)
+"""The arms without which there is no answer."""
+
+_Acting = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
+"""Interventions, each as its name and its options by name."""
+
+_READING = ("inverts", "keep", "others")
+"""The options of a flip that say what a false report is."""
+
+
+def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | None:
+    """The flip rate of a study of controls and its conditions by arm, recognised by their specs, of one modality.
+
+    None unless all arms of :data:`PLANNED` at one flip rate are among them.
+    """
+    found = {_acting(one.specs): one.label for one in conditions}
+    for one in conditions:
+        if len(one.specs) == 1 and (spec := one.specs[0]).full_name == "flip":
+            rate = float(spec.options.get("p", 0))
+            reading = "".join(f"&{name}={spec.options[name]}" for name in _READING if name in spec.options)
+            if rate > 0 and spec.options.keys() <= {"p", *_READING}:
+                wanted = {arm: _wanted(text, rate, reading) for arm, text in ARMS.items()}
+                there = {arm: found[acts] for arm, acts in wanted.items() if acts in found}
+                if there.keys() >= set(PLANNED):
+                    return rate, there
+    return None
+
+
+def _wanted(text: str, rate: float, reading: str) -> _Acting:
+    """The interventions of an arm at a rate."""
+    return _acting(map(Spec.parse, split_specs(text.format(p=f"{rate:g}", reading=reading))) if text != "truth" else ())
+
+
+def _acting(specs: Iterable[Spec]) -> _Acting:
+    """Specs in a form that does not depend on the order of options, without those of dose 0."""
+    return tuple((one.full_name, tuple(sorted(one.options.items()))) for one in specs if one.options.get("p") != "0")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,15 +256,12 @@ class Crossed:
 
     @property
     def weights(self) -> dict[str, int]:
-        """The weight of each condition in the interaction; none if a combination is not played."""
-        if len(self.conditions) < math.prod(map(len, self.doses)):
+        """The weight of each condition in the interaction; none if one of the four is not played."""
+        (low, *_, high), (least, *_, most) = self.doses
+        corners = {(low, least): 1, (low, most): -1, (high, least): -1, (high, most): 1}
+        if not corners.keys() <= self.conditions.keys():
             return {}
-        return dict(zip(self.conditions.values(), trend_weights(*self.doses)[0], strict=True))
-
-    @property
-    def factor(self) -> float:
-        """What the weighted sum is multiplied with."""
-        return float(trend_weights(*self.doses)[1])
+        return {self.conditions[at]: weight for at, weight in corners.items()}
 
 
 def crossed_of(arms: Sequence[SeriesArm]) -> Iterator[Crossed]:
@@ -212,31 +300,6 @@ def _grid(members: Sequence[tuple[SeriesArm, Dose, Dose]], known: Mapping[tuple[
     rest = " + ".join(first.without(i, j))
     axes = tuple(Axis(kind=first.specs[at].full_name, dose=option, rest=rest) for at, option in pair)
     return Crossed(conditions=dict(sorted(found.items())), modality=first.modality, axes=axes)
-
-
-def trend_weights(row_doses: Sequence[float], column_doses: Sequence[float]) -> tuple[list[int], Fraction]:
-    """The weights of all cells in the linear-by-linear contrast, as whole numbers, and their common factor.
-
-    >>> trend_weights((0, 0.4), (0, 0.1))
-    ([1, -1, -1, 1], Fraction(1, 1))
-    >>> trend_weights((0, 0.1, 0.2), (0, 0.1))
-    ([1, -1, 0, 0, -1, 1], Fraction(1, 1))
-
-    Weights are by row, then by column. Doses are ascending, at least two.
-    """
-    (rows, one), (columns, other) = _trend(row_doses), _trend(column_doses)
-    return [row * column for row, column in product(rows, columns)], one * other
-
-
-def _trend(doses: Sequence[float]) -> tuple[list[int], Fraction]:
-    """The weights of the least-squares slope times the range of the doses."""
-    exact = [Fraction(str(dose)) for dose in doses]
-    away = [dose - sum(exact, Fraction(0)) / len(exact) for dose in exact]
-    most = math.lcm(*(one.denominator for one in away))
-    whole = [int(one * most) for one in away]
-    common = math.gcd(*whole)
-    factor = (exact[-1] - exact[0]) * common / most / sum((one * one for one in away), Fraction(0))
-    return [one // common for one in whole], factor
 
 
 class Family(NamedTuple):

@@ -20,11 +20,10 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import Literal, NamedTuple
 
-from lockprobe.statistics.arms import PLANNED, arms_of
 from lockprobe.statistics.blocks import asked_contrast, blocks_of
 from lockprobe.statistics.contrast import Cells
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.design import Design
+from lockprobe.statistics.design import PLANNED, Design, arms_of
 from lockprobe.statistics.idle import never_acted
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import Difference
@@ -112,7 +111,7 @@ class Decision:
 def decide(groups: Mapping[str, Outcomes], *, agents: int = 1) -> Decision:
     """The decision from the trials of the arms, of so many agents that are judged together (Bonferroni).
 
-    The arms are those of :data:`~lockprobe.statistics.arms.PLANNED`, and ``remark`` for a claim on the form. A change
+    The arms are those of :data:`~lockprobe.statistics.design.PLANNED`, and ``remark`` for a claim on the form. A change
     is less than the margin if the whole interval is.
     """
     total = asked_contrast(groups, TOTAL, choices=agents)

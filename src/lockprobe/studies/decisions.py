@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.statistics.arms import arms_of
 from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.design import arms_of
 from lockprobe.statistics.every_look import (
     AtEveryLook,
     Numbers,

@@ -54,12 +54,10 @@ def shown(modality: str) -> TextChannel | CameraChannel:
     if name not in MODALITIES:
         raise UnknownName("modality", name, MODALITIES)
     if name == "symbolic":
-        return _words(spec)
-    known = [field.name for field in fields(CameraChannel) if name == "rgbd" or field.name not in _OF_DEPTH]
-    for option in spec.options:
-        if option not in known:
-            raise UnknownName(f"option of {name}", option, known)
-    found = with_options(CameraChannel, name, spec.options, {"depth": _DEPTH[name]})
+        source_of(modality)  # an option of words that is the trial's
+        return with_options(TextChannel, name, spec.without(["source"]).options)
+    options: dict[str, Any] = arguments_from(CameraChannel, name, spec.options, _OF_DEPTH if name == "rgb" else ())
+    found = CameraChannel(**{"depth": _DEPTH[name], **options})
     if name == "rgbd" and found.depth == "none":
         raise BadValue("modality", modality, "rgbd with a kind of depth")
     return found

@@ -32,8 +32,7 @@ from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import with_rates
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.statistics.arms import SeriesArm
-from lockprobe.statistics.design import Design
+from lockprobe.statistics.design import Design, SeriesArm
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.playable import PERSON, check_playable

@@ -7,7 +7,7 @@ import pytest
 from provider_server import here
 
 import lockprobe
-from lockprobe.statistics.arms import ARMS
+from lockprobe.statistics.design import ARMS
 from lockprobe.studies.options.studyfile import study
 
 AGENT = "llm:openai-api/fake/model"

@@ -6,7 +6,7 @@ from builders import write_study
 from lockprobe.report.page import parts_of, tables_of
 from lockprobe.report.questions.why import TABLE, why_said
 from lockprobe.report.results import results
-from lockprobe.statistics.arms import ARMS
+from lockprobe.statistics.design import ARMS
 from lockprobe.statistics.proportions import Difference
 from lockprobe.statistics.why import CONTRASTS, Decision
 from lockprobe.studies.options.studyfile import study

@@ -135,7 +135,7 @@ _NOTE = Note(
     "success, where that is clearest.",
     "The two agents swap whole blocks (permutation). Effect: signs of blocks are flipped.",
     "A trial has the same random numbers (labels, flips, draws) for every agent and condition; a block is one "
-    "repetition and trial. P values are corrected for pairs, and effects for flip rates or conditions too (Holm); pairs "
+    "repetition and trial. P values are corrected for pairs, effects for flip rates or conditions too (Holm); pairs "
     "with baselines are a family of their own. Detected: the test rejects and the interval leaves out 0. Who solves "
     "nearly all trials cannot gain many points. Beside people: Student's t with a variance clustered by person and "
     "block.",

@@ -174,9 +174,9 @@ def draw(found: Results, axis: str) -> Any:
 _CROSSINGS = Table("crossings", _crossings, 3, rare=("with",))
 
 _CROSSED_NOTE = Note(
-    "Of two interventions: the effect of the second together with the first, minus its effect alone. Of two doses: the "
-    "effect of the whole range of the second at the highest dose of the first, minus its effect at the lowest, from "
-    "linear trends over all cells. At 0 the effect of each does not depend on the other.",
+    "Of two interventions: the effect of the second together with the first, minus its effect alone. Of two doses: "
+    "the effect of the whole range of the second at the highest dose of the first, minus its effect at the lowest. At "
+    "0 the effect of each does not depend on the other.",
     BY_BLOCKS,
 )
 

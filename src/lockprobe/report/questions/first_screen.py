@@ -23,7 +23,7 @@ from lockprobe.report.questions.speed import effect_said
 from lockprobe.report.questions.stopping import every_look_said, small_said
 from lockprobe.report.rows import Fact, Results, Row
 from lockprobe.report.section import Part, Section, Table, Template
-from lockprobe.statistics.arms import arms_of
+from lockprobe.statistics.design import arms_of
 from lockprobe.statistics.idle import idle_interventions, never_acted
 from lockprobe.studies.study import Study, design_of
 
