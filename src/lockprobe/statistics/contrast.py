@@ -16,8 +16,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from lockprobe.statistics.blocks import TIE, asked_contrast, blocks_of, contrast
-from lockprobe.statistics.clustered import share_of, student
+from lockprobe.statistics.blocks import asked_contrast, block_mean, blocks_of, contrast
+from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.design import CONDITIONS, Crossed, Design, Family
 from lockprobe.statistics.differences import DifferenceAt, each_difference
@@ -101,7 +101,7 @@ def declared(
 def _misread(cells: Mapping[str, Cell], asked: Contrast, choices: int) -> Difference:
     """Misreading under some conditions less that under others, over the blocks that have statements under all of them.
 
-    With Student's interval and P value, both corrected (Bonferroni); none if all blocks are alike.
+    With Student's interval and P value over blocks, both corrected (Bonferroni).
     """
     by_block = [
         {(one.repetition, one.trial): [said.false_belief for said in claims(one)] for one in ended(cells[label].trials)}
@@ -115,11 +115,8 @@ def _misread(cells: Mapping[str, Cell], asked: Contrast, choices: int) -> Differ
         return Difference(value=math.nan)
     rates, sides = np.array(table), len(asked.of)
     changes = rates[:, :sides].mean(axis=1) - rates[:, sides:].mean(axis=1)
-    n, mean = len(changes), Difference(value=float(changes.mean()), n=len(changes), clusters=len(changes))
-    if n < 2 or np.ptp(changes) < TIE:
-        return mean
-    found = student(mean, float(changes.var(ddof=1)) / n, n, most=1.0, choices=choices)
-    return replace(found, p_value=min(1.0, choices * (found.p_value or 0.0)))
+    found = block_mean(changes[:, None], choices=choices)
+    return found if found.p_value is None else replace(found, p_value=min(1.0, choices * found.p_value))
 
 
 def _share(groups: Mapping[str, Outcomes], names: Sequence[str]) -> Difference:

@@ -146,28 +146,12 @@ def independent_difference(first: Outcomes, second: Outcomes, *, same_luck: bool
     Newcombe's interval and Fisher's exact test. Where people are on a side, trials are clustered by person, and by luck
     if that is the same in both.
     """
-
-    def compared(groups: Sequence[Outcomes]) -> Found:
-        before, after = (proportion(int(one.solved.sum()), len(one)) for one in groups)
-        found = difference(before, after)
-        if any(one.crossed for one in groups):
-            together = joined(groups)
-            later = together.dose == 1
-            luck = together.luck + later * (0 if same_luck else len(together))
-            alone = np.char.add("/", luck.astype(np.str_))  # an agent's trial is a cluster of its own
-            people = np.char.add(later.astype(np.str_), np.where(together.player == "", alone, together.player))
-            found = clustered_difference(together.solved, later, people, luck)
-        if found is None:
-            return ()
-        p_value = found.p_value or 0.0
-        one = DifferenceAt(
-            dose=1.0, first=before, second=after, value=found.value, low=found.low, high=found.high, only=None,
-            exchange=p_value, p_value=p_value, test="Fisher",
-        )  # fmt: skip
-        return (one,)
-
     if not (len(first.ended) and len(second.ended)):
         return None
+
+    def compared(groups: Sequence[Outcomes]) -> Found:
+        return (_difference(groups[0], groups[1], 1.0, apart=True, same_luck=same_luck),)
+
     (made,) = whatever_broke(compared, [first, second], [False, True], _held)
     return made
 
@@ -228,24 +212,43 @@ def _at_every_look(groups: Sequence[Outcomes], agents: int) -> Found:
 
 
 def _difference(
-    before: Outcomes, after: Outcomes, dose: float, exchange: float | None = None, *, choices: int
+    before: Outcomes,
+    after: Outcomes,
+    dose: float,
+    exchange: float | None = None,
+    *,
+    choices: int = 1,
+    apart: bool = False,
+    same_luck: bool = True,
 ) -> DifferenceAt:
-    """The difference of two groups in the trials that can be compared; McNemar's test without a permutation."""
+    """The difference of two groups in the trials that can be compared; McNemar's test without a permutation.
+
+    With ``apart`` they are of two studies, so that no trials are pairs and nobody played in both.
+    """
+    first, second = (proportion(int(one.solved.sum()), len(one)) for one in (before, after))
+    only = None
     if before.crossed or after.crossed:
-        both, test, only = joined([before, after]), CLUSTERED, None
-        found = clustered_difference(both.solved, both.dose, both.player, both.luck, choices=choices)
-        alone = interval_p = found.p_value or 0.0
-        first, second = (proportion(int(one.solved.sum()), len(one)) for one in (before, after))
+        both, test = joined([before, after]), CLUSTERED
+        later = both.dose == 1
+        luck = both.luck + later * (0 if same_luck else len(both))
+        alone = np.char.add("/", luck.astype(np.str_))  # an agent's trial is a cluster of its own
+        people = np.where(both.player == "", alone, both.player)
+        people = np.char.add(later.astype(np.str_), people) if apart else people
+        found = clustered_difference(both.solved, later, people, luck, choices=choices)
+        tested = interval_p = min(1.0, choices * (found.p_value or 0.0))
+    elif apart:
+        found, test = difference(first, second) or Difference(value=math.nan), "Fisher"
+        tested = interval_p = found.p_value or 0.0
     else:
         solved, box = blocks_of([before, after]).whole([0, 1])
         found = pairs = paired(solved[:, 0], solved[:, 1], box, choices=choices)
-        alone, interval_p, only = pairs.p_value, pairs.interval_p, (pairs.only_first, pairs.only_second)
         first, second = (share_of(column, (), (), box) for column in solved.T)
         test = "McNemar, and interval" if exchange is None else PERMUTED
-    tested = min(1.0, choices * alone) if exchange is None else exchange
+        tested = min(1.0, choices * pairs.p_value) if exchange is None else exchange
+        interval_p, only = min(1.0, choices * pairs.interval_p), (pairs.only_first, pairs.only_second)
     return DifferenceAt(
         dose=dose, first=first, second=second, value=found.value, low=found.low, high=found.high, only=only,
-        exchange=tested, p_value=max(tested, min(1.0, choices * interval_p)), test=test,
+        exchange=tested, p_value=max(tested, interval_p), test=test,
     )  # fmt: skip
 
 

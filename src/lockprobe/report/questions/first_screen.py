@@ -93,16 +93,15 @@ def _question(study: Study) -> str:
 
 def _trial(study: Study) -> str:
     """What happens in a trial, and what is varied."""
-    told, steps = "After each step it is told what happened.", study.max_steps
+    steps, told = study.max_steps, "it is told what happened"
+    if study.of_flips and len(study.modalities) > 1 and not any(one.p for one in study.flip_axis):
+        told = "it is shown, or told, how the joints stand"
+    said = f"An agent has {steps} step{'s' * (steps != 1)} to open a box whose joints lock each other. After each step {told}."
     if any(one.p for one in study.flip_axis):
-        said = "and some corrected." if _asks_why(study) else "as often as the flip rate says."
-        told += f" Some reports are false, {said}"
-    elif study.of_flips and len(study.modalities) > 1:
-        told = "After each step it is shown, or told, how the joints stand."
-    elif not study.of_flips:
-        acting = dict.fromkeys(spec_name(spec) for one in study.conditions for spec in one.specs)
-        told += f" What acts under the conditions: {listed([*acting], named=4)}." if acting else ""
-    return f"An agent has {steps} step{'s' * (steps != 1)} to open a box whose joints lock each other. {told}"
+        what = "and some corrected" if _asks_why(study) else "as often as the flip rate says"
+        return f"{said} Some reports are false, {what}."
+    acting = dict.fromkeys(spec_name(spec) for one in study.conditions for spec in one.specs)
+    return said + f" What acts under the conditions: {listed([*acting], named=4)}." * bool(acting)
 
 
 def _changed_nothing(numbers: OpenedStudy) -> Iterator[str]:
