@@ -21,7 +21,7 @@ from lockprobe.interventions.asked_and_done import Tremble
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.misread_flip import rates_of
 from lockprobe.report.verify import verify
-from lockprobe.statistics.arms import ARMS, CROSSED
+from lockprobe.statistics.design import ARMS, CROSSED
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
 from lockprobe.studies.options.asked import preset
 from lockprobe.studies.options.study_options import SHIPPED, StudyOptions
