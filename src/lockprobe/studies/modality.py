@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName
-from lockprobe.foundation.spec import Spec, spec_name, with_options
+from lockprobe.foundation.spec import Spec, arguments_from, spec_name, with_options
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import MODALITIES, interventions_in, tells_positions, with_words
 from lockprobe.interventions.flip import OutcomeFlip

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from lockprobe.agents.catalogue import description
-from lockprobe.foundation.formatting import capital, listed
+from lockprobe.foundation.formatting import capital, count, listed
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.answer import AnswerList, broken_said, headline, known_of_broken, solved_said
 from lockprobe.report.curve import curve_figure, drawable
@@ -96,7 +96,7 @@ def _trial(study: Study) -> str:
     steps, told = study.max_steps, "it is told what happened"
     if study.of_flips and len(study.modalities) > 1 and not any(one.p for one in study.flip_axis):
         told = "it is shown, or told, how the joints stand"
-    said = f"An agent has {steps} step{'s' * (steps != 1)} to open a box whose joints lock each other. After each step {told}."
+    said = f"An agent has {count(steps, 'step')} to open a box whose joints lock each other. After each step {told}."
     if any(one.p for one in study.flip_axis):
         what = "and some corrected" if _asks_why(study) else "as often as the flip rate says"
         return f"{said} Some reports are false, {what}."
