@@ -101,7 +101,7 @@ def _trial(study: Study) -> str:
         what = "and some corrected" if _asks_why(study) else "as often as the flip rate says"
         return f"{said} Some reports are false, {what}."
     acting = dict.fromkeys(spec_name(spec) for one in study.conditions for spec in one.specs)
-    return said + f" What acts under the conditions: {listed([*acting], named=4)}." * bool(acting)
+    return f"{said} What acts under the conditions: {listed([*acting], named=4)}." if acting else said
 
 
 def _changed_nothing(numbers: OpenedStudy) -> Iterator[str]:
