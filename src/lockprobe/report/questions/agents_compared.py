@@ -147,7 +147,7 @@ def _show(found: Results) -> Iterator[Part]:
         return
     tested = [(one, other, rows[SUCCESS, ""]) for one, other, rows in pairs]
     clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in tested if row.detected]
-    more = first_three(f"more by {one} than by {other}" for one, other in clear)
+    more = first_three(dict.fromkeys(f"more by {one} than by {other}" for one, other in clear))
     rest = f"no difference in success was detected in {len(tested) - len(clear)} of {len(tested)} comparisons"
     rest *= len(tested) > len(clear)
     said = capital("; ".join(filter(None, (f"solved {more}" * bool(clear), rest))))
