@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,10 +12,10 @@ from pydantic import BeforeValidator, ConfigDict, Field, GetPydanticSchema, Plai
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import plugin_name_of
-from lockprobe.foundation.spec import Spec, in_words, options_of, split_specs
+from lockprobe.foundation.spec import Spec, in_words, options_of, spec_name, split_specs
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.foundation.validation import AS_WRITTEN, Text
-from lockprobe.trial.doses import doses_of, flip_rate
+from lockprobe.trial.doses import dose_of, flip_rate, modality_doses
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES
 
@@ -205,8 +206,25 @@ class Condition:
 
     @cached_property
     def doses(self) -> Mapping[str, float]:
-        """The doses above 0 of its interventions, of its modality and of its plant, ``{"flip.p": 0.4}``."""
-        return doses_of(self.acting, self.modality) | self.plant.doses
+        """The doses that are not 0 of its interventions, of its modality and of its plant.
+
+        For example ``{"flip.p": 0.4, "flip#2.p": 0.1, "rgb.blur": 8.0}``. At 0 of its first dose an intervention does
+        not act.
+        """
+        found, seen = dict[str, float](), Counter[str]()
+        for text, options in self.acting:
+            spec = Spec.parse(text, "intervention")
+            seen[spec.full_name] += 1
+            name = spec.full_name + f"#{seen[spec.full_name]}" * (seen[spec.full_name] > 1)
+            given = {option: dose_of(spec, option, options[0]) for option in options}
+            if options and given[options[0]]:
+                found |= {f"{name}.{option}": dose for option, dose in given.items()}
+        for option, value in modality_doses(self.modality)[1].items():
+            try:
+                found[f"{spec_name(self.modality)}.{option}"] = float(value)
+            except ValueError:
+                raise BadValue(f"{option} of {self.modality}", value, "a number; --sweep takes several") from None
+        return {name: dose for name, dose in found.items() if dose} | self.plant.doses
 
     @property
     def p(self) -> float | None:

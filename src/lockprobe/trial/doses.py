@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
-from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec
 
 FLIP_RATE = "flip.p"
@@ -53,33 +51,6 @@ def without_doses(spec: Spec, options: Sequence[str]) -> Spec:
     'flip?p=0.4'
     """
     return spec.without([*options, *(["others"] if spec.full_name == "flip" and "keep" in options else [])])
-
-
-def doses_of(acting: Sequence[tuple[str, Sequence[str]]], modality: str) -> dict[str, float]:
-    """The doses that are not 0, by intervention and option, and those of the modality.
-
-    >>> doses_of([("flip?p=0.4&at=3", ["p"]), ("flip?p=0.1", ["p"]), ("nudge", [])], "rgb?blur=8")
-    {'flip.p': 0.4, 'flip#2.p': 0.1, 'rgb.blur': 8.0}
-
-    Each intervention comes as its spec and the options that are its doses. At 0 of the first none of them acts.
-    """
-    found: dict[str, float] = {}
-    seen: Counter[str] = Counter()
-    for spec, options in acting:
-        said = Spec.parse(spec, "intervention")
-        seen[said.full_name] += 1
-        number = f"#{seen[said.full_name]}" if seen[said.full_name] > 1 else ""
-        given = {option: dose_of(said, option, options[0]) for option in options}
-        if options and given[options[0]]:
-            found |= {f"{said.full_name}{number}.{option}": dose for option, dose in given.items() if dose}
-    shown = Spec.parse(modality, "modality").full_name
-    for option, text in modality_doses(modality)[1].items():
-        try:
-            dose = float(text)
-        except ValueError:
-            raise BadValue(f"{option} of {modality}", text, f"a number; --sweep '{modality}' takes several") from None
-        found |= {f"{shown}.{option}": dose} if dose else {}
-    return found
 
 
 def flip_rate(specs: tuple[str, ...], modality: str, doses: Mapping[str, float]) -> float | None:

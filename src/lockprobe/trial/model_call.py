@@ -24,6 +24,9 @@ Whole = Annotated[int, Ge(-WHOLE), Le(WHOLE)]
 Finite = Annotated[float, Gt(-inf), Lt(inf)]
 """Any other number of a record."""
 
+Share = Annotated[float, Ge(0), Le(1)]
+"""A probability."""
+
 Seconds = Annotated[float, Ge(0), Le(1e8)]
 """A duration read from disk: three years at most."""
 

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Literal
 from lockprobe.foundation.errors import FINAL, Boundary
 from lockprobe.foundation.spec import PEOPLE, group_of
 from lockprobe.trial.doses import flip_rate
-from lockprobe.trial.model_call import WHOLE, Count, Finite, Usage, Whole
-from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.model_call import WHOLE, Count, Finite, Share, Usage, Whole
+from lockprobe.trial.pictures.picture import Picture, PictureKind, PictureName
 
 if TYPE_CHECKING:
     from lockprobe.trial.pictures.frame import Frame
@@ -150,8 +150,8 @@ class Decision:
     joint: str
     claimed: Outcome | None = None
     hypothesis: str = ""
-    probabilities: tuple[float, ...] | None = None
-    claim_probability: float | None = None
+    probabilities: tuple[Share, ...] | None = None
+    claim_probability: Share | None = None
     replies: tuple[str, ...] = ()
     usage: Usage | None = None
     served: str = ""
@@ -253,7 +253,7 @@ class Step:
     told: str
     decision: Decision
     sensed: Mapping[str, Fact] = field(default_factory=dict)
-    pictures: Mapping[PictureKind, str] = field(default_factory=dict)
+    pictures: Mapping[PictureKind, PictureName] = field(default_factory=dict)
     chosen: str | None = None
     remark: str = ""
 
@@ -366,7 +366,7 @@ class Trial:
     ending: Ending
     error: TrialError | None = None
     plant: Mapping[str, Fact] = field(default_factory=dict)
-    opening_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
+    opening_pictures: Mapping[PictureKind, PictureName] = field(default_factory=dict)
     assessment: bool = True
     hypothesis: Ask = "before"
     interventions: tuple[Mapping[str, Fact], ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from hashlib import blake2b
 from reprlib import repr as shortened
@@ -13,7 +13,6 @@ from pydantic import TypeAdapter, ValidationError
 from lockprobe.foundation.errors import BadValue, ReplyFault
 from lockprobe.foundation.redaction import without_keys
 from lockprobe.foundation.terminal_text import one_line
-from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.record import Decision, Fact, Step, Task, Trial
 from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 
@@ -109,7 +108,7 @@ def _parsed(line: bytes | str) -> Trial:
         raise BadValue("trial record, target", trial.target, f"one of the joints {', '.join(joints)}")
     if not (len(joints) == len(trial.labels) and sorted(trial.labels) == sorted(trial.listing)):
         raise BadValue("trial record, labels", trial.labels, f"one for each of {len(joints)} joints, each listed")
-    _refuse(_seen(trial.opening_pictures, trial.opening_sensed, len(joints)))
+    _refuse(_of_reading(trial.opening_sensed, len(joints)))
     return trial
 
 
@@ -125,14 +124,10 @@ def _of_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> _Fault
         if bits is not None and not (len(bits) == len(joints) and set(bits) <= {"0", "1"}):
             yield name, bits, f"{len(joints)} positions, each 0 or 1"
     yield from _of_decision(step.decision, labels)
-    yield from _seen(step.pictures, step.sensed, len(joints))
+    yield from _of_reading(step.sensed, len(joints))
 
 
-def _seen(pictures: Mapping[PictureKind, str], sensed: Mapping[str, Fact], joints: int) -> _Faults:
-    """Names of pictures are hashes, so that no record points outside its directory; a reading is one of all joints."""
-    for kind, name in pictures.items():
-        if not PICTURE_NAME.fullmatch(name):
-            yield f"{kind} picture", name, "twenty hexadecimal digits and .png"
+def _of_reading(sensed: Mapping[str, Fact], joints: int) -> _Faults:
     if CAMERA in sensed and not is_reading(sensed[CAMERA], joints):
         yield CAMERA, sensed[CAMERA], f"{joints} positions, each 0, 1 or {UNCLEAR}"
 
@@ -171,21 +166,13 @@ def _of_whole(trial: Trial) -> _Faults:
 
 
 def _of_decision(decision: Decision, labels: Sequence[str]) -> _Faults:
-    """What is wrong with a decision on joints with these labels; its texts and its usage are not looked at."""
+    """What is wrong with a decision on joints with these labels, beside what its types say."""
     if decision.joint not in labels:
         yield "decision", decision.joint, f"one of {', '.join(labels)}"
     if decision.claimed not in ("moved", "blocked", None):
         yield "claimed", decision.claimed, "one of moved, blocked, None"
-    chances, claimed = decision.probabilities, decision.claim_probability
-    many = chances is None or (isinstance(chances, tuple | list) and len(chances) == len(labels))
-    if not (many and _are_shares(chances or ())):
-        yield "probabilities", chances, f"{len(labels)} numbers from 0 to 1"
-    if claimed is not None and not _are_shares([claimed]):
-        yield "claim probability", claimed, "a number from 0 to 1"
-
-
-def _are_shares(values: Iterable[object]) -> bool:
-    return all(isinstance(one, float | int) and 0 <= one <= 1 for one in values)
+    if decision.probabilities is not None and len(decision.probabilities) != len(labels):
+        yield "probabilities", decision.probabilities, f"{len(labels)} numbers from 0 to 1"
 
 
 def usable(decision: Decision, task: Task) -> Decision:
@@ -199,12 +186,9 @@ def usable(decision: Decision, task: Task) -> Decision:
         found = shortened(decision) if plain else f"an object of type {type(decision).__name__}"
         raise ReplyFault(f"decide returned {found}; return Decision(joint=…)", kept)
     try:
-        for what, got, expected in _of_decision(decision, task.joints):
-            raise ReplyFault(f"its {what}: got {shortened(got)}, expected {expected}", kept)
-        if (decision.hypothesis, decision.replies, decision.usage, decision.served, decision.tidied) != (
-            "", (), None, "", (),
-        ):  # fmt: skip
-            # what models add goes to the record and back, which takes longer
+        chances, said = (decision.probabilities, decision.claim_probability), (decision.hypothesis, decision.replies)
+        if (*chances, *said, decision.usage, decision.served, decision.tidied) != (None, None, "", (), None, "", ()):
+            # what is beside the joint and the claim goes to the record and back, which takes longer
             _decision.validate_json(_decision.dump_json(decision, exclude_defaults=True, warnings=False), strict=True)
             decision = replace(
                 decision,
@@ -212,6 +196,8 @@ def usable(decision: Decision, task: Task) -> Decision:
                 replies=tuple(map(without_keys, decision.replies)),
                 served=without_keys(decision.served),
             )
+        for what, got, expected in _of_decision(decision, task.joints):
+            raise ReplyFault(f"its {what}: got {shortened(got)}, expected {expected}", kept)
     except ValidationError as error:
         first = error.errors()[0]
         why = f"its {'.'.join(map(str, first['loc']))} cannot be written ({first['msg']})"

@@ -5,13 +5,18 @@ from __future__ import annotations
 import hashlib
 import re
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 PictureKind = Literal["rgb", "depth", "depth16"]
 """Colours; depth as the agent sees it; measured depth in millimetres."""
 
 PICTURE_NAME = re.compile(r"[0-9a-f]{20}\.png")
-"""The file names of pictures."""
+"""The file names of pictures: no record points outside its directory."""
+
+PictureName = Annotated[str, Field(pattern=f"^{PICTURE_NAME.pattern}$")]
+"""One of them, read from a record."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
