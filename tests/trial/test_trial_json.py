@@ -5,12 +5,9 @@ from dataclasses import replace
 
 import pytest
 from builders import make_trial
-from hypothesis import given
-from hypothesis import strategies as st
 
 from lockprobe import run_trial
 from lockprobe.foundation.errors import BadValue
-from lockprobe.trial.record import TrialError
 from lockprobe.trial.trial_json import TrialReader, trial_from_json, trial_to_json
 
 SOLVED, FAILED = (trial_to_json(run_trial(agent=agent, seed=2)) for agent in ("human-inspired", "random"))
@@ -101,27 +98,6 @@ def test_no_number_of_a_record_is_beyond_what_can_be_exported(field, changed, nu
     assert trial_from_json(line.replace(b'"seed":1', b'"seed":%d' % 2**63)).seed == 2**63  # the largest
 
 
-PLAYED = [
-    run_trial(agent=agent, condition=condition, trial=trial)
-    for agent in ("random", "human-inspired", "cognitive:perseverant")
-    for condition in ("truth", "flip?p=0.4", "tremble?p=0.3 + nudge", "history?last=2 + drop?p=0.3")
-    for trial in (1, 2)
-]
-LINES = [trial_to_json(trial) for trial in PLAYED]
-
-
-def outcome(read, line):
-    try:
-        return read(line)
-    except BadValue as error:
-        return str(error)
-
-
-READER = TrialReader()
-for one in LINES:
-    READER.read(one)
-
-
 def test_equal_steps_and_equal_settings_are_one_object():
     reader = TrialReader()
     first, second = (
@@ -132,23 +108,3 @@ def test_equal_steps_and_equal_settings_are_one_object():
     assert all(one is other for one, other in zip(first.steps, second.steps, strict=True))
     assert first.facts is second.facts
     assert first.doses is second.doses
-
-
-def test_what_only_one_trial_has_is_read_whole():
-    broken = replace(
-        PLAYED[0], ending="error", error=TrialError(boundary="model", message='a,"ending":"b', step=1), steps=()
-    )
-    noted = replace(PLAYED[0], facts={"repetition": 1, "steps": "x", 'a","study":': '],"ending":'})
-    for trial in (broken, noted, replace(noted, called='c","study":"d')):
-        line = trial_to_json(replace(trial, key=str(trial.name)))
-        assert READER.read(line) == READER.read(line) == trial_from_json(line)
-
-
-@given(st.data())
-def test_any_piece_of_a_record_may_be_cut_out_or_repeated(data):
-    line = data.draw(st.sampled_from(LINES))
-    begin = data.draw(st.integers(1, len(line) - 2))
-    end = min(len(line) - 1, begin + data.draw(st.integers(1, 60)))
-    times = data.draw(st.sampled_from([0, 2]))
-    broken = line[:begin] + line[begin:end] * times + line[end:]
-    assert outcome(READER.read, broken) == outcome(trial_from_json, broken)

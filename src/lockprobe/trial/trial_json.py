@@ -2,31 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from hashlib import blake2b
+from itertools import chain
 from reprlib import repr as shortened
-from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.foundation.errors import BadValue, ReplyFault
 from lockprobe.foundation.redaction import without_keys
 from lockprobe.foundation.terminal_text import one_line
-from lockprobe.trial.record import Decision, Fact, Step, Task, Trial
+from lockprobe.trial.record import Decision, Step, Task, Trial
 from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 
 _trial: TypeAdapter[Trial] = TypeAdapter(Trial)
-_step: TypeAdapter[Step] = TypeAdapter(Step)
 _decision: TypeAdapter[Decision] = TypeAdapter(Decision)
 
 LONGEST = 10_000
 """The most steps of a trial."""
 
-_STEPS, _STEP, _ENDING = b',"steps":[', b'{"step":', b'],"ending":'
-
 _MOST = 1 << 20
-"""Different steps that a reader keeps; further ones are parsed each time."""
+"""Different steps that a reader keeps."""
 
 _SAME = ("facts", "channels", "joints", "plant", "interventions", "specs", "doses", "changed")
 """What trials of one agent and condition mostly have in common."""
@@ -42,94 +39,51 @@ def trial_to_json(trial: Trial) -> bytes:
 
 def trial_from_json(line: bytes | str) -> Trial:
     """The trial on one line as :func:`trial_to_json` makes it; ``BadValue`` if that cannot have happened."""
-    trial = _parsed(line)
-    for step in trial.steps:
-        _refuse(_of_step(step, trial.joints, trial.labels), f"step {step.step}, ")
-    _refuse(_of_whole(trial))
-    return trial
-
-
-class TrialReader:
-    """Reads many records: what :func:`trial_from_json` returns and refuses, with equal parts as one object.
-
-    Most steps of agents that say no more than a joint are the same in many trials. A step is parsed only if its bytes
-    have not been met before, so many trials of strategies take a fraction of the time and of the memory.
-    """
-
-    def __init__(self) -> None:
-        self._steps: dict[tuple[tuple[str, ...], tuple[str, ...], bytes], Step] = {}
-        self._alike: dict[tuple[str, str, str], Trial] = {}
-        self._same: dict[Any, Any] = {}
-
-    def read(self, record: bytes) -> Trial:
-        """The trial of a record."""
-        head, _, rest = record.partition(_STEPS)  # within a text its quotation marks would be escaped
-        steps, ending, tail = rest.rpartition(_ENDING)
-        if not (ending and steps.startswith(_STEP) and steps.endswith(b"}")):
-            return trial_from_json(record)
-        try:
-            bare = _parsed(head + _STEPS + _ENDING + tail)
-            parts = steps[len(_STEP) : -1].split(b"}," + _STEP)
-            like = self._alike.setdefault((bare.agent, bare.condition, bare.box), bare)
-            shared = {name: one for name in _SAME if (one := getattr(like, name)) == getattr(bare, name)}
-            trial = replace(bare, steps=tuple([self._step(part, bare) for part in parts]), **shared)
-            _refuse(_of_whole(trial))
-        except (BadValue, ValidationError):  # read whole, the record says what is wrong with it
-            return trial_from_json(record)
-        return trial
-
-    def _step(self, part: bytes, of: Trial) -> Step:
-        place = of.joints, of.labels, blake2b(part, digest_size=16).digest()
-        if (known := self._steps.get(place)) is not None:
-            return known
-        step = _step.validate_json(_STEP + part + b"}", strict=True, extra="forbid")
-        _refuse(_of_step(step, of.joints, of.labels))
-        if step.decision.replies:  # different in every trial
-            return step
-        names = ("state", "joint", "told_state", "told", "decision")
-        step = replace(
-            step, **{name: self._same.setdefault(one, one) for name in names for one in [getattr(step, name)]}
-        )
-        if len(self._steps) < _MOST:
-            self._steps[place] = step
-        return step
-
-
-def _parsed(line: bytes | str) -> Trial:
-    """The trial on a line whose settings, at least, are possible."""
     try:
         trial = _trial.validate_json(line, strict=True, extra="forbid")
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
         raise BadValue("trial record", where or "line", f"a trial ({first['msg']})") from error
-    joints = trial.joints
-    if trial.target not in joints:
-        raise BadValue("trial record, target", trial.target, f"one of the joints {', '.join(joints)}")
-    if not (len(joints) == len(trial.labels) and sorted(trial.labels) == sorted(trial.listing)):
-        raise BadValue("trial record, labels", trial.labels, f"one for each of {len(joints)} joints, each listed")
-    _refuse(_of_reading(trial.opening_sensed, len(joints)))
+    for what, got, expected in chain(*(_of_step(step, trial) for step in trial.steps), _of_whole(trial)):
+        raise BadValue(f"trial record, {what}", got, expected)
     return trial
 
 
-def _refuse(faults: _Faults, where: str = "") -> None:
-    for what, got, expected in faults:
-        raise BadValue(f"trial record, {where}{what}", got, expected)
+class TrialReader:
+    """Reads many records by :func:`trial_from_json`; equal parts of them are one object, so a million fit into memory.
+
+    Most steps of agents that say no more than a joint are the same in many trials.
+    """
+
+    def __init__(self) -> None:
+        self._steps: dict[tuple[object, ...], Step] = {}
+        self._alike: dict[tuple[str, str, str], Trial] = {}
+
+    def read(self, record: bytes) -> Trial:
+        """The trial of a record."""
+        trial = trial_from_json(record)
+        like = self._alike.setdefault((trial.agent, trial.condition, trial.box), trial)
+        shared = {name: one for name in _SAME if (one := getattr(like, name)) == getattr(trial, name)}
+        return replace(trial, steps=tuple([self._known(step) for step in trial.steps]), **shared)
+
+    def _known(self, step: Step) -> Step:
+        if step.sensed or step.pictures or step.decision.replies:
+            return step
+        keep = self._steps.setdefault if len(self._steps) < _MOST else self._steps.get
+        what = step.step, step.state, step.joint, step.moved, step.chosen, step.decision
+        return keep((*what, step.told_moved, step.told_state, step.told, step.remark), step)
 
 
-def _of_step(step: Step, joints: Sequence[str], labels: Sequence[str]) -> _Faults:
+def _of_step(step: Step, trial: Trial) -> _Faults:
+    joints, place = trial.joints, f"step {step.step}, "
     if step.joint not in joints:
-        yield "joint", step.joint, f"one of {', '.join(joints)}"
+        yield f"{place}joint", step.joint, f"one of {', '.join(joints)}"
     for name, bits in (("state", step.state), ("told state", step.told_state)):
         if bits is not None and not (len(bits) == len(joints) and set(bits) <= {"0", "1"}):
-            yield name, bits, f"{len(joints)} positions, each 0 or 1"
-    yield from _of_decision(step.decision, labels)
-    yield from _of_reading(step.sensed, len(joints))
-
-
-def _of_reading(sensed: Mapping[str, Fact], joints: int) -> _Faults:
-    if CAMERA in sensed and not is_reading(sensed[CAMERA], joints):
-        yield CAMERA, sensed[CAMERA], f"{joints} positions, each 0, 1 or {UNCLEAR}"
+            yield f"{place}{name}", bits, f"{len(joints)} positions, each 0 or 1"
+    for what, got, expected in _of_decision(step.decision, trial.labels):
+        yield f"{place}{what}", got, expected
 
 
 def _of_whole(trial: Trial) -> _Faults:
@@ -142,7 +96,15 @@ def _of_whole(trial: Trial) -> _Faults:
     reached = [step.step for step in trial.steps if step.moved and step.joint == trial.target]
     last = "a last step that moved the target" if trial.solved else "no step that moved the target"
     counts = (*trial.changed.items(), ("all together", trial.changed_steps))
+    joints, places = len(trial.joints), sorted(trial.labels) == sorted(trial.listing) and len(trial.labels)
+    readings = [one[CAMERA] for one in (trial.opening_sensed, *(step.sensed for step in trial.steps)) if CAMERA in one]
     for wrong, what, got, expected in (
+        (trial.target not in trial.joints, "target", trial.target, f"one of the joints {', '.join(trial.joints)}"),
+        (places != joints, "labels", trial.labels, f"one for each of {joints} joints, each listed"),
+        *(
+            (not is_reading(one, joints), CAMERA, one, f"{joints} positions, each 0, 1 or {UNCLEAR}")
+            for one in readings
+        ),
         (trial.fork is not None and trial.fork.parent != name, "fork of", trial.fork and trial.fork.parent, name),
         (trial.key != key, "key", trial.key, key),
         (not 0 <= (trial.p or 0) <= 1, "flip.p", trial.p, "a number from 0 to 1"),
@@ -155,10 +117,7 @@ def _of_whole(trial: Trial) -> _Faults:
             trial.error,
             "one exactly if the ending is error",
         ),
-        (
-            reached != ([steps] if trial.solved else []),
-            *("ending", trial.ending, f"solved, or {last}" if reached else last),
-        ),
+        (reached != [steps] * trial.solved, "ending", trial.ending, f"solved, or {last}" if reached else last),
         (trial.ending == "budget" and steps != budget, "steps", steps, f"{budget}, since the steps ran out"),
     ):
         if wrong:

@@ -124,9 +124,9 @@ def _show(found: Results) -> Iterator[Part]:
     low, high = (choose(cells, key=lambda cell: cell.value("misread") or 0.0) for choose in (min, max))
     words, shares = condition_words(found), [percent(cell.value("misread")) for cell in (low, high)]
     first, last = (f"{cell.label}, {words[cell.condition]}" for cell in (low, high))
-    said = f"From {shares[0]} ({first}) to {shares[1]} ({last}) of claims contradict the report."
+    said = f"From {shares[0]} ({first}) to {shares[1]} ({last}) of the claims contradict the report."
     if shares[0] == shares[1]:
-        said = f"{shares[0] if high.value('misread') else 'None'} of claims contradict the report."
+        said = f"{shares[0] if high.value('misread') else 'None'} of the claims contradict the report."
     beliefs: list[Block] = [_BELIEFS, _BELIEVED] if _BELIEFS.cells(found) else []
     yield Part("What is misread?", said, [_TABLE, _NOTE, *beliefs])
 
