@@ -21,6 +21,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.policy import Policy, Told, View, running_sums
 from lockprobe.boxes.box import Lockbox, Shuffle
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
+from lockprobe.boxes.layouts import locking_pairs
 from lockprobe.boxes.state_space import Space, space_of
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import allow
@@ -314,7 +315,9 @@ def _played(
         drawn = numbers(box.name, "labels", seed=seed, repetition=repetition, trial=trials, places=2 * space.joints)
         orders = drawn_orders(drawn)[1]
     else:
-        order = orders_of_study(box, seed)[1] if shuffle == "study" else range(space.joints)
+        order: Sequence[int] = range(space.joints)
+        if shuffle == "study":
+            order = orders_of_study(frozenset(locking_pairs(box)), space.joints, seed)[1]
         orders = np.tile(np.array(order), (len(trials), 1))
     boxes, minds = Boxes(space.may_move, space.start, [flip], orders.copy()), Minds(policy, world)
     start, mind = boxes.told.copy(), minds.begin(orders)

@@ -271,7 +271,7 @@ class _Loop:
             snapshot, state, moment = await self._at(partial(self._happened, joint, decision.joint, label))
             sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
         box, moved = self._plan.box.joints, snapshot.outcome == "moved"
-        told_moved, told_state = self._compared(moment, moved=moved)
+        told_moved, told_state = self._compared(moment, state, moved=moved)
         step = Step(
             step=len(past),
             state=self._state,
@@ -335,7 +335,7 @@ class _Loop:
                 self._keep(picture)
         return {picture.kind: picture.name for picture in percept.pictures}
 
-    def _compared(self, moment: Moment, *, moved: bool) -> tuple[bool | None, str | None]:
+    def _compared(self, moment: Moment, state: str, *, moved: bool) -> tuple[bool | None, str | None]:
         """The outcome and the configuration that a report tells, also as positions imply them; None where none."""
         told, shown = moment.told, moment.shown
         if told.outcome is not None:
@@ -347,11 +347,12 @@ class _Loop:
         else:  # positions are compared with the last ones told or pictured
             place = self._names.listing.index(told.joint)
             told_moved = shown[place] != self._shown[place]
-        if shown is not None:
-            self._shown = shown
-            if told.positions is None and shown == moment.was.positions:
-                shown = None  # a true picture says nothing that the truth does not
-        return told_moved, None if shown is None else bits(self._names.configuration(shown))
+        if shown is None:
+            return told_moved, None
+        self._shown = shown
+        if self._source is None and shown == moment.was.positions:
+            return told_moved, state if told.positions else None  # a true picture says nothing that the truth does not
+        return told_moved, bits(self._names.configuration(shown))
 
     def _compare(self, step: Step, fork: Fork) -> None:
         """Compare a step of a fork with the record, and change the luck after the fork for all but the first time."""

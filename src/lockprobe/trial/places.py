@@ -95,10 +95,10 @@ class Acting:
         for placed in places.showing:
             facts = percept if percept.look is None else replace(percept, look=None)
             percept = placed.act(percept, past, self._task, self._rng(placed, step))
-        worded = percept
-        percept = self._passed(self._heard(places.after, step), percept, past, step, step + 1)
-        if percept is not worded and (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
-            facts = None  # something after the words changed what is told: that holds the facts now
+        if places.after:
+            worded, percept = percept, self._passed(self._heard(places.after, step), percept, past, step, step + 1)
+            if (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
+                facts = None  # something after the words changed what is told: that holds the facts now
         percept.text.encode()
         if percept.joint is not None and percept.joint not in joints:
             raise ChannelFault(f"{percept.joint!r} is not a joint")

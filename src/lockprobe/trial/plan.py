@@ -120,19 +120,16 @@ def drawn_orders(numbers: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArr
     return np.argsort(numbers[..., :joints]), np.argsort(numbers[..., joints:])
 
 
-def orders_of_study(box: Lockbox, seed: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+@lru_cache(maxsize=64)
+def orders_of_study(
+    locking: frozenset[tuple[int, int]], joints: int, seed: int
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """The same, drawn once for a whole study: neither labels nor their list follow the interlock.
 
     Among joints of successive labels, and among neighbours in the list, as many lock each other as on average over all
-    orders (:func:`lockprobe.boxes.layouts.neutral_order`).
+    orders (:func:`lockprobe.boxes.layouts.neutral_order`). ``locking`` are the pairs that do
+    (:func:`lockprobe.boxes.layouts.locking_pairs`).
     """
-    return _neutral_orders(frozenset(locking_pairs(box)), len(box.joints), seed)
-
-
-@lru_cache(maxsize=64)
-def _neutral_orders(
-    locking: frozenset[tuple[int, int]], joints: int, seed: int
-) -> tuple[tuple[int, ...], tuple[int, ...]]:
     rng, row = generator(seed, "study", "labels"), [(i, i + 1) for i in range(joints - 1)]
     labelled, listed = (neutral_order(locking, row, joints, rng) for _ in range(2))
     return tuple(labelled.index(joint) for joint in range(joints)), tuple(listed)
@@ -151,7 +148,7 @@ class Names:
     def __init__(self, plan: Plan) -> None:
         joints = plan.box.joints
         if plan.shuffle == "study":
-            dealt, self.order = orders_of_study(plan.box, plan.seed)
+            dealt, self.order = orders_of_study(frozenset(locking_pairs(plan.box)), len(joints), plan.seed)
         elif plan.shuffle == "trial":
             drawn = drawn_orders(plan.luck.at("labels").random(2 * len(joints)))
             dealt, self.order = (tuple(order.tolist()) for order in drawn)
