@@ -24,9 +24,8 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockprobe.studies.records.results_hash import stored_hash
-
 from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.read_records import results_hash, stored_records
 from lockprobe.studies.records.store import read
 
 AGENTS = ("random", "random-no-repeat", "round-robin", "human-inspired", "cognitive:perseverant")
@@ -111,7 +110,7 @@ def killed_halfway(command: list[str], store: Path, trials: int) -> None:
 def results(directory: Path) -> str:
     """The hash of the results of a study."""
     with read(directory) as store:
-        return stored_hash(store, read_study(directory))
+        return results_hash(read_study(directory), stored_records(store))
 
 
 def costs(directory: Path, trials: int, commands: list[str]) -> Iterator[tuple[str, Cost]]:
