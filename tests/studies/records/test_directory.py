@@ -20,6 +20,7 @@ from lockprobe.studies.running import executor
 from lockprobe.studies.running.executor import Observer
 from lockprobe.studies.running.runner import Limits, run, run_study
 from lockprobe.trial.condition import Condition
+from lockprobe.trial.trial_json import trial_to_json
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
 CANNOT_START = replace(STUDY, agents=("random", "llm:gguf:none.gguf"))
@@ -59,6 +60,8 @@ def test_a_trial_is_on_disk_before_anybody_is_told_of_it(tmp_path, monkeypatch, 
         run(STUDY, journal, observer=reads, limits=Limits(workers=workers))
     assert reads.missing == []
     assert sorted(reads.told) == sorted(trial.key for trial in load(tmp_path / "d"))
+    alone = run_study(STUDY, tmp_path / "alone")
+    assert sorted(map(trial_to_json, load(tmp_path / "d"))) == sorted(map(trial_to_json, alone))
 
 
 def test_an_agent_is_added_to_a_finished_study_and_meets_the_same_luck(tmp_path):

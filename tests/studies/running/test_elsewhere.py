@@ -53,21 +53,16 @@ def pictures(directory):
     return {path.name: path.read_bytes() for path in (directory / "pictures").iterdir()}
 
 
-def test_records_and_pictures_are_those_of_one_process_wherever_they_are_played(tmp_path):
+def test_records_and_pictures_are_those_of_one_process_on_a_cluster_too(tmp_path):
     small, shown = "fast-twin?width=64&height=64", ["symbolic", "rgb"]
     planned = study("modalities", agent=["viewer"], plant=small, modality=shown, trials=1, repetitions=1, max_steps=2)
-    cluster, seen = Backwards(), {"there": Seen(), "processes": Seen()}
-    with (
-        played(tmp_path / "here", planned),
-        played(tmp_path / "there", planned, cluster, seen["there"]),
-        played(tmp_path / "processes", planned, observer=seen["processes"], workers=2),
-    ):
+    cluster, seen = Backwards(), Seen()
+    with played(tmp_path / "here", planned), played(tmp_path / "there", planned, cluster, seen):
         assert len(cluster.asked) == planned.size
     told = [(trial.key, step) for trial in load(tmp_path / "here") for step in trial.steps]
-    for place, told_there in seen.items():
-        assert lines(tmp_path / place) == lines(tmp_path / "here")
-        assert pictures(tmp_path / place) == pictures(tmp_path / "here") != {}
-        assert sorted(told_there.steps, key=repr) == sorted(told, key=repr)  # each once
+    assert lines(tmp_path / "there") == lines(tmp_path / "here")
+    assert pictures(tmp_path / "there") == pictures(tmp_path / "here") != {}
+    assert sorted(seen.steps, key=repr) == sorted(told, key=repr)  # each once
 
 
 MORTAL = """

@@ -36,16 +36,6 @@ def played(directory, **settings):
     return load(directory)
 
 
-def test_same_seed_same_bytes(tmp_path):
-    for name in ("a", "b"):
-        played(tmp_path / name, agent=["random", "human-inspired"], p=[0, 0.4], trials=5)
-    said = "select identity, record from trial order by id"
-    one, two = (sql(tmp_path / name, said) for name in ("a", "b"))
-    assert one == two
-    played(tmp_path / "c", agent=["random", "human-inspired"], p=[0, 0.4], trials=20, seed=2)
-    assert sql(tmp_path / "c", said) != one
-
-
 AGENT = """
 from lockprobe.trial.record import Decision
 class Mine:
