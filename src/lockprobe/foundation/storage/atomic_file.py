@@ -134,15 +134,16 @@ def _sync(path: Path) -> None:
 
 
 @contextmanager
-def atomic_files(*paths: Path, mode: int = 0o666) -> Iterator[list[Path]]:
+def atomic_files(*paths: Path, mode: int = 0o666, tidy: bool = True) -> Iterator[list[Path]]:
     """The drafts of some files; they become the files when the block ends without an error, and are deleted otherwise.
 
     None is put in its place before all are on the disk, and the last of them last. Their directories exist. ``mode`` is
-    for a file that does not, less the umask; any other keeps its own.
+    for a file that does not, less the umask; any other keeps its own. Without ``tidy`` nobody looks for the drafts of
+    the killed, which takes long in a directory of many files.
     """
     replacements = [Replacement(path) for path in paths]
     try:
-        for directory in {replacement.draft.parent for replacement in replacements}:
+        for directory in {replacement.draft.parent for replacement in replacements if tidy}:
             for draft in directory.glob(f".{'[0-9a-f]' * 12}.draft*"):
                 with suppress(OSError), open(draft, "rb", opener=_warily) as left:  # one that no process has locked
                     fcntl.flock(left, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lockprobe.foundation.storage.atomic_file import Replacement, make_directory, writing
+from lockprobe.foundation.storage.atomic_file import atomic_files, make_directory, writing
 from lockprobe.trial.pictures.picture import Picture
 
 ALBUM = "pictures"
@@ -24,12 +24,5 @@ def keep_picture(album: Path, picture: Picture) -> None:
         if path.is_file() and path.stat().st_size == len(picture.png):
             return
         make_directory(album)  # a study that was deleted does not come back
-    new = Replacement(path)  # not write_file, which looks through the directory for drafts
-    try:
-        new.create()
-        with writing(path):
-            new.draft.write_bytes(picture.png)
-        new.sync()
-        new.rename()
-    finally:
-        new.drop()
+    with atomic_files(path, tidy=False) as (draft,):
+        draft.write_bytes(picture.png)
