@@ -2,6 +2,7 @@
 
 import os
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 
@@ -10,6 +11,7 @@ from lockprobe.foundation.workers import Lost
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
+from lockprobe.studies.running import runner
 from lockprobe.studies.running.executor import Observer, can_travel
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.trial.trial_json import trial_to_json
@@ -81,14 +83,15 @@ def test_an_agent_that_ends_its_process_costs_its_trials_an_error_and_they_are_o
     (tmp_path / "mortals.py").write_text(MORTAL)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     monkeypatch.syspath_prepend(tmp_path)
-    planned = study("flips", agent=["python:mortals:Mortal"], plant="fast-twin", p=[0], trials=6, repetitions=1, seed=2)
+    monkeypatch.setattr(runner, "resolve", lambda *asked: replace(resolve(*asked), engine="process"))
+    planned = study("flips", agent=["python:mortals:Mortal"], p=[0], trials=6, repetitions=1, seed=2)
     with played(tmp_path / "S", planned, workers=2):
         pass
     broken = [trial for trial in load(tmp_path / "S") if trial.error is not None]
     assert 0 < len(broken) < planned.size
     assert {trial.labels[trial.joints.index(trial.target)] for trial in broken} == {"A"}
     assert {(one.error.boundary, one.error.message, one.owed_again) for one in broken} == {
-        ("plant", "python:mortals:Mortal lost its worker: a worker process died, exit status 9", True)
+        ("model", "python:mortals:Mortal lost its worker: a worker process died, exit status 9", True)
     }
 
 
