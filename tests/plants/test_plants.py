@@ -94,7 +94,7 @@ def test_what_the_plant_has_not_is_refused_in_one_line(plant, spec, error, messa
 def asked(typed, answers, monkeypatch, capsys):
     monkeypatch.setattr("sys.stdin", io.StringIO(typed))
     try:
-        return TerminalOperator().ask("Did it move?", answers), capsys.readouterr()
+        return TerminalOperator().ask("Did it move?", [*answers]), capsys.readouterr()
     except OperatorStopped as stopped:
         return stopped, capsys.readouterr()
 

@@ -1,14 +1,20 @@
-"""Ctrl-C: a wait that it interrupts at once, and processes that say nothing when it ends them."""
+"""Ctrl-C, which interrupts a wait at once, and processes that start here.
+
+They say nothing when it ends them, and import nothing from the working directory, which may be an unpacked archive.
+"""
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
 
-from lockprobe.foundation.safe_path import safe_path
+_VARIABLE = "PYTHONSAFEPATH"
+_lock = threading.Lock()
+_before: list[str | None] = []
+"""The variable as each one who starts an interpreter now found it; the first found the user's."""
 
 
 @contextmanager
@@ -25,12 +31,35 @@ def interruptible() -> Iterator[None]:
 
 
 @contextmanager
+def safe_path() -> Iterator[None]:
+    """Start interpreters within it: they, and those that they start, have no working directory on their import path.
+
+    Python puts it first for ``-c`` and ``-m``, so that a ``signal.py`` that lies there runs in its place. Outside of it
+    the environment of the user's own programs is as it was.
+    """
+    with _lock:
+        _before.append(os.environ.get(_VARIABLE))
+        os.environ[_VARIABLE] = "1"
+    try:
+        yield
+    finally:
+        with _lock:
+            before = _before.pop()
+            if not _before and before is None:
+                del os.environ[_VARIABLE]
+            elif not _before and before is not None:
+                os.environ[_VARIABLE] = before
+
+
+@contextmanager
 def held_back() -> Iterator[None]:
     """Hold Ctrl-C back while processes start here; they import nothing from the working directory.
 
     A terminal sends it to them too, and one that still imports modules would print a traceback. They hold it back from
     their first moment on, until they decide what it does to them.
     """
+    from multiprocessing import resource_tracker
+
     resource_tracker.ensure_running()  # started with the first process, it would let Ctrl-C through again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

@@ -13,8 +13,6 @@ from lockprobe.foundation.terminal_text import printable
 ENTER = ""
 """The answer of a person who only presses Enter."""
 
-_STOP = ("q", "quit")
-
 
 class OperatorStopped(PlantFault):
     """Raised when the operator types ``q``, or the input ends. It ends the trial as ``error: plant``."""
@@ -68,27 +66,21 @@ class TerminalOperator:
     def ask(self, question: str, answers: Sequence[str]) -> str:
         """The answer that is typed. Ctrl-C ends the run at once."""
         while True:
-            _show(f"{printable(question)} ")
+            sys.stderr.write(f"{printable(question)} ")
+            sys.stderr.flush()
             with interruptible():
-                line = sys.stdin.readline() if sys.stdin is not None else ""
-            typed = line.strip().lower()
+                line = sys.stdin.readline()
             if not line:
-                _show("\n")
+                sys.stderr.write("\n")
                 raise OperatorStopped("the input ended before the operator answered")
-            if typed in _STOP:
+            typed = line.strip().lower()
+            if typed in ("q", "quit"):
                 raise OperatorStopped("the operator stopped")
-            for answer in answers:
-                if typed == answer or (answer == "y" and typed == "yes") or (answer == "n" and typed == "no"):
-                    return answer
+            if (answer := {"yes": "y", "no": "n"}.get(typed, typed)) in answers:
+                return answer
             known = ", ".join("Enter" if answer == ENTER else answer for answer in answers)
             self.tell(f"Not an answer here: type {known}, or q to stop.")
 
     def tell(self, line: str) -> None:
         """Print one line."""
-        _show(f"{printable(line)}\n")
-
-
-def _show(text: str) -> None:
-    if sys.stderr is not None:
-        sys.stderr.write(text)
-        sys.stderr.flush()
+        sys.stderr.write(f"{printable(line)}\n")
