@@ -226,7 +226,7 @@ def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
         return has_methods(found, "decide") or (not isinstance(found, type) and isinstance(found, Agent))
 
     def make() -> Agent:
-        found = plugin.make(spec.options, is_one=is_agent, expected=expected)
+        found = plugin.make(is_one=is_agent, expected=expected)
         with plugin.guarded():
             agent: Agent | None = found if isinstance(found, Agent) else None
             waits = agent is not None and iscoroutinefunction(agent.decide)

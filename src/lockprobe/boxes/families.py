@@ -18,7 +18,7 @@ from lockprobe.boxes.state_space import fault_of
 from lockprobe.boxes.structures import STRUCTURES
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import allow, find_plugin, is_own_function, plugin_names
-from lockprobe.foundation.spec import Spec, spec_kind, spec_name
+from lockprobe.foundation.spec import spec_kind, spec_name
 
 DEFAULT_BOX = "chain-4"
 _LARGEST_SEED = 10**9 - 1
@@ -72,7 +72,7 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
     name = spec_name(asked)
     if name in STRUCTURES or name.startswith("random-") or (plugin := find_plugin("box", asked)) is None:
         return box(asked)
-    found = plugin.make(Spec.parse(asked, "box").options, is_one=_is_box, expected=_EXPECTED)
+    found = plugin.make(is_one=_is_box, expected=_EXPECTED)
     if not isinstance(found, Lockbox):
         raise BadValue("box", asked, _EXPECTED)
     if fault := fault_of(found):

@@ -33,7 +33,7 @@ from lockprobe.foundation.errors import (
     UserMistake,
     kind_and_words,
 )
-from lockprobe.foundation.spec import arguments_from, spec_kind, spec_name, split_specs
+from lockprobe.foundation.spec import Spec, arguments_from, spec_kind, spec_name, split_specs
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoints
@@ -144,18 +144,18 @@ class Plugin:
             raise BadValue(self.kind, self.name, expected) from error
         return found
 
-    def make(self, options: Mapping[str, str], *, is_one: Callable[[Any], bool], expected: str, **given: object) -> Any:
-        """Call it with options as text, read by the annotation or the default of each argument, and with ``given``.
+    def make(self, *, is_one: Callable[[Any], bool], expected: str) -> Any:
+        """Call it with its options, read by the annotation or the default of each argument.
 
         An object that cannot be called is returned as it is. ``is_one`` says whether what was found, which is not
         called yet, is of the kind, which ``expected`` describes.
         """
-        found = self.load()
+        found, options = self.load(), Spec.parse(self.spec, self.kind).options
         with self.guarded():
             if not is_one(found):
                 raise BadValue(self.kind, self.name, expected)
             if callable(found):
-                return found(**given, **arguments_from(found, self.name, options, given))
+                return found(**arguments_from(found, self.name, options))
         if options:
             raise BadValue(self.kind, self.name, f"no options: it is a {type(found).__name__}")
         return found

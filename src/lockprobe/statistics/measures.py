@@ -146,7 +146,7 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
         raise UnknownName("measure", name, [*MEASURES, *plugin_names("measure")])
     found, expected = plugin.load(), "a function of a trial"
     if isinstance(found, type):
-        made = plugin.make(options, is_one=_is_class_of_measures, expected=expected)
+        made = plugin.make(is_one=_is_class_of_measures, expected=expected)
     elif not is_own_function(found):
         raise BadValue("measure", measure, expected)
     else:
