@@ -43,7 +43,7 @@ def test_it_is_the_trial_that_any_agent_plays_and_at_the_end_truth_stands_beside
     assert [int(row[0]) for row in rows if "<-" in row] == [step.step for step in theirs.steps if step.told_falsely]
     lies = sum(step.told_falsely for step in theirs.steps)
     assert f"{lies} of {len(theirs.steps)} reports were false (flip rate 0.2)" in shown
-    assert re.search(r"^  A \(target\)$", shown, re.MULTILINE)
+    assert re.search(r"^  A \(target\): ", shown, re.MULTILINE)
     for spec in ("ideal-observer", "human-inspired", "random"):
         other = run_trial(agent=spec, p=0.2, seed=SEED, flip=flip, assessment=False)
         how = f"{len(other.steps)} steps" if other.solved else "not within 20 steps"

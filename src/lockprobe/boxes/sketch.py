@@ -1,8 +1,8 @@
-"""A box as text for terminals: its panel, and its interlock as a tree rooted at the target."""
+"""A box as text for terminals: its panel and its interlock."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from lockprobe.boxes.box import Lockbox
 
@@ -12,7 +12,7 @@ _WIDE, _ROW = 60, 0.12
 _SYMBOLS = {"prismatic": ("[#-]", "[-#]", "[? ]"), "revolute": ("(|) ", "(-) ", "(?) ")}
 """Symbols of a closed joint, an open joint, and a joint whose position is not told."""
 
-_ASCII = str.maketrans("┌┐└┘─│├", "++++-||")
+_ASCII = str.maketrans("┌┐└┘─│", "++++-|")
 
 
 def ascii_only(text: str) -> str:
@@ -63,29 +63,12 @@ def _row(box: Lockbox, row: list[int], names: Sequence[str], positions: Sequence
 
 
 def interlock_lines(box: Lockbox) -> list[str]:
-    """The conditions of the target as a tree, then the joints that are not in the tree."""
-    shown: set[str] = set()
-    lines: list[str] = []
-    for joint in sorted(box.joints, key=lambda joint: joint.name != box.target):
-        if joint.name not in shown:
-            shown.add(joint.name)
-            target = " (target)" if joint.name == box.target else ""
-            free = "" if box.alternatives(joint.name) else ": always free"
-            lines += [joint.name + target + free, *_needs(box, joint.name, shown)]
+    """The positions that each joint needs, the target first."""
+    lines = []
+    for name in sorted(box.names, key=lambda name: name != box.target):
+        ways = [
+            " and ".join(f"{other} {'open' if position else 'closed'}" for other, position in clause.items())
+            for clause in box.alternatives(name)
+        ]
+        lines.append(f"{name}{' (target)' * (name == box.target)}: {', or '.join(ways) or 'always free'}")
     return lines
-
-
-def _needs(box: Lockbox, name: str, shown: set[str]) -> Iterator[str]:
-    """The positions that a joint needs; the first occurrence of each joint is followed by its own conditions."""
-    positions = [
-        ("and " if i else "or " if k else "", other, position)
-        for k, clause in enumerate(box.alternatives(name))
-        for i, (other, position) in enumerate(clause.items())
-    ]
-    for i, (link, other, position) in enumerate(positions):
-        last, first = i == len(positions) - 1, other not in shown
-        shown.add(other)
-        free = ": always free" if not box.alternatives(other) else "" if first else ": see above"
-        yield ("└─ " if last else "├─ ") + f"{link}{other} {'open' if position else 'closed'}{free}"
-        if first:
-            yield from (("   " if last else "│  ") + line for line in _needs(box, other, shown))
