@@ -193,9 +193,10 @@ def read_answer(
 def _read(came: Mapping[str, Any], status: int, wait: float | None, counted: Usage) -> tuple[str, str, str]:
     """Text, reason for its end, and reasoning."""
     if status >= 400:
-        said = came.get("error") or came.get("detail") or came or "nothing"
-        charged = status in _GAVE_UP_WAITING
-        return _refusal_in({"error": said}, "error", status=status, charged=charged, wait=wait), REFUSED, ""
+        charged, refusal = status in _GAVE_UP_WAITING, ""
+        for error in (came.get("error"), came.get("detail"), came, "no error is named"):  # the last one always is one
+            refusal = refusal or _refusal_in({"error": error}, "error", status=status, charged=charged, wait=wait)
+        return refusal, REFUSED, ""
     choices = came.get("choices")
     if not isinstance(choices, list) or not choices:
         if refusal := _refusal_in(came, "error", "errors", "detail", "message"):
