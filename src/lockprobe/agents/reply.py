@@ -147,7 +147,7 @@ def _meant(name: str, value: object, allowed: Sequence[str], last: str) -> str:
     if value is None or (isinstance(value, str | int) and not isinstance(value, bool)):
         plain = plain_form("" if value is None else str(value)).rstrip("!")
         who = "(?:the)?(?:joint)?"
-        subject = f"(?:it|{who}(?:{re.escape(plain_form(last))})?)"
+        subject = f"(?:it|(?:the)?joint|{who}{re.escape(plain_form(last))})?" if last else ""
         forms = {one: f"{subject}(?:{form})" for one, form in _SPELLED.items()}
         if name == "joint":
             forms = {joint: f"{who}{re.escape(plain_form(joint))}" for joint in allowed}
