@@ -105,9 +105,11 @@ def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:
     """The modalities that an agent can play: an agent that reads reports plays no pictures."""
     modalities = tuple(modalities)
-    if not any(map(is_pictured, modalities)) or _looks(agent):
+    in_words = tuple(modality for modality in modalities if not is_pictured(modality))
+    try:
+        return modalities if in_words == modalities or resolve(agent).senses == "pictures" else in_words
+    except Missing:  # the package of hosted models, which look; records can be read without it
         return modalities
-    return tuple(modality for modality in modalities if not is_pictured(modality))
 
 
 def refuse_blind(agent: str, modality: str, instead: str) -> NoReturn:
@@ -116,11 +118,3 @@ def refuse_blind(agent: str, modality: str, instead: str) -> NoReturn:
     raise BadValue(
         "modality", modality, f"{instead} for {agent}, which reads reports and looks at no pictures; {looks}"
     )
-
-
-@lru_cache(maxsize=256)
-def _looks(agent: str) -> bool:
-    try:
-        return resolve(agent).senses == "pictures"
-    except Missing:  # the package of hosted models, which look; records can be read without it
-        return True

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property, partial
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, TypeAdapter, ValidationError
 
@@ -27,7 +27,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import parse_json
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
-from lockprobe.foundation.validation import AS_WRITTEN, Text, check_choice, check_probability, check_whole, plain
+from lockprobe.foundation.validation import AS_WRITTEN, Text, check_probability, check_whole, plain
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import with_rates
@@ -184,8 +184,6 @@ class Study:
     shard: Annotated[_Shard | None, PlainSerializer(lambda one: one and str(one))] = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        for setting, known in (("layout", LayoutKind), ("shuffle", Shuffle), ("hypothesis", Ask)):
-            check_choice(setting, getattr(self, setting), get_args(known))
         names = {agent: name for agent in self.agents if (name := self.names.get(agent)) and name != agent}
         object.__setattr__(self, "names", names)
         object.__setattr__(self, "strategy_conditions", tuple(sorted(self.strategy_conditions)))
@@ -449,8 +447,8 @@ class Study:
 
         Two people may have played the same place, where one was away and came back.
         """
-        place_of = self.place_of
-        return len({place_of(trial) for trial in trials if not trial.owed_again})
+        ended = (one for one in trials if not one.owed_again)
+        return len({(one.spec, one.condition, one.repetition, one.trial) for one in ended})
 
     @property
     def run_agents(self) -> tuple[str, ...]:
