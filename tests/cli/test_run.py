@@ -235,21 +235,8 @@ def test_what_an_agent_prints_is_no_json_line(tmp_path, monkeypatch, capsys):
 
 
 def test_people_are_invited_and_not_run(tmp_path):
-    arguments = (
-        "run",
-        "flips",
-        "--box",
-        "chain-4",
-        "--p",
-        "0,0.4",
-        "--trials",
-        2,
-        "--repetitions",
-        1,
-        "--max-steps",
-        5,
-        "--no-report",
-    )
+    asked = "--box chain-4 --p 0,0.4 --trials 2 --repetitions 1 --max-steps 5 --no-report"
+    arguments = ("run", "flips", *asked.split())
     mixed = typed(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
     assert mixed.returncode == 0, mixed.stderr
     invited = "People: 0 of 4 trials played; they are not run but invited, by lockprobe serve"

@@ -149,3 +149,21 @@ def test_hashes_are_said_around_the_trials_and_known_again(lockprobe, tmp_path):
     assert hashes(lockprobe(*SMALL, *RATES, "--estimate")[2]) == {"Settings": said["Settings"]}
     status, _, error = lockprobe("verify", "d", "--settings", "")
     assert (status, error.count("\n")) == (2, 1)
+
+
+def test_shards_that_are_joined_are_the_study_byte_for_byte(lockprobe):
+    agents = ("--agent", "human-inspired", "--agent", "random")
+    asked = ("run", "flips", *agents, "--p", "0,0.4", "--trials", "3", "--no-report")
+    for number in (1, 2, 3):
+        status, _, _ = lockprobe(*asked, "--shard", f"{number}/3", "--out", f"part-{number}")
+        assert status == 0
+        played = len(load(f"part-{number}"))
+        assert read_study(f"part-{number}").size == played < 36
+        assert lockprobe(*asked, "--shard", f"{number}/3", "--out", f"part-{number}")[0] == 0
+        assert len(load(f"part-{number}")) == played
+    lockprobe("import", "joined", "part-1", "part-2", "part-3")
+    lockprobe(*asked, "--out", "whole")
+    of = ("--table", "records", "--format", "jsonl")
+    joined, whole = (lockprobe("export", name, *of)[1] for name in ("joined", "whole"))
+    assert joined == whole
+    assert whole.count("\n") == 36
