@@ -48,7 +48,7 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("flip", {}, "no study is called 'flip' (did you mean 'flips'?); there are: flips, modalities, why, looks"),
         ("flips", {"trails": 2}, "no option is called 'trails' (did you mean 'trials'?)"),
         ("flips", {"trials": "many"}, "trials: got 'many', expected a whole number"),
-        ("flips", {"trials": True}, "trials: got True, expected a number, not true or false"),
+        ("flips", {"trials": True}, "trials: got True, expected a whole number"),
         ("flips", {"trials": 0}, "trials: got 0, expected a whole number from 1 to 1000000"),
         ("flips", {"max_steps": 0}, "max_steps: got 0, expected a whole number from 1"),
         ("flips", {"seed": -1}, "seed: got -1, expected a whole number from 0"),

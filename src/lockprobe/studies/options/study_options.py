@@ -52,13 +52,6 @@ def _parts(given: object) -> object:
     return [part for one in found for part in (map(str.strip, one.split(",")) if isinstance(one, str) else [one])]
 
 
-def _number(given: object) -> object:
-    """A number; Python counts true as 1, and nobody means that."""
-    if isinstance(given, bool):
-        raise ValueError("expected a number, not true or false")  # noqa: TRY004 - which pydantic does not take
-    return given
-
-
 def _option(words: str, default: object = None) -> Any:
     """An option with what it means, its default in brackets."""
     return Field(default=default, description=words)
@@ -90,8 +83,8 @@ Several = Annotated[list[Spec], Field(max_length=64), BeforeValidator(_listed)]
 Parts = Annotated[list[str], Field(max_length=64), BeforeValidator(_parts)]
 """Words with commas between, or a list of them."""
 
-Whole = Annotated[int, BeforeValidator(_number)]
-Rates = Annotated[list[Annotated[float, BeforeValidator(_number)]], Field(max_length=1000), BeforeValidator(_parts)]
+Whole = Annotated[int, Field(strict=True)]
+Rates = Annotated[list[float], Field(max_length=1000), BeforeValidator(_parts)]
 Boxes = Annotated[list[str | Path | InstanceOf[Lockbox]], Field(min_length=1), BeforeValidator(_parts)]
 """Names, paths of files, or boxes; in a file of text only the first two."""
 
