@@ -87,13 +87,6 @@ def test_a_table_without_a_name_is_refused(lockprobe, played, out):
     assert (status, said) == (2, f"lockprobe: {out or '.'}: is a directory, not a regular file: choose another name\n")
 
 
-@pytest.mark.parametrize("name", ["study.db", "people/experiment.json", "pictures/x.png"])
-def test_a_link_to_a_file_of_the_study_is_refused(lockprobe, tmp_path, played, name):
-    (tmp_path / "link.csv").symlink_to(played / name)
-    status, _, said = lockprobe("export", played, "--out", tmp_path / "link.csv")
-    assert (status, said) == (2, f"lockprobe: {tmp_path}/link.csv: belongs to the study; choose another file\n")
-
-
 def test_a_call_is_a_row_and_a_table_of_people_needs_people(lockprobe, played):
     call = {
         "key": "k",

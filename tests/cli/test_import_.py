@@ -1,7 +1,6 @@
 """``lockprobe import``, and ``lockprobe export`` of what was imported."""
 
 import json
-import sys
 from dataclasses import replace
 
 import pytest
@@ -25,12 +24,6 @@ def test_replies_of_trials_that_are_not_finished_are_counted(lockprobe, tmp_path
     sql(played, "insert into call values (1, ?1, ?2, checksum(?1, ?2))", key, json.dumps(call))
     said = lockprobe("import", tmp_path / "new", played)[1]
     assert "5 trials imported, 0 already there, 1 unfinished. 1 replies of unfinished trials were imported" in said
-
-
-def test_parquet_without_its_package_is_one_line(lockprobe, tmp_path, played, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    status, _, said = lockprobe("export", played, "--format", "parquet", "--out", tmp_path / "x.parquet")
-    assert (status, said) == (2, "lockprobe: Parquet needs the package pyarrow: pip install 'lockprobe[parquet]'\n")
 
 
 @pytest.fixture

@@ -126,7 +126,8 @@ def _show(found: Results) -> Iterator[Part]:
     first, last = (f"{cell.label}, {words[cell.condition]}" for cell in (low, high))
     said = f"From {shares[0]} ({first}) to {shares[1]} ({last}) of the claims contradict the report."
     if shares[0] == shares[1]:
-        said = f"{shares[0] if high.value('misread') else 'None'} of the claims contradict the report."
+        some = f"{shares[0]} of the claims contradict the report."
+        said = some if high.value("misread") else "No claim contradicts the report."
     beliefs: list[Block] = [_BELIEFS, _BELIEVED] if _BELIEFS.cells(found) else []
     yield Part("What is misread?", said, [_TABLE, _NOTE, *beliefs])
 
