@@ -68,21 +68,6 @@ def relabelled(record, *, steps=None):
     }
 
 
-def played_by(record, trial):
-    """The steps and the ending of another trial under the name of this one's agent, with its words and costs."""
-    decisions = [step["decision"] for step in record["steps"]]
-    record["steps"] = trial["steps"]
-    record["ending"] = trial["ending"]
-    record.pop("error", None)
-    for step, decision in zip(record["steps"], [*decisions, *decisions[-1:] * len(trial["steps"])], strict=False):
-        step["decision"] = decision | {
-            "joint": step["decision"]["joint"],
-            "claimed": step["decision"].get("claimed"),
-        }
-        if step["decision"]["claimed"] is None:
-            del step["decision"]["claimed"]
-
-
 def reply_of(decision):
     """The reply that gives a decision."""
     said = {"moved": "moved", "blocked": "did not move", None: "none"}[decision.get("claimed")]

@@ -22,7 +22,6 @@ from tool_player import SPEC, Player, plain_records
 
 from lockprobe.cli.mcp import records_directory
 from lockprobe.interfaces.mcp.server import LONGEST_LINE
-from lockprobe.statistics.course import cells_of, courses
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import STORE, read
@@ -66,14 +65,9 @@ class Wire:
 
     def ask(self, method, params):
         """Ask, and wait for the answer to this question."""
-        self.post(method, params)
-        return self.answer(self._number)
-
-    def post(self, method, params):
-        """Ask, and do not wait."""
         self._number += 1
         self.send({"jsonrpc": "2.0", "id": self._number, "method": method, "params": params})
-        return self._number
+        return self.answer(self._number)
 
     def answer(self, number):
         """The answer to a question; EOFError if the server is gone."""
@@ -213,22 +207,6 @@ def test_hostile_lines_change_no_file_and_stop_no_server(project):
     assert wire.go() == 0
 
 
-def test_attempts_that_are_sent_at_once_are_one_step(project):
-    wire = started(project)
-    player = Player(wire.call)
-    asyncio.run(player.begin())
-    for step in range(3):
-        given = {"joint": player.joints[0], **({"last_action": "moved"} if step else {})}
-        numbers = [wire.post("tools/call", {"name": "attempt", "arguments": given}) for _ in range(4)]
-        got = {}
-        while len(got) < len(numbers):
-            found = json.loads(wire.process.stdout.readline())
-            got[found["id"]] = found["result"]["isError"]
-        assert sorted(got.values()) == [False, True, True, True]
-    assert entries(project / "S").count("attempt") == 3
-    assert wire.go() == 0
-
-
 def test_a_client_that_goes_ends_the_server_and_leaves_its_trial_owed(project):
     wire = started(project)
     player = Player(wire.call)
@@ -245,23 +223,6 @@ def test_a_client_that_goes_ends_the_server_and_leaves_its_trial_owed(project):
     wire.process.send_signal(signal.SIGINT)  # while its client is silent
     assert wire.process.wait(20) == 130
     wire.go()
-
-
-def test_the_other_commands_read_what_was_played(lockprobe, project):
-    out = project / "S"
-    assert lockprobe("run", *OPTIONS, "--agent", "random", "--out", out, "--no-report")[0] == 0
-    wire = started(project)
-    player = Player(wire.call)
-    asyncio.run(player.play(5))
-    asyncio.run(player.begin())
-    assert wire.go() == 0
-    assert "11 of 12 done, 1 owed" in lockprobe("status", out)[1]
-    assert "holds  luck" in lockprobe("verify", out)[1]
-    assert "mcp:scripted" in lockprobe("export", out, "--format", "jsonl", "--out", "-")[1]
-    status, _, err = lockprobe("run", *OPTIONS, "--agent", "mcp:scripted", "--out", out)
-    assert (status, "lockprobe mcp" in err) == (2, True)
-    found = {one.agent: len(one.tested.ended) for one in courses(cells_of(load(out)).values())}
-    assert found == {"random": 6, "mcp:scripted": 5}  # never pooled
 
 
 def test_the_configurations_of_the_page_start_the_server():

@@ -13,7 +13,6 @@ from saboteur import Evidence
 from typed import in_process
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, UnknownName, UserMistake
-from lockprobe.interfaces.export import tidy
 
 KEY = "flips/human-inspired/truth/rep=1/trial=1"
 
@@ -47,14 +46,6 @@ def shown(tmp_path, monkeypatch):
         return replay(tmp_path, trial.key, *more).stdout.splitlines()
 
     return show
-
-
-def test_a_claim_stands_in_the_row_in_which_the_export_has_it(shown):
-    trial = make_trial([3, 2, 1, 0], claims=[None, "moved", "blocked", "moved"])
-    head, *lines = shown(trial)[1:]
-    assert head.endswith("told                   then said of it")
-    assert [line[head.index("then said") :].strip() for line in lines] == ["moved", "did not move", "moved", ""]
-    assert [row["claimed"] for row in tidy(trial)] == [1, 0, 1, ""]
 
 
 def test_what_arm_and_camera_took_for_another_outcome_stands_in_the_row_with_the_reason_of_a_false_report(shown):

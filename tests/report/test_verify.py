@@ -13,7 +13,7 @@ from functools import partial
 import pytest
 from builders import small_study, write_study
 from provider_server import ENDS, Manner, here, truthful
-from saboteur import Evidence, flipped, played_by, relabelled, reply_of
+from saboteur import Evidence, flipped, relabelled, reply_of
 from stored import acts, sql
 from taking_part import take_part
 from tool_player import AGENT, Player, calls
@@ -217,12 +217,6 @@ def every_step(change):
     return lambda files: [change(step["decision"]) for record in files.records for step in record["steps"][1:]]
 
 
-def fails_as_errors(files):
-    for record in files.records:
-        if record["ending"] == "budget":
-            relabelled(record, steps=1)
-
-
 def without_last(files):
     files.settings["trials"] -= 1
     files.drop(lambda key: not key.endswith(f"trial={files.settings['trials'] + 1}"))
@@ -267,11 +261,6 @@ def faulty(record):
     record["error"] = {"boundary": "model", "message": "no reply within 120 s", "step": record["error"]["step"]}
 
 
-def an_error_as_a_success(files, record):
-    (solved, *_) = files.of("random", "solved") or files.of(MODEL, "solved")
-    played_by(record, deepcopy(solved))
-
-
 def said_so(decision):
     """Its last reply says what it decides."""
     decision["replies"][-1] = reply_of(decision)
@@ -299,9 +288,6 @@ def place_of(line):
     return {name: line[name] for name in PLACE}
 
 
-def of_another(agent):
-    """Calls that are said to be of another agent, whose costs they then are."""
-    return lambda files: [said.update({"agent": agent}) for said in files.calls]
 
 
 def forgotten(files, record):
@@ -340,8 +326,6 @@ EDITS = {
     "a trial dropped": ("forked", lambda files: files.drop(lambda key: key != STRATEGY), "complete", ""),
     "another seed": ("forked", lambda files: files.settings.update(seed=files.settings["seed"] + 1), "forks", ""),
     "other claims of a local model": ("local", every_step(flipped), "choices", ""),
-    "failures of a local model as errors": ("local", fails_as_errors, "choices", ""),
-    "other claims of a client": ("client", every_step(flipped), "attempts", ""),
     "a client's trials dropped": ("client", without_last, "attempts", ""),
     "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"]), "attempts", "is not on record"),
     "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision"),
@@ -349,16 +333,12 @@ EDITS = {
     "a reply of a fork dropped": ("branched", without_last_of_a_fork, "fork replies", ""),
     "failures as errors": ("sabotaged", each(relabelled, "budget"), "replies", ""),
     "failures as faults of the provider": ("sabotaged", each(faulty, "budget"), "complete", ""),
-    "an error as a success": ("sabotaged", first(an_error_as_a_success, "error"), "replies", ""),
     "flipped claims with replies": ("sabotaged", flipped_claims, "replies", ""),
-    "rewritten message of an error": ("sabotaged", first(lambda files, one: one["error"].update(message="no usable reply in 2 turns: not one JSON object"), "error"), "replies", ""),
     "another model": ("sabotaged", facts(model="openai-api/fake/large"), "agents", ""),
-    "another model answered": ("sabotaged", decisions(lambda one: one.update(served="fake-large")), "replies", ""),
     "cheaper calls": ("sabotaged", answers(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies", ""),
     "a call dropped": ("sabotaged", first(lambda files, one: files.calls.remove(sent(files, one, -1)), "solved"), "replies", ""),
     "one more call": ("sabotaged", first(one_more_call, "budget"), "replies", ""),
     "a call of another trial": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "replies", ""),
-    "calls of another agent": ("sabotaged", of_another("llm:openai-api/fake/cheap"), "replies", ""),
     "replies to be forgotten": ("sabotaged", first(forgotten, "budget"), "replies", ""),
     "trials dropped, number lowered": ("sabotaged", dropped(), "replies", ""),
     "the model left out": ("sabotaged", left_out(MODEL), "replies", ""),
@@ -389,17 +369,8 @@ def rewritten_last_reply(files):
     record["steps"][-1]["decision"]["hypothesis"] = "made up"
 
 
-def cheaper_everywhere(files):
-    record = files.of(MODEL, "solved")[0]
-    for call in files.calls_of(record):
-        call["usage"]["input_tokens"] = 1
-    for step in record["steps"]:
-        step["decision"]["usage"]["input_tokens"] = len(step["decision"]["replies"])
-
-
 NOT_FOUND = {
     "calls and records made up together": rewritten_last_reply,
-    "costs made up together": cheaper_everywhere,
     "the plan and all of it": dropped(calls=True),
     "an agent and all of it": left_out(MODEL, calls=True),
 }

@@ -70,7 +70,6 @@ STUDIES = {
     "thirty p": lambda had: play_study(small_study(("human-inspired", "random"), [i / 29 for i in range(30)], 1, 2)),
     "one p": lambda had: [trial for trial in one_model() + had(references) if trial.p == 0.0],
     "one trial": lambda had: [trial for trial in one_model() if trial.repetition == trial.trial == 1],
-    "errors": lambda had: [make_trial([0], agent="llm:x", p=p, broken="model") for p in (0.0, 0.3)],
     "hostile names": lambda had: [
         make_trial([0] * (p > 0) + [3, 2, 1, 0], agent=name, p=p) for name in (*HOSTILE, *LONG) for p in (0.0, 0.5)
     ],
