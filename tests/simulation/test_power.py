@@ -106,9 +106,7 @@ def test_a_study_of_controls_has_the_powers_of_its_verdicts():
 
 
 MODELS = [
-    {"success": (0.4, 0.6)},
     {"success": (0.5, 0.7, 0.9), "each": 4, "sd": 1.5, "effect_sd": 1.0},
-    {"success": (0.8, 0.65), "each": 2, "sd": 0.5, "effect_sd": 0.0},
     {"success": (0.02, 0.98), "sd": 3.0},
 ]
 

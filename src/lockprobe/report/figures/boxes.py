@@ -8,12 +8,11 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyBboxPatch
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.boxfile import box_from_data
-from lockprobe.report.figures.drawing import TARGET, Dash, legend_below, settable
+from lockprobe.report.figures.drawing import TARGET, Dash, settable
 from lockprobe.report.figures.settings import FAINT, INK, own_settings
 from lockprobe.report.rows import Results
 
@@ -28,8 +27,8 @@ _WIDTHS, _HEIGHTS, _EDGE = (3.2, 6.9), (1.4, 4.3), 0.46
 _COLUMN, _ROW, _TOP = 0.87, 0.36, 0.42
 """Width of a column and height of a row of the table of needs, and of its head, in inches."""
 
-_HEAD, _FOOT, _GAP = 0.33, 0.38, 0.32
-"""Height of the headings and, at least, of the legend; between panel and table."""
+_HEAD, _GAP = 0.33, 0.1
+"""Height of a heading; below the panel and the table."""
 
 _CLOSE = 0.08
 """Places nearer to each other, in panel sizes, are not drawn: the joints are put in a row."""
@@ -52,16 +51,10 @@ def box_figure(box: Lockbox) -> Figure:
     """The picture of a box: the panel, and below it a row for each alternative of a joint with the joints it needs."""
     needed, rows = _needed(box), sum(max(1, len(box.alternatives(name))) for name in box.names)
     panel, table = _panel_size(box), (_COLUMN * (1.3 + max(2, len(needed))), _TOP + _ROW * rows)
-    width = max(panel[0], table[0], 3.4) + 0.1
-    figure, marks = Figure(figsize=(width, 1)), _symbols(box)
-    legend = legend_below(
-        figure, marks, len(marks), loc="lower left", columnspacing=1.0, handlelength=2.2, borderaxespad=0.1
-    )
-    foot = max(_FOOT, legend.get_window_extent().height / figure.dpi + 0.06)
-    above = foot + table[1] + _HEAD + _GAP
+    width, above = max(panel[0], table[0], 3.4) + 0.1, _GAP + table[1] + 1.5 * _HEAD + _GAP
     height = above + panel[1] + _HEAD
-    figure.set_figheight(height)
-    for draw, bottom, (breadth, high) in ((_draw_panel, above, panel), (_draw_needs, foot, table)):
+    figure = Figure(figsize=(width, height))
+    for draw, bottom, (breadth, high) in ((_draw_panel, above, panel), (_draw_needs, _GAP, table)):
         axes = figure.add_axes((0.05 / width, bottom / height, breadth / width, high / height))
         axes.set(xlim=(0, breadth), ylim=(0, high))
         axes.set_axis_off()
@@ -94,7 +87,9 @@ def _draw_needs(axes: Axes, box: Lockbox) -> None:
                 face = INK if position else "white"
                 axes.add_patch(Circle((columns[other], y), 0.07, facecolor=face, edgecolor=INK, linewidth=0.9))
             y -= _ROW
-    axes.set_title("what each joint needs before it moves", loc="left")
+    axes.set_title(
+        "what each joint needs before it moves\n(filled: open; hollow: closed; blue: the target)", loc="left"
+    )
 
 
 def _draw_panel(axes: Axes, box: Lockbox) -> None:
@@ -162,15 +157,3 @@ def _name_joint(axes: Axes, box: Lockbox, name: str, at: Point, *, va: str = "ce
     said = "\n".join(settable(line if len(line) <= _LONGEST else line[: _LONGEST - 1] + "…") for line in lines)
     look: dict[str, Any] = {"color": TARGET, "fontweight": "bold"} if name == box.target else {}
     axes.text(*at, said, ha=ha, va=va, linespacing=1.0, **look)
-
-
-def _symbols(box: Lockbox) -> dict[str, Line2D]:
-    """The legend: what the marks mean that this box has."""
-    positions = {position for name in box.names for clause in box.alternatives(name) for position in clause.values()}
-    look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "color": INK}
-    marks = {"target": Line2D([], [], **look | {"marker": "s", "color": "white"}, markeredgecolor=TARGET)}
-    if True in positions:
-        marks["has to be open"] = Line2D([], [], **look)
-    if False in positions:
-        marks["has to be closed"] = Line2D([], [], **look, markerfacecolor="white")
-    return marks

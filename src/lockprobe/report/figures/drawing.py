@@ -16,7 +16,7 @@ import math
 import re
 import textwrap
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
@@ -27,7 +27,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.legend import Legend
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
@@ -373,7 +372,14 @@ def sheet(
             entries.setdefault(name, handle)
     if entries:
         spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2}
-        legend = legend_below(figure, entries, 4, loc="lower center", title=note, borderaxespad=0.2, **spaces)
+        for columns_below in range(4, 0, -1):  # as many as there is room for
+            legend = figure.legend(
+                entries.values(), entries.keys(), ncols=columns_below, loc="lower center", title=note,
+                borderaxespad=0.2, **spaces,
+            )  # fmt: skip
+            if legend.get_window_extent().width < min(figure.bbox.width, COLUMN * DPI) or columns_below == 1:
+                break
+            legend.remove()
         legend.get_title().set(color=FAINT, fontsize=SMALL)
         foot += legend.get_window_extent().height / DPI
     elif note:
@@ -395,14 +401,3 @@ def _around(axes: Axes) -> tuple[float, float, float, float]:
     box, taken = axes.bbox, Bbox.union([axes.bbox, *filter(None, names), *texts])
     above = max(taken.y1, axes.title.get_window_extent().y1 if axes.get_title() else box.y1)
     return (box.x0 - taken.x0) / DPI, (box.y0 - taken.y0) / DPI, (taken.x1 - box.x1) / DPI, (above - box.y1) / DPI
-
-
-def legend_below(figure: Figure, entries: Mapping[str, Artist], most: int, **settings: Any) -> Legend:
-    """A legend in as many columns as a panel has room for, and at most ``most``."""
-    room = min(figure.bbox.width, COLUMN * figure.dpi)
-    for columns in range(most, 0, -1):
-        legend = figure.legend(entries.values(), entries.keys(), ncols=columns, **settings)
-        if legend.get_window_extent().width < room or columns == 1:
-            break
-        legend.remove()
-    return legend
