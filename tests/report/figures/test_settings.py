@@ -6,8 +6,6 @@ import subprocess
 import sys
 from hashlib import sha256
 
-import pytest
-
 from lockprobe.boxes.families import box
 from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.drawing import render
@@ -23,21 +21,15 @@ print(json.dumps([*drawn, os.environ.get("MATPLOTLIBRC"), os.environ["MPLBACKEND
 """
 
 
-@pytest.mark.parametrize("hostile", ["in the folder", "by name"])
-def test_no_settings_of_a_user_change_or_prevent_a_figure(tmp_path, hostile):
-    """A pipe that a reader waits for, or a text of another coding."""
-    file = tmp_path / "matplotlibrc"
-    if hostile == "by name":
-        os.mkfifo(file)
-    else:
-        file.write_text("font.size: 23\ntext.usetex: True\nsavefig.bbox: tight\n", "utf-16")
-    named = {"MATPLOTLIBRC": str(file)} if hostile == "by name" else {}
-    folder = tmp_path.parent if named else tmp_path
+def test_no_settings_of_a_user_change_or_prevent_a_figure(tmp_path):
+    """A text of another coding in the folder, and by name a pipe that a reader waits for."""
+    (tmp_path / "matplotlibrc").write_text("font.size: 23\ntext.usetex: True\n", "utf-16")
+    os.mkfifo(tmp_path / "pipe")
+    users = {"MPLBACKEND": "module://no.such", "MATPLOTLIBRC": str(tmp_path / "pipe")}
     done = subprocess.run(
-        [sys.executable, "-c", DRAW], cwd=folder, env=os.environ | {"MPLBACKEND": "module://no.such"} | named,
-        capture_output=True, text=True, timeout=600,
-    )  # fmt: skip
+        [sys.executable, "-c", DRAW], cwd=tmp_path, env=os.environ | users, capture_output=True, text=True, timeout=600
+    )
     assert (done.returncode, done.stderr) == (0, "")
     figure = box_figure(box("chain-4"))
     drawn = [sha256(render(figure, form)).hexdigest() for form in ("png", "svg", "pdf")]
-    assert json.loads(done.stdout) == [*drawn, named.get("MATPLOTLIBRC"), "module://no.such"]
+    assert json.loads(done.stdout) == [*drawn, users["MATPLOTLIBRC"], users["MPLBACKEND"]]
