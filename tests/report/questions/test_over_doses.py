@@ -136,7 +136,7 @@ def shown_parts(directory, *waits, trials=10):
         (
             (SOON, SOON, SOON),
             10,
-            "No effect of the modality on how soon the box is solved by {who} was detected.",
+            "No effect of the modality on how soon the box is solved by {who} was detected (P = 1).",
         ),
         ((SOON, LATE, LATE), 3, "Too few trials ended to test whether the modality changes how soon the box is solved"),
     ],

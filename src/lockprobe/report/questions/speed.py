@@ -226,11 +226,10 @@ def effect_said(found: Results, row: Estimate) -> str:
     tested = [p for p in (row.p_value, *pairs) if p is not None]
     if any(p < ALPHA for p in tested):
         return f"The modality changes {solves}, in no order of fidelity."
-    return (
-        f"No effect of the modality on {solves} was detected."
-        if tested
-        else f"Too few trials ended to test whether the modality changes {solves}."
-    )
+    if not tested:
+        return f"Too few trials ended to test whether the modality changes {solves}."
+    said = "" if row.p_value is None else f" ({p_value(row.p_value)})"
+    return f"No effect of the modality on {solves} was detected{said}."
 
 
 _TABLE = Table("modalities", _modalities)
