@@ -150,19 +150,6 @@ def test_intervals_hold_however_the_broken_trials_of_both_agents_ended_at_both_d
         assert of(held).high == pytest.approx(max(one.high for one in own))
 
 
-def test_a_change_has_the_largest_p_value_of_both_ends():
-    """Of an agent that false reports help and one that they harm; of the first, some trials break at 0.4."""
-
-    def moved(broken, harm=22):
-        helped = [*with_broken("llm:a", some(8, 1)), *with_broken("llm:a", some(30, 3), broken, p=0.4)]
-        harmed = [*with_broken("llm:b", some(30, 2)), *with_broken("llm:b", some(30 - harm, 4), p=0.4)]
-        return pair(helped, harmed).changes[0.4].p_value
-
-    assert moved(()) <= moved(some(3, 5)) < 0.05  # it holds however the three ended
-    assert moved((), harm=0) < 0.05
-    assert moved(some(36, 5), harm=0) == 1.0  # if all 36 failed, false reports harm the first more
-
-
 # Does noise help one more: found where it does, not where only base rates differ.
 
 P = (0.0, 0.2, 0.4)

@@ -32,7 +32,7 @@ def test_the_interval_holds_the_mean_over_boxes(k, n, success, effect, tau):
     rng = np.random.default_rng(3)
     base = np.clip(success + 0.15 * rng.standard_normal(400_000), 0, 1)
     truth = float(np.mean(np.clip(base + effect + tau * rng.standard_normal(400_000), 0, 1) - base))
-    found = [paired(*world(rng, k, n, success, effect, 0.15, tau)) for _ in range(400)]
+    found = [paired(*world(rng, k, n, success, effect, 0.15, tau)) for _ in range(200)]
     assert np.mean([one.low <= truth <= one.high for one in found]) > 0.92
     if not effect:
         assert np.mean([one.interval_p < 0.05 for one in found]) < 0.08

@@ -161,10 +161,10 @@ def test_interactions_are_corrected_for_their_number_and_stand_once_in_a_grid_wh
 
 def test_other_conditions_change_no_p_value_of_a_factor_and_every_group_is_corrected_for_all_of_it():
     sticky = [f"flip?p={p}{option}" for p in (0.2, 0.4) for option in ("", "&others=kept")]
-    cells, design = played(sticky, n=12)
+    cells, design = played(sticky)
     found = [one for one in effects(cells, design) if one.axis]
     assert [(one.control, one.condition, one.corrected_for) for one in found] == [
         ("flip?p=0.2", "flip?p=0.2&others=kept", 2), ("flip?p=0.4", "flip?p=0.4&others=kept", 2),
     ]  # fmt: skip
-    more, beside = played(["nudge", *sticky], n=12)
+    more, beside = played(["nudge", *sticky])
     assert [one for one in effects(more, beside) if one.axis] == found

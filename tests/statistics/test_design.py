@@ -93,21 +93,6 @@ def test_the_first_modality_is_compared_with_the_controls_of_the_others():
     assert found.control("nudge + symbolic?tell=outcome") == "symbolic?tell=outcome"
 
 
-@pytest.mark.parametrize(
-    ("asked", "axes"),
-    [
-        ({"p": [0, 0.2, 0.4]}, []),
-        ({"p": [0], "sweep": "tremble?p=0.1,0.2"}, ["tremble p"]),
-        ({"p": [0], "condition": ["tremble?p=0.1"]}, []),
-        ({"p": [0, 0.2, 0.4], "condition": [f"flip?p={p} + nudge" for p in (0.2, 0.4, 0.6)]}, ["flip rate"]),
-        ({"p": [0], "agent": [f"human-inspired?lapse={lapse}" for lapse in (0, 0.1, 0.3)]}, ["lapse"]),
-    ],
-)
-def test_other_doses_and_options_of_agents_are_series(asked, axes):
-    found = design_of(study("flips", **({"agent": "human-inspired"} | asked)))
-    assert [one.axis.name for one in found.series] == axes
-
-
 def test_a_dose_of_the_plant_is_an_axis_whose_first_level_is_the_plant_of_the_study():
     stiffness = [read_condition(f"plant?friction={value}", plant="twin") for value in (0.2, 0.3, 2)]
     found = designed([TRUTH, *HANDS[:2], *stiffness]).comparisons[SHOWN]

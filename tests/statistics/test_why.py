@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from solved import columns
 
@@ -43,7 +43,7 @@ def drawn(high, rng, blocks=50, low=LOW, top=HIGH):
     return {arm: (rng.random(blocks) < (top if arm in ("lie", *high) else low)).astype(float) for arm in ARMS}
 
 
-STUDIES = 80
+STUDIES = 50
 """A rate of 5 % is told from one of 20 % by so many: more than :func:`most` has a probability of .99 then."""
 
 
@@ -113,6 +113,7 @@ def test_where_nothing_differs_no_part_is_computed_and_an_effect_is_seldom_said(
         assert not one.claims or one.contrasts
 
 
+@settings(max_examples=30, deadline=None)
 @given(
     st.lists(st.tuples(*[st.booleans()] * len(ARMS)), min_size=4, max_size=40),
     st.permutations(range(len(ARMS))),
