@@ -288,8 +288,6 @@ def place_of(line):
     return {name: line[name] for name in PLACE}
 
 
-
-
 def forgotten(files, record):
     mark = place_of(record) | {"step": 0, "turn": 0, "request": "", "reply": None, "error": "owed anew"}
     files.calls += [mark, *(deepcopy(one) for one in files.calls if one["key"] == record["key"])]

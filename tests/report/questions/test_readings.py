@@ -6,7 +6,7 @@ from reported import found_in
 
 from lockprobe.report.format import entry_text
 from lockprobe.report.page import Page, tables_of
-from lockprobe.report.questions.readings import SECTIONS, draw
+from lockprobe.report.questions.contrasts import SECTIONS, draw_readings
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
@@ -59,7 +59,7 @@ def test_readings_are_compared_in_pairs_at_the_same_rate(found):
 
 
 def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
-    (part,) = SECTIONS[0].show(found)
+    (part,) = SECTIONS[2].show(found)
     said = " ".join(block for block in part.blocks if isinstance(block, str))
     inverted = "The reported outcome is inverted; a false position is corrected when another joint is attempted."
     assert part.answer.startswith(inverted)
@@ -71,7 +71,7 @@ def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
 
 def test_one_reading_says_what_was_not_tested(tmp_path):
     found = found_in(tmp_path, study("flips", agent=AGENT, p=[0, 0.4], trials=4, repetitions=1))
-    (part,) = SECTIONS[0].show(found)
+    (part,) = SECTIONS[2].show(found)
     assert part.blocks == ["Whether other false reports do the same is not tested (--readings fresh,kept)."]
     assert tables_of(found)["effects"] == []
-    assert draw(found) is None
+    assert draw_readings(found) is None

@@ -10,7 +10,7 @@ from lockprobe.report.section import Section
 __all__ = ["all_sections"]
 
 _OWN = (
-    "first_screen", "trials", "people", "stopping", "contrasts", "why", "success", "boxes", "readings",
+    "first_screen", "trials", "people", "stopping", "contrasts", "why", "success", "boxes",
     "loops", "agents_compared", "speed", "actions", "misreading", "robot", "conditions",
     "study_design", "limits", "claims", "forks",
 )  # fmt: skip

@@ -57,7 +57,7 @@ def _over_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
 
     acted = [at for at in acting(numbers.by_name, design) if at[1] in doses]
     players = courses([numbers.by_name[at] for at in acted], place=place)
-    yield from _over(players, _CONDITIONS, numbers.conditions)
+    yield from _over([one for one in players if len(one.by_dose) > 1], _CONDITIONS, numbers.conditions)
 
 
 _Tested = tuple[dict[str, Any], Hashable, int]

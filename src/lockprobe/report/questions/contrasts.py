@@ -1,9 +1,10 @@
-"""Contrasts of conditions: those that the study file declares, interactions, and the factors of a factorial design."""
+"""Contrasts of conditions: those that the study file declares, interactions, and readings of a false report."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from typing import Any
@@ -11,14 +12,17 @@ from typing import Any
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, listed, p_value, percent
+from lockprobe.interventions.conditions import tells_positions
+from lockprobe.report.answer import headline
 from lockprobe.report.format import entry_text, tested
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.primary import DECLARED, SIDES
-from lockprobe.report.prose import interval_kind, who
-from lockprobe.report.rows import Estimate, Fact, Results, Row, detected_said, measured_row
+from lockprobe.report.primary import DECLARED, SIDES, dose_lines
+from lockprobe.report.prose import cause, false_reports, interval_kind, inverted, who
+from lockprobe.report.questions.success import panel
+from lockprobe.report.rows import Course, Estimate, Fact, Results, Row, detected_said, measured_row
 from lockprobe.report.section import Block, Figure, Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.contrast import declared, interactions
-from lockprobe.statistics.design import Crossed, axis_key
+from lockprobe.statistics.design import READING_FACTORS, Crossed, axis_key
 from lockprobe.statistics.every_look import E_PROCESS
 
 ARROW, _TIMES = " \N{RIGHTWARDS ARROW} ", " \N{MULTIPLICATION SIGN} "
@@ -88,46 +92,30 @@ def _show_declared(found: Results) -> Iterator[Part]:
 
 # Interactions: does the effect of one intervention, or of one dose, depend on another?
 
-_FIRST, _SECOND = "first dose", "second dose"
-"""Facts of a grid; of a place in it, such as ``0.4, 0.1``, the fact is its condition."""
-
 
 def _interactions(numbers: OpenedStudy) -> Iterator[Row]:
     if numbers.study.of_flips:
         return
     design, named, known = numbers.design, list[tuple[Crossed, str]](), Counter[tuple[str, str]]()
-    for grid in (one for of in design.modalities for one in design.comparisons[of].crossed if one.axes):
-        (first, second), rest = (one.name for one in grid.axes), grid.axes[0].rest
-        name = f"{first}{_TIMES}{second}"
+    for crossed in (one for of in design.modalities for one in design.comparisons[of].crossed):
+        rest = crossed.axes[0].rest if crossed.axes else ""
+        alone = [crossed.conditions.get(at, "") for at in ((1.0, 0.0), (0.0, 1.0))]
+        name = _TIMES.join([one.name for one in crossed.axes] or alone)
         known[name, rest] += 1
-        axis = axis_key(name, rest=rest, number=known[name, rest])
-        named.append((grid, axis))
-        facts = {_FIRST: first, _SECOND: second, "with": rest}
-        facts |= {f"{row:g}, {column:g}": condition for (row, column), condition in grid.conditions.items()}
-        yield from (Fact(about=axis, name=name, text=text) for name, text in facts.items() if text)
+        named.append((crossed, axis_key(name, rest=rest, number=known[name, rest])))
+        for (row, column), condition in crossed.conditions.items() if crossed.axes else ():
+            yield Fact(about=named[-1][1], name=f"{row:g}, {column:g}", text=condition)
     for agent, crossed, found, choices in interactions(numbers.by_name, design):
-        if crossed.axes:
-            axis = next(axis for grid, axis in named if grid == crossed)
-            of: dict[str, Any] = {"modality": crossed.modality, "axis": axis}
-        else:
-            neither, second, first, both = crossed.conditions.values()
-            of = {"modality": numbers.conditions[both].modality, "condition": both, "control": neither}
-            of |= {"of": f"{first}{_TIMES}{second}", "doses": dict(numbers.conditions[both].doses)}
-        of |= {"unit": "points", "family": "interactions", "corrected_for": choices, "test": "sign flips of blocks"}
-        yield measured_row("success_interaction", found, agent=agent, **of)
+        axis = next(axis for one, axis in named if one == crossed)
+        of: dict[str, Any] = {"agent": agent, "modality": crossed.modality, "axis": axis, "unit": "points"}
+        of |= {"family": "interactions", "corrected_for": choices, "test": "sign flips of blocks"}
+        yield measured_row("success_interaction", found, **of)
 
 
 def _crossings(found: Results) -> Lines:
-    yield ["agent", "interaction of", "with", "blocks", "interaction, points", "P", "conclusion"]
+    yield ["agent", "interaction of", "blocks", "interaction, points", "P", "conclusion"]
     for row in found.where("success_interaction", versus=""):
-        facts = found.facts_about(row.axis)
-        name = f"{facts[_FIRST]}{_TIMES}{facts[_SECOND]}" if row.axis else row.of
-        yield [row.agent, name, facts.get("with") if row.axis else None, str(row.n), *tested(row)]
-
-
-def _places(found: Results, axis: str) -> dict[str, str]:
-    """Every combination of doses of a grid -> its condition."""
-    return {name: condition for name, condition in found.facts_about(axis).items() if ", " in name}
+        yield [row.agent, row.axis, str(row.n), *tested(row)]
 
 
 def draw(found: Results, axis: str) -> Any:
@@ -137,7 +125,7 @@ def draw(found: Results, axis: str) -> Any:
 
     from lockprobe.report.figures import drawing as figures
 
-    own, facts = _places(found, axis), found.facts_about(axis)
+    own, (first, second) = found.facts_about(axis), axis.partition(", with ")[0].split(_TIMES)
     rows, columns = (sorted({name.split(", ")[i] for name in own}, key=float) for i in (0, 1))
     lines = 3 if len(columns) <= 4 else 2 if len(columns) <= 6 else 1  # room for the share, its count, its interval
 
@@ -157,8 +145,8 @@ def draw(found: Results, axis: str) -> Any:
             axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
             axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
         axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
-        figures.axis(axes, "x", range(len(columns)), columns, figures.axis_label(facts[_SECOND]), bare=True)
-        figures.axis(axes, "y", range(len(rows)), rows, figures.axis_label(facts[_FIRST]), bare=True)
+        figures.axis(axes, "x", range(len(columns)), columns, figures.axis_label(second), bare=True)
+        figures.axis(axes, "y", range(len(rows)), rows, figures.axis_label(first), bare=True)
         change = found.get("success_interaction", agent=agent, modality=modality, axis=axis, versus="")
         interaction = "interaction not estimated"
         if change is not None:
@@ -171,7 +159,7 @@ def draw(found: Results, axis: str) -> Any:
     return figures.sheet(agents, on, height=0.35 + len(rows) * 0.155 * (lines + 0.9))
 
 
-_CROSSINGS = Table("crossings", _crossings, 3, rare=("with",))
+_CROSSINGS = Table("crossings", _crossings)
 
 _CROSSED_NOTE = Note(
     "Of two interventions: the effect of the second together with the first, minus its effect alone. Of two doses: "
@@ -189,8 +177,8 @@ def _show_crossings(found: Results) -> Iterator[Part]:
         f"Intervals are {interval_kind(found)}. Numbers are in per cent.",
     )
     alt = "Success under every combination of two doses, one cell each"
-    grids = dict.fromkeys(fact.about for fact in found.facts if fact.name == _FIRST)
-    shown = [axis for axis in grids if played & {*_places(found, axis).values()}]
+    grids = dict.fromkeys(fact.about for fact in found.facts if _TIMES in fact.about)
+    shown = [axis for axis in grids if played & {*found.facts_about(axis).values()}]
     blocks: list[Block] = [
         Figure(f"grid-{number}", alt, caption, partial(draw, axis=axis), slide=number == 1)
         for number, axis in enumerate(shown, 1)
@@ -201,7 +189,74 @@ def _show_crossings(found: Results) -> Iterator[Part]:
         yield Part("Interactions", detected_said(rows, "interactions"), blocks)
 
 
+# Readings: what a false report is, and what that changes.
+
+_BOTH_FIT = "The paper does not say which of these false reports it has; its numbers fit agents under each."
+"""Of several readings (``docs/readings.md``)."""
+
+_ONE = "Whether other false reports do the same is not tested (--readings fresh,kept)."
+
+
+def _what_is_false(numbers: OpenedStudy) -> Iterator[Row]:
+    study = numbers.study
+    positions = any(map(tells_positions, study.modalities))
+    if not any(study.p) or not positions:
+        return
+    said = f"The flip rate is the probability that {inverted(study.flip, positions=positions)}."
+    yield Fact(about="readings", name="what", text=said)
+
+
+def draw_readings(found: Results) -> Any:
+    """Success by flip rate, a panel for each agent that heeds reports and was played under several readings."""
+    from lockprobe.report.figures.drawing import DASHES, MARKERS, lighter, sheet, style_of
+
+    own: dict[tuple[str, str], list[tuple[str, Any, Course]]] = {}
+    for i, (axis, options) in enumerate(found.readings):
+        for course in (one for one in found.courses(axis) if len(one.played) > 1 and not one.blind):
+            look = style_of(course)
+            look = replace(look, colour=lighter(look.colour, 0.15 * (i % 4)), marker=MARKERS[i % 4], dash=DASHES[i % 4])
+            own.setdefault((course.agent, course.modality), []).append((false_reports(options), look, course))
+    return sheet(sorted((one for one in own.values() if len(one) > 1), key=lambda one: not one[0][2].subject), panel)
+
+
+_READINGS = Figure(
+    "readings",
+    "Success by flip rate under each reading of a false report",
+    lambda found: Note(
+        "Share of trials solved by flip rate, a line for each reading of a false report.",
+        f"Bars are {interval_kind(found)}. How many outcomes and positions are false depends on the reading and on "
+        "what the agent does (false_report in results.json).",
+    ),
+    draw_readings,
+    applies=lambda found: len(found.readings) > 1,
+)
+
+_READINGS_NOTE = Note(
+    "Differences are within pairs of trials at the same flip rate.",
+    Markup(
+        "<i>P</i> is the larger of McNemar's exact one and that of the interval, corrected for all flip rates and for "
+        "the agents (baselines apart)."
+    ),
+)
+
+
+def _show_readings(found: Results) -> Iterator[Part]:
+    if not (what := found.fact("readings", "what")):
+        return
+    answer = capital(what.removeprefix("The flip rate is the probability that "))
+    rows = found.where("success_difference", of="", versus="")
+    compared, several = [row for row in rows if row.axis in READING_FACTORS], len(found.readings) > 1
+    others = [one for one, options in found.readings if options] * several
+    effects = [headline(dose_lines(found, one), cause(one.axis)) for one in others]
+    said: list[Block] = [*filter(None, [_BOTH_FIT if compared else _ONE * (not several), *effects])]
+    said += [_READINGS] * several + [detected_said(compared, "differences between readings"), _READINGS_NOTE] * bool(
+        compared
+    )
+    yield Part("What is a false report here?", answer, said)
+
+
 SECTIONS = (
     Section("contrasts", "Declared contrasts", _declared_rows, _show_declared, (CONTRASTS,)),
     Section("crossings", "Interactions", _interactions, _show_crossings, (_CROSSINGS,)),
+    Section("readings", "What a false report is", _what_is_false, _show_readings, figures=(_READINGS,)),
 )

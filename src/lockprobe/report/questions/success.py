@@ -81,7 +81,7 @@ def _show(found: Results) -> Iterator[Part]:
         changed = sum(line.change.detected for line in tested if line.change)
         said = f"A change was detected for {changed} of {count(len(tested), 'agent')}." if tested else _NOTHING
         yield Part("How much does success change?", said, [_FIG4, _note(found)])
-    readings = [one for one, _ in found.readings] * (len(found.readings) > 1)  # readings.py has these
+    readings = [one for one, _ in found.readings] * (len(found.readings) > 1)  # contrasts.py has these
     axes = [one for one in found.design.axes if one not in readings and one.key != FLIPS.name]
     for i, axis in enumerate(axes, 1):
         options, rest = f" ({axis.options})" if axis.options else "", f", with {axis.rest}" if axis.rest else ""
