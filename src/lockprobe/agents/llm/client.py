@@ -36,9 +36,6 @@ LONGEST_OBEYED = 600.0
 _PACKED = ("identity", "gzip", "deflate")
 """The allowed compressions of an answer. Others decompress so much at once that no limit would help."""
 
-Again = Callable[[Call], Awaitable[None]]
-"""Called before a request is made again, with the account so far, if more of its attempts may have been charged for."""
-
 
 class ModelClient:
     """An open client of one model.
@@ -72,12 +69,16 @@ class ModelClient:
         self._made += self._idle
 
     async def ask(
-        self, asked: Call, messages: Sequence[Message], schema: dict[str, object], again: Again | None = None
+        self,
+        asked: Call,
+        messages: Sequence[Message],
+        schema: dict[str, object],
+        again: Callable[[Call], Awaitable[None]] | None = None,
     ) -> Call:
         """Send a conversation and wait for a reply of the form ``schema``. The caller holds one of :attr:`slots`.
 
-        The call comes back with its reply. ``again`` is called before a request is made again that may have been
-        charged for; what it raises ends it.
+        The call comes back with its reply. ``again`` is called with the account so far before a request is made again
+        of which more attempts may have been charged for; what it raises ends it.
 
         Raises:
             ModelFault: If the provider gives no answer, after all retries, or the conversation is too long.
@@ -99,7 +100,7 @@ class ModelClient:
                     unanswered=failed.unanswered + (error.charged and error.usage == Usage()),
                     usage=failed.usage + error.usage,
                 )
-                await asyncio.sleep(self._pause(error, failed))
+                await self._wait(error, failed)
         counted = reply.usage.input_tokens or reply.usage.output_tokens
         return replace(
             reply,
@@ -109,17 +110,14 @@ class ModelClient:
             unanswered=failed.unanswered + (failed.usage != Usage() and not counted),  # the sum would hide it
         )
 
-    async def pause(self, times: int) -> None:
+    async def pause(self, times: int, first: float = 1.0) -> None:
         """Wait before a conversation is sent again to which so many replies came that could not be used."""
         if times:
-            await asyncio.sleep(self._back_off(times))
+            pause = min(LONGEST_PAUSE, self._access.pause * first * 2.0 ** min(times - 1, 30))
+            await asyncio.sleep(pause * random.uniform(0.75, 1.25))  # noqa: S311 - no secret
 
-    def _back_off(self, times: int, first: float = 1.0) -> float:
-        pause = min(LONGEST_PAUSE, self._access.pause * first * 2.0 ** min(times - 1, 30))
-        return pause * random.uniform(0.75, 1.25)  # noqa: S311 - no secret
-
-    def _pause(self, error: NoReply, failed: Call) -> float:
-        """Seconds until the next attempt.
+    async def _wait(self, error: NoReply, failed: Call) -> None:
+        """Wait for the next attempt.
 
         Raises:
             ModelFault: If there is none.
@@ -130,9 +128,9 @@ class ModelClient:
             spent = {} if failed.usage == Usage() else asdict(failed.usage)
             account = {"retries": failed.retries - 1, "unanswered": failed.unanswered}
             raise ModelFault(f"{error}{tried}", usage=spent, **account) from error
-        if error.wait is not None:
-            return wait * random.uniform(1, 1.25)  # noqa: S311 - no secret
-        return self._back_off(failed.retries, 2 if error.limited else 1)
+        if error.wait is None:
+            await self.pause(failed.retries, 2 if error.limited else 1)
+        await asyncio.sleep(wait * random.uniform(1, 1.25))  # noqa: S311 - no secret
 
     async def _once(self, content: bytes) -> tuple[int, Mapping[str, str], bytes]:
         """One attempt.

@@ -137,8 +137,9 @@ class HostedModel:
                 why = f"all trials get the same words in the place of replies: {text[:200]!r}"
         (before, read), tokens = self._read, _counted(answer)
         old, new = (sum(len(one.text.encode(errors="surrogatepass")) for one in talk) for talk in (before, messages))
+        less, more = (sum(len(one.pictures) for one in talk) for talk in (before, messages))
         same = all(one.text == other.text for one, other in zip(before, messages, strict=False))
-        shown = len(messages) >= len(before) and _pictures(messages) >= _pictures(before)
+        shown = len(messages) >= len(before) and more >= less
         if same and shown and read * 8 >= old and PER_MESSAGE < new - old + PER_MESSAGE < tokens <= read:
             why = (
                 f"the server read {tokens} tokens of a conversation of which it had read {read} before, so it leaves "
@@ -159,10 +160,6 @@ class HostedModel:
 def _counted(answer: Call) -> int:
     """The tokens read; 0 where failed attempts may be counted too, or what is kept is the largest possible count."""
     return 0 if answer.retries or answer.claimed else answer.usage.input_tokens
-
-
-def _pictures(messages: Sequence[Message]) -> int:
-    return sum(len(one.pictures) for one in messages)
 
 
 class _Alike:

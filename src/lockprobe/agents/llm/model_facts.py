@@ -87,12 +87,6 @@ class ModelFacts:
     picture_tokens: _Count | None = None
     price: Price | None = None
 
-    @property
-    def said(self) -> dict[str, Any]:
-        """The facts that are known."""
-        values = ((one.name, getattr(self, one.name)) for one in fields(ModelFacts))
-        return {name: value for name, value in values if value is not None}
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Entry(ModelFacts):
@@ -113,7 +107,8 @@ def facts_of(name: str) -> ModelFacts:
     for path in files:
         for entry in read_facts(path):
             if any(fnmatchcase(name, pattern) for pattern in entry.match):
-                said |= entry.said
+                known = ((one.name, getattr(entry, one.name)) for one in fields(ModelFacts))
+                said |= {fact: value for fact, value in known if value is not None}
                 break
     return ModelFacts(**said)
 

@@ -41,6 +41,8 @@ PROVIDERS = {
 _KEYS = {"grok": "XAI"}
 """How the variables of a provider begin, where they do not begin with its name."""
 
+_AZURE = ".azure.com"
+
 _THINKING = {"minimal": 2_048, "low": 4_096, "medium": 10_000, "high": 16_000, "xhigh": 32_000, "max": 32_000}
 """Tokens of thinking that an effort stands for, of Claude before 4.6, which takes no effort."""
 
@@ -101,7 +103,7 @@ class Server:
         usual = {"content-type": "application/json", "accept": "application/json", "accept-encoding": "gzip, deflate"}
         if self.messages:
             return usual | {"x-api-key": self.key, "anthropic-version": "2023-06-01"}
-        if _is_azure(self.url):
+        if _host(self.url).endswith(_AZURE):
             return usual | {"api-key": self.key}
         return usual | ({"authorization": f"Bearer {self.key}"} if self.key else {})
 
@@ -113,10 +115,6 @@ def _host(url: str) -> str:
     except ValueError:
         return ""
     return "" if host is None or port == 0 else host
-
-
-def _is_azure(url: str) -> bool:
-    return _host(url).endswith(".azure.com")
 
 
 def request_body(server: Server, model: Model, messages: Sequence[Message], schema: dict[str, object]) -> bytes:
@@ -141,7 +139,7 @@ def _as_completions(
     server: Server, model: Model, said: list[dict[str, Any]], schema: dict[str, object]
 ) -> dict[str, Any]:
     body = {"messages": said, "model": server.model, **model.parameters()}
-    openai = server.provider == "openai" or _is_azure(server.url)
+    openai = server.provider == "openai" or _host(server.url).endswith(_AZURE)
     if openai and "max_tokens" in body and model.facts.reasons is not False:  # models that reason refuse the older name
         body["max_completion_tokens"] = body.pop("max_tokens")
     if server.provider == "openrouter":
