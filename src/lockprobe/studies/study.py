@@ -401,11 +401,15 @@ class Study:
 
         ``seed`` replaces the study's own, for the same trial in a study that differs in its seed alone.
         """
-        seed = self.seed if seed is None else seed
+        seed, box = self.seed if seed is None else seed, self.box_of(trial)
+        if self.layout == "shuffled":
+            box = redealt(box, generator(seed, "rep", repetition, "trial", trial, "layout"))
+        elif self.layout == "dealt":
+            box = redealt(box, generator(seed, "study", "layout"), neutral=True)
         plan = Plan(
             study=self.name,
             agent=agent,
-            box=self._laid_out(repetition, trial, seed),
+            box=box,
             condition=condition,
             repetition=repetition,
             trial=trial,
@@ -418,15 +422,6 @@ class Study:
             called=self.names.get(agent, ""),
         )
         return with_rates(plan)
-
-    def _laid_out(self, repetition: int, trial: int, seed: int) -> Lockbox:
-        """The box on the panel of a trial."""
-        box = self.box_of(trial)
-        if self.layout == "shuffled":
-            return redealt(box, generator(seed, "rep", repetition, "trial", trial, "layout"))
-        if self.layout == "dealt":
-            return redealt(box, generator(seed, "study", "layout"), neutral=True)
-        return box
 
     def labelled(self, label: str) -> Condition:
         """The condition of a label."""
