@@ -79,6 +79,11 @@ class AgentPair:
         return ~np.isnan(two - one)
 
     @property
+    def n(self) -> int:
+        """Pairs of trials that both finished."""
+        return int(self._both.sum())
+
+    @property
     def family(self) -> tuple[bool, str, str]:
         """What is judged together with it: pairs of its kind that saw the box in the same ways."""
         return self.baseline, self.first.modality, self.second.modality
@@ -187,4 +192,4 @@ def compared(players: Sequence[Course]) -> list[AgentPair]:
     ]
     pairs += [(one, two, True) for two, one in product(others, baselines)]
     made = [AgentPair(first=one, second=two, baseline=baseline, doses=doses) for one, two, baseline in pairs]
-    return [pair for pair in made if pair.mean(SUCCESS).n]
+    return [pair for pair in made if pair.n]

@@ -82,7 +82,7 @@ def _over(players: Sequence[Course], axis: str, conditions: Mapping[str, Conditi
             columns |= {"test": (test or "permutation within blocks") * (not alike)}
             yield of | columns, (quantity, axis, one.family), 1
         for part, share in zip(("the other", ""), one.shares, strict=True):
-            yield of | {"quantity": _SHARE, "of": part, "n": one.mean(SUCCESS).n, "value": share}, None, 1
+            yield of | {"quantity": _SHARE, "of": part, "n": one.n, "value": share}, None, 1
         if one.changes and not alike:
             dose, clearest = min(one.changes.items(), key=lambda both: (both[1].p_value or 0.0, -abs(both[1].value)))
             low, high = (one.second.by_dose[at].condition for at in (one.doses[0], dose))
