@@ -6,7 +6,7 @@ import math
 
 import forked
 import pytest
-from lockprobe.studies.options.agent_names import named_agents
+from lockprobe.studies.options.study_options import StudyOptions
 
 from lockprobe import load, run_trial
 from lockprobe.agents import local
@@ -247,7 +247,8 @@ def test_a_spec_in_records_has_name_and_hash_and_no_path(models):
     assert spec == f"llm:gguf:A-Small-One-1B@{hashlib.sha256(CONTENT).hexdigest()[:12]}?temperature=0.7"
     assert (local.portable(spec), local.portable("llm:local"), local.locate(name)) == (spec, "llm:local", path)
     moved = path.rename(models / path.name)
-    assert named_agents([f"mine=llm:gguf:{moved}"]) == ([name], {name: "mine"})  # the same file, wherever it lies
+    asked = StudyOptions(agent=[f"mine=llm:gguf:{moved}"])
+    assert asked.agents == ([name], {name: "mine"})  # the same file, wherever it lies
     assert local.locate(name) == moved
     moved.write_bytes(CONTENT + b"!")
     with pytest.raises(BadFile, match="the file is damaged or a different one"):

@@ -71,15 +71,14 @@ def test_what_models_say_is_escaped(tmp_path):
 
 def test_no_name_hides_or_reorders_what_stands_beside_it_and_order_of_records_changes_nothing(tmp_path):
     name = "llm:evil/\u202ea\u2066b\nc\x1bd"
-    trials = [make_trial(SOLUTION, p=p, hypothesis=name, agent=name, facts={"model": name}) for p in (0.0, 0.3)]
-    planned = small_study([name], (0.0, 0.3), 1, 1)
+    trials = [make_trial(SOLUTION, p=p, hypothesis=name, agent="llm:a/b", facts={"model": name}) for p in (0.0, 0.3)]
+    planned = small_study(["llm:a/b"], (0.0, 0.3), 1, 1)
     found, again = (found_in(tmp_path / of, planned, made) for of, made in (("a", trials), ("b", trials[::-1])))
     assert found == again
     text = Page(found=found).text()
     assert text == Page(found=again).text()
     assert "llm:evil/?a?b c?d" in text
     assert all(line.isprintable() for line in text.split("\n"))
-    assert found.cells[0].agent == name
 
 
 @pytest.fixture(scope="module")

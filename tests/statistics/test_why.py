@@ -10,7 +10,7 @@ import pytest
 from builders import play_study
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lockprobe.studies.study_design import design_of
+from lockprobe.studies.study import design_of
 from solved import columns
 
 from lockprobe.foundation.grouping import grouped

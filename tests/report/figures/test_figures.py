@@ -180,7 +180,7 @@ AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
 
 def grid(rows, columns):
     """The texts of a grid in whose cells none, one, two, … of 20 trials were solved, and its cells."""
-    facts, made = {"first dose": "flip rate", "second dose": "tremble p"}, []
+    facts, made = {}, []
     for i, (row, column) in enumerate((row, column) for row in rows for column in columns):
         share = proportion(min(i, 20), 20)
         numbers = {name: getattr(share, name) for name in ("value", "low", "high", "count", "n")}
