@@ -6,7 +6,6 @@ import math
 
 import forked
 import pytest
-from lockprobe.studies.options.study_options import StudyOptions
 
 from lockprobe import load, run_trial
 from lockprobe.agents import local

@@ -10,7 +10,6 @@ import pytest
 from builders import play_study
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lockprobe.studies.study import design_of
 from solved import columns
 
 from lockprobe.foundation.grouping import grouped
@@ -21,6 +20,7 @@ from lockprobe.statistics.outcomes import BlockOrder, outcomes
 from lockprobe.statistics.why import CONTRASTS, whys
 from lockprobe.statistics.why import decide as decide_groups
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.study import design_of
 
 LOW, HIGH = 0.23, 0.67
 """Success at the size of the paper's effect."""
