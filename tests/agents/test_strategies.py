@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lockprobe import population, run_trial
+from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Told, View
 from lockprobe.agents.strategies import (
     CHARACTERS,
     PRESETS,
     HumanInspired,
-    IdealObserver,
     LoopBreaker,
     RandomMap,
     SoftmaxMemory,

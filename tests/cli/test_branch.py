@@ -58,7 +58,7 @@ def test_the_estimate_plays_nothing(lockprobe, directory):
     said = "cognitive:insistent: 16 forks, at most 256 steps\n"
     assert lockprobe("branch", directory, "--at", "4", "--estimate") == (0, said, "")
     said = lockprobe("branch", directory, "--at", "4", "--estimate", "--json")[1]
-    assert json.loads(said) == [{"agent": "cognitive:insistent", "forks": 16, "steps": 256}]
+    assert json.loads(said) == {"agent": "cognitive:insistent", "forks": 16, "steps": 256}
     assert load(directory / "forks") == before
 
 

@@ -48,7 +48,6 @@ def test_a_study_grows_and_stays_as_large_as_it_is(lockprobe):
         ("--until decided --repetitions 2", "repetitions: got 2, expected none with --until decided"),
         ("--until decided --full", "full: got True, expected none with --until decided; --most says"),
         ("--until decided --agent participant", "until: got 'decided', expected none with people"),
-        ("--camera folder", "camera: got 'folder', expected --plant manual with it"),
         ("--condition trembel?p=0.1", "no intervention is called 'trembel' (did you mean 'tremble'?)"),
         ("--sweep tremble?p=0.1", "expected several values of a dose"),
         ("--condition rgb", "a plant with a camera"),
@@ -107,7 +106,7 @@ def test_a_run_until_it_is_decided_and_its_status_say_what_is(lockprobe):
     status, said, _ = lockprobe(*asked, "--until", "decided")
     assert status == 0
     said = said.splitlines()
-    (first,) = [line for line in said if line.startswith("The difference is decided")]
+    (first,) = [line for line in said if line.startswith("1 of 1 difference decided")]
     (each,) = [line for line in said if line.startswith("  careful, flip?p=0.9: an effect (block ")]
     assert first.endswith("of at most 80 trials")
     assert "until decided, at most 40 trials per condition, looking after every 5 blocks, of 20 steps" in said[0]
@@ -123,7 +122,7 @@ def test_a_run_until_it_is_decided_and_its_status_say_what_is(lockprobe):
     assert facts["done"] == facts["trials"] == 2 * one["blocks"]
     lines = lockprobe(*asked, "--until", "decided", "--json")[1].splitlines()
     (event,) = [one for line in lines if (one := json.loads(line))["event"] == "decided"]
-    assert event["message"].startswith("The difference is decided")
+    assert event["message"].startswith("1 of 1 difference decided")
     assert event["answers"][0]["verdict"] == "effect"
 
 

@@ -6,7 +6,7 @@ from builders import make_trial
 from clumsy import HAND
 
 from lockprobe import run_trial
-from lockprobe.agents.strategies import IdealObserver
+from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.families import box
 from lockprobe.statistics import rationality as module

@@ -41,7 +41,7 @@ def test_every_kind_locks_every_kind(locked, by, places, newtons):
 @pytest.mark.parametrize("seed", [10, 11])
 def test_random_boxes_with_alternatives_pushed_at_random(seed):
     family, layout = f"random-{3 + seed % 6}", ("ngram", "scattered")[seed % 2]
-    drawn = generate(Recipe(family=family, layout=layout, dealt=True, alternatives=3, literals=3, seed=seed))
+    drawn = generate(Recipe(family=family, layout=layout, dealt=True, seed=seed))
     mechanism, _, _ = mechanism_of(drawn)
     mechanism.set_configuration(drawn.initial)
     for joint in np.random.default_rng(5).integers(len(drawn.joints), size=30):

@@ -16,7 +16,7 @@ from painted_png import SIGNATURE, chunk, png, zeros
 import lockprobe
 from lockprobe.boxes.box import Joint
 from lockprobe.boxes.families import box
-from lockprobe.boxes.solve import difficulty
+from lockprobe.boxes.state_space import space_of
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
@@ -159,7 +159,7 @@ def test_a_push_leads_from_end_to_end_wherever_the_range_lies_if_it_is_strong_en
 @pytest.mark.parametrize("name", ["bichain-3", "gray-code", "common-effect-3"])
 def test_our_own_scenes_read_back_as_users_models_obey_their_rules_everywhere(tmp_path, name):
     found = check_model(box(name), UserModelSettings(model=str(exported(box(name), tmp_path))))
-    assert found == difficulty(box(name)).reachable
+    assert found == len(space_of(box(name)).reachable)
 
 
 def test_a_rule_changed_in_either_direction_is_found_and_said_as_the_page_says_it():

@@ -24,7 +24,6 @@ from lockprobe.agents.strategies import (
     MODELS,
     PRESETS,
     HumanInspired,
-    IdealObserver,
     RandomAgent,
     RandomNoRepeat,
     RightToLeft,
@@ -55,13 +54,14 @@ _STRATEGIES: Mapping[str, tuple[type[Policy[Any]], Mapping[str, object]]] = {
     "right-to-left": (RightToLeft, {}),
     "human-inspired": (HumanInspired, {}),
     **{f"human-inspired:{name}": (HumanInspired, settings) for name, settings in PRESETS.items()},
-    "ideal-observer": (IdealObserver, {}),
     **{f"cognitive:{name}": (kind, {}) for name, kind in MODELS.items()},
     **{f"cognitive:{name}": (SoftmaxMemory, settings) for name, (_, settings) in CHARACTERS.items()},
 }
-"""Name -> class and settings."""
+"""Name -> class and settings; the ideal observer is not among them, as its arrays take long to import."""
 
-_KINDS = {spec_kind(name) for name in _STRATEGIES} | {"viewer"}
+_OBSERVER = "ideal-observer"
+
+_KINDS = {spec_kind(name) for name in _STRATEGIES} | {_OBSERVER, "viewer"}
 
 
 def _described(kind: type[Any]) -> str:
@@ -72,6 +72,8 @@ def _described(kind: type[Any]) -> str:
 KNOWN: Mapping[str, str] = {
     **{name: _described(kind) for name, (kind, _) in _STRATEGIES.items() if kind not in (HumanInspired, SoftmaxMemory)},
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
+    _OBSERVER: "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
+    "Options: prior, noise, reading.",
     "cognitive:softmax-memory": _described(SoftmaxMemory),
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "viewer[:STRATEGY]": "Reads pictures and plays any strategy with its readings. "
@@ -175,8 +177,12 @@ def _strategy(spec: Spec) -> Policy[Any]:
     Raises:
         UnknownName: If there is none.
     """
+    if spec.full_name == _OBSERVER:
+        from lockprobe.agents.ideal_observer import IdealObserver
+
+        return with_options(IdealObserver, spec.kind, spec.options)
     if (found := _STRATEGIES.get(spec.full_name)) is None:
-        raise UnknownName("strategy", spec.full_name, _STRATEGIES)
+        raise UnknownName("strategy", spec.full_name, [*_STRATEGIES, _OBSERVER])
     kind, settings = found
     return with_options(kind, spec.full_name, spec.options, settings)
 

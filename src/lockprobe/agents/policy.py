@@ -149,7 +149,7 @@ class Recall(NamedTuple, Generic[Memory]):
 class Policy(Generic[Memory]):
     """A rule with a memory. As an :class:`lockprobe.trial.protocols.Agent` it recomputes its memory from the situation.
 
-    It caches its last recall, so that the time of a trial is linear in its steps. The cache is used only if the
+    It caches its last recall, so that no report is read twice within a trial. The cache is used only if the
     situation continues the cached one, so it never changes a decision.
 
     ``looks`` says whether it heeds reports. ``exact`` says whether its probabilities go into the record, and

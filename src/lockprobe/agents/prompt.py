@@ -137,7 +137,8 @@ def check_template(text: str) -> None:
         raise BadValue("template", str(error), "fields in single braces, and all other braces doubled") from None
     for name, form, conversion in parts:
         if name not in FIELDS or form or conversion:
-            raise UnknownName("field of a template", f"{name}{f'!{conversion}' * bool(conversion)}", FIELDS)
+            written = name + (f"!{conversion}" if conversion else "") + (f":{form}" if form else "")
+            raise UnknownName("field of a template", written, FIELDS)
     names = [name for name, _, _ in parts]
     if not set(_NEEDED) <= set(names):
         raise BadValue("fields of a template", ", ".join(names), f"at least {', '.join(_NEEDED)}")
@@ -189,7 +190,7 @@ def repair(fault: ReplyFault, situation: Situation) -> str:
 
 def prompt_fingerprint() -> str:
     """A fingerprint of the words of all conversations, except the observations."""
-    texts: list[str] = []
+    texts = [*_OBSERVATION.values(), *_POSITIONS.values(), *_LABELS.values()]
     for shown in (example(), example(assessment=False), example(1), example(2)):
         texts += [message.text for message in conversation(shown, images=1)]
         texts += [repair(ReplyFault("why"), shown), json.dumps(reply_schema(shown))]

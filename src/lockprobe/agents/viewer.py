@@ -63,7 +63,7 @@ class Viewer:
         """Read the picture, then choose as the strategy does with this reading as its report."""
         reports = self.reports(situation.task, [*(turn.percept for turn in situation.past), situation.percept])
         past = tuple(replace(turn, percept=report) for turn, report in zip(situation.past, reports[:-1], strict=True))
-        told = Situation(task=situation.task, past=past, percept=reports[-1])
+        told = replace(situation, past=past, percept=reports[-1])
         last = tell(told.task, told.percept, past)
         return replace(await self.strategy.decide(told, rng), claimed=None if last is None else last.outcome)
 

@@ -110,10 +110,10 @@ def _random_interlock(size: int, name: str, rng: np.random.Generator) -> Lockbox
 
 
 def _needed(clauses: Sequence[Mapping[str, bool]]) -> list[Clause]:
-    """The clauses that no other clause implies; none if the joint is always free."""
+    """The clauses without those that a weaker one makes superfluous; none if the joint is always free."""
     kept: list[Clause] = []
     for clause in sorted(clauses, key=len):
         if not any(set(weaker.items()) <= set(clause.items()) for weaker in kept):
             kept.append(clause)
     alone = {item for clause in kept if len(clause) == 1 for item in clause.items()}
-    return [] if any((other, not position) in alone for other, position in alone) or {} in kept else kept
+    return [] if any((other, not position) in alone for other, position in alone) else kept

@@ -111,12 +111,16 @@ class Difficulty:
     cycle_success: float
 
 
-def difficulty(box: Lockbox, budget: int = 20) -> Difficulty:
-    """All measures of difficulty; the budget is in steps."""
+_BUDGET = 20
+"""Steps of a trial."""
+
+
+def difficulty(box: Lockbox) -> Difficulty:
+    """All measures of difficulty."""
     space, plans = space_of(box), optimal_plans(box, limit=0)
     cycles = orders(space.joints)
     configurations, solved = np.full(len(cycles), space.start), np.zeros(len(cycles), bool)
-    for step in range(budget):
+    for step in range(_BUDGET):
         joint = cycles[:, step % space.joints]
         moved = space.may_move[configurations, joint]
         solved |= moved & (joint == space.target)
@@ -125,7 +129,7 @@ def difficulty(box: Lockbox, budget: int = 20) -> Difficulty:
         optimum=space.optimum,
         optimal_plans=plans.count,
         distractors=plans.distractors,
-        random_success=random_curve(box, budget)[-1],
-        random_no_repeat_success=random_curve(box, budget, repeats=False)[-1],
+        random_success=random_curve(box, _BUDGET)[-1],
+        random_no_repeat_success=random_curve(box, _BUDGET, repeats=False)[-1],
         cycle_success=float(solved.mean()),
     )

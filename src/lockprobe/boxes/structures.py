@@ -80,7 +80,7 @@ def _room(name: str, levers: int) -> Lockbox:
 
 
 def _branched() -> Lockbox:
-    """A chain of five; an open joint 2 locks joint 5, and joint 6 needs joint 5 open."""
+    """A chain of five; an open slider-2 locks branch-1, and branch-2 needs branch-1 open."""
     joints: list[tuple[str, JointKind]] = [
         ("revolute-left", "revolute"),
         *((f"slider-{i}", "prismatic") for i in (3, 2, 1)),

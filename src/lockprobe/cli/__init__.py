@@ -147,7 +147,7 @@ def _run_command() -> int | None:
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - for the whole run
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-    asked = sys.argv[1] if len(sys.argv) > 1 else ""
+    asked = next((word for word in sys.argv[1:] if word != "--"), "")
     try:
         known = asked in COMMANDS or asked in _OF_ROBOT
         whole = _COMPLETING in os.environ  # which needs the options of all

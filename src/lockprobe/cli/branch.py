@@ -117,7 +117,8 @@ def _estimate(asked: Branching, *, json: bool) -> None:
         for agent in asked.agents
     }
     if json:
-        print(json_.dumps([{"agent": one, "forks": len(most), "steps": sum(most)} for one, most in found.items()]))
+        for one, most in found.items():
+            print(json_.dumps({"agent": one, "forks": len(most), "steps": sum(most)}))
         return
     for one, most in found.items():
         print(printable(f"{one}: {count(len(most), 'fork')}, at most {count(sum(most), 'step')}"))

@@ -12,6 +12,7 @@ from lockprobe.cli import options
 from lockprobe.cli.command import Directory
 from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.interfaces.export.study_tables import TableName, table_of
@@ -53,8 +54,8 @@ def export(
         if out is None:
             raise BadValue("--out", None, "a directory for the pictures")
         write_frames = robot_plugin("tool", "frames", "frames need").load()
-        count = write_frames(directory, out, only=trial, tell=lambda said: print(f"Frames: {said}", file=sys.stderr))
-        print(f"{out} ({count} frames)")
+        written = write_frames(directory, out, only=trial, tell=lambda said: print(f"Frames: {said}", file=sys.stderr))
+        print(f"{out} ({count(written, 'frame')})")
         return
     if out is not None:
         refuse_study_file(out)

@@ -35,7 +35,7 @@ def money(dollars: float) -> str:
 
 def about(number: float) -> str:
     """A number to two or three digits: 950, 3,400, 1.23 million."""
-    if number >= 999_500:
+    if number >= 995_000:
         return f"{number / 1e6:.3g} million"
     return f"{round(number, 2 - len(str(round(number)))):,.0f}"
 

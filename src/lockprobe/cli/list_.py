@@ -15,6 +15,7 @@ from lockprobe.cli import options
 from lockprobe.cli.printing import print_rows
 from lockprobe.foundation.plugins import Listed, first_line, listed_plugins
 from lockprobe.foundation.spec import options_of
+from lockprobe.foundation.terminal_text import printable
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 
@@ -148,4 +149,4 @@ def _list(known: Mapping[str, str], width: int, added: Iterable[Listed], *, json
 
 def _print_row(row: Mapping[str, object], begin: str, *, json: bool) -> None:
     owner = f" ({row['package']})" if "package" in row else ""
-    print(json_.dumps(row) if json else f"{begin}  {row['what']}{owner}")
+    print(json_.dumps(row) if json else printable(f"{begin}  {row['what']}{owner}"))

@@ -17,7 +17,7 @@ from lockprobe.foundation.errors import BadFile, BadValue, Conflict
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import LARGEST_INPUT
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.statistics.loops import Solver
+from lockprobe.statistics.loops import Solver, cover
 
 
 def loops(
@@ -28,8 +28,6 @@ def loops(
     solver: Annotated[Solver, typer.Option(help="dp: exact and fast; ilp: the paper's ILP.")] = "dp",
 ) -> None:
     """Find action loops in sequences, one sequence per line (paper, Sec. 3.3)."""
-    from lockprobe.statistics.loops import cover
-
     for number, sequence in _sequences(file):
         try:
             found = cover(sequence, solver=solver)
@@ -93,6 +91,8 @@ def _sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
     try:
         with nullcontext(sys.stdin.buffer) if file == "-" else Path(file).open("rb") as source:
             content = source.read(LARGEST_INPUT + 1)  # a pipe is welcome here: cat FILE |, <(command)
+        if len(content) > LARGEST_INPUT:
+            raise BadFile(file, f"larger than {LARGEST_INPUT} bytes")
         lines = re.split(r"\r\n|\n|\r", content.decode("utf-8-sig"))
     except AttributeError:
         raise BadFile(file, "standard input is closed") from None
@@ -100,8 +100,6 @@ def _sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
         raise BadFile(file, f"cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise BadFile(file, "not text in UTF-8") from None
-    if len(content) > LARGEST_INPUT:
-        raise BadFile(file, f"larger than {LARGEST_INPUT} bytes")
     found = []
     for number, line in enumerate(lines if lines[-1] else lines[:-1], 1):
         try:

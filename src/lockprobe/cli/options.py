@@ -26,7 +26,6 @@ PLANT = "What is acted on: a plant that lockprobe list plants lists, with option
 SEED = "Seed of everything."
 STUDIES = "Simulated studies of each kind."
 TRIALS_EACH = "Trials of each person or client."
-VIEW = "How reports are shown: as text, which models read, or on a panel, which is drawn."
 
 _ALLOW = "Code of yours that the directory names, as python:MODULE:NAME; it runs only if named; may be repeated (none)."
 _BUDGET = "The most that the study may cost in US dollars, earlier runs included; it is never exceeded."

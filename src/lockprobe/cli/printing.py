@@ -48,15 +48,15 @@ def say(text: str = "", *, end: str = "\n") -> None:
 
 
 def time_left(noun: str) -> Callable[[int, int], None]:
-    """Print the time left on standard error, at most one line every two seconds, and none for short work."""
-    last = time.monotonic()
+    """A function that prints the time left on standard error: a line every two seconds at most, none for short work."""
+    last = 0.0
     began: tuple[float, int] | None = None
 
     def tell(done: int, of: int) -> None:
         nonlocal began, last
         now = time.monotonic()
         if began is None:
-            began = now, done  # the work may begin long after this was made
+            began, last = (now, done), now  # the work may begin long after this was made
         elif now - last > 2 and began[1] < done < of:
             last = now
             left = (now - began[0]) * (of - done) / (done - began[1])

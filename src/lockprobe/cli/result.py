@@ -67,10 +67,10 @@ def found(results: Results, directory: Path) -> Said:
     if mends := _mends(results):
         steps, primary = [(mends, "plays the broken trials again, when the cause is mended")], []
     elif trial := results.fact("trials", "first"):
-        where, can_be_asked = quote(str(directory)), (row for row in results.where("success") if row.n)
+        where, played = quote(str(directory)), [row for row in results.where("success") if row.n]
         steps = [(f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told")]
         flipped = any("flip.p" in one.doses for one in results.design.conditions)
-        if flipped and any(spec_kind(row.agent) not in (PEOPLE, MCP) for row in can_be_asked):
+        if flipped and any(spec_kind(row.agent) not in (PEOPLE, MCP) for row in played):
             steps.append((f"lockprobe branch {where}", "what one false report does, from a recorded step on"))
     broke = [f"{agent}: {said}" for agent, said in known_of_broken(results)]
     numbers = [f"  {line}" for line in (*said_lines(primary), *broke[:_LINES])]

@@ -60,7 +60,7 @@ _TEXTS = "The texts of the page: a shipped language, or a file (--write-texts wr
 _PUBLIC = "The public origin of a proxy, for example https://study.example.org."
 _ALLOWED = "A name of this machine on a local network; may be repeated."
 
-Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|why|FILE.toml|DIR", help=_STUDY)]
+Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|why|looks|FILE.toml|DIR", help=_STUDY)]
 People = Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_PEOPLE)]
 JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="A code without which no address admits.")]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
@@ -203,9 +203,11 @@ def _reminders(words: Words, experiment: Experiment) -> Iterator[str]:
 def _write_examples(language: str, texts: Path | None, people: Path | None) -> None:
     """Write a language's texts, and its example of settings, to where an experimenter edits them."""
     example = EXAMPLES.get(language, EXAMPLES[Experiment().language])
-    for target, source, option in ((texts, words_file(language), "texts"), (people, example, "people")):
-        if target is not None and os.path.lexists(target):
+    asked = ((texts, words_file(language), "texts"), (people, example, "people"))
+    wanted = [(target, source, option) for target, source, option in asked if target is not None]
+    for target, _, _ in wanted:  # all are looked for before one is written
+        if os.path.lexists(target):
             raise BadFile(target, "already exists, and is not overwritten")
-        if target is not None:
-            write_file(target, read_input(source))
-            print(f"Written: {target}. Edit it, then use it: lockprobe serve STUDY --{option} {target}")
+    for target, source, option in wanted:
+        write_file(target, read_input(source))
+        print(f"Written: {target}. Edit it, then use it: lockprobe serve STUDY --{option} {target}")

@@ -14,7 +14,7 @@ from functools import cache
 from inspect import Parameter, Signature, signature
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
-from urllib.parse import parse_qsl, quote_plus
+from urllib.parse import parse_qsl, quote
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 
@@ -27,7 +27,8 @@ MCP = "mcp"
 """The kind of the specs of agents that connect to ``lockprobe mcp``: ``mcp:NAME``."""
 
 _PLAIN = ";/:=?"
-"""What stands in the value of an option as it is, beside letters and digits; all else is percent-encoded."""
+"""What stands in the value of an option as it is, beside letters, digits and ``_.-~``; all else is percent-encoded, a
+space too, as a ``+`` stands between specs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ class Spec:
         if self._text:
             return self._text
         name = f"{self.kind}:{self.name}" if self.name else self.kind
-        said = (f"{quote_plus(option)}={quote_plus(value, safe=_PLAIN)}" for option, value in self.options.items())
+        said = (f"{quote(option, safe='')}={quote(value, safe=_PLAIN)}" for option, value in self.options.items())
         return f"{name}?{'&'.join(said)}" if self.options else name
 
     @property

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 NUDGE = "Note: you are repeating the same series of actions; consider trying another one."
 
 REMARK = "Note: this panel is made of wood, and its surface is painted in a light grey."
-"""A sentence as long as the nudge, without information."""
+"""A sentence about as long as the nudge (77 characters to its 80), without information."""
 
 ASIDES = (
     "Note: the room in which the panel stands has a window.",
@@ -85,7 +85,7 @@ class Nudge:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remark(Nudge):
-    """The control of ``nudge``: at the same moments, a sentence of equal length without information.
+    """The control of ``nudge``: at the same moments, a sentence of about that length without information.
 
     With ``after=0`` it is said before every step but the first.
     """

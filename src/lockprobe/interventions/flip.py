@@ -77,7 +77,7 @@ class OutcomeFlip:
         from_, until: The first and the last step, from 1, whose report can be inverted; None without a limit.
         at: The steps whose reports can be inverted; empty for all of them. In a spec: ``at=4;8``.
         while_: With ``looping`` only a report is inverted whose attempt continues an action loop: the last three
-            attempts, this one among them, have stood in this order before.
+            attempts, this one among them, have stood in this order before, and not overlapping.
     """
 
     name: ClassVar[str] = "flip"
@@ -142,7 +142,10 @@ class OutcomeFlip:
             raise BadValue("part", self.part, f"both with {modality}; symbolic tells outcomes and positions")
 
     def at_rate(self, p: float, at: tuple[int, ...] = ()) -> OutcomeFlip:
-        """A flip of the same reading at another rate, of all reports or of those of given steps."""
+        """A flip of the same reading at another rate, of all reports or of those of given steps.
+
+        The options ``only``, ``from``, ``until`` and ``while`` are left out.
+        """
         return OutcomeFlip(p=p, inverts=self.inverts, others=self.others, keep=self.keep, part=self.part, at=at)
 
     def falls_on(self, step: int) -> bool:
@@ -158,13 +161,13 @@ class OutcomeFlip:
         if percept.joint is None:
             return percept
         numbers = [rng.random() for _ in range(self.numbers(len(task.joints)))]
-        can_be = percept.outcome is not None and self.only in ("any", percept.outcome) and self.falls_on(len(past))
-        flipped = numbers[0] < self.rate(percept) and can_be
+        can_lie = percept.outcome is not None and self.falls_on(len(past))
+        flipped = can_lie and self.only in ("any", percept.outcome) and numbers[0] < self.rate(percept)
         if flipped and self.while_ == "looping":  # three attempts or more that stood so before (paper, Sec. 3.3)
             attempted = (*(was.attempted for was in past[1:]), percept.joint)
             flipped = any(attempted[i : i + 3] == attempted[-3:] for i in range(len(attempted) - 5))
-        noisy = self.others != "noisy" or (percept.outcome is not None and self.falls_on(len(past)))
-        return self.told(percept, past, task, flipped=flipped, lasting=self.lasting(numbers) if noisy else 0)
+        lasting = 0 if self.others == "noisy" and not can_lie else self.lasting(numbers)
+        return self.told(percept, past, task, flipped=flipped, lasting=lasting)
 
     def rate(self, percept: Percept) -> float:
         """The rate at which the outcome of this attempt is inverted, [0, 1]."""

@@ -20,7 +20,7 @@ Form = Literal["words", "json"]
 """The form of a report: sentences, or one JSON object."""
 
 CORRECTION = "Correction:"
-"""The words before a report that corrects the previous one."""
+"""The word before a report that corrects the previous one."""
 
 _NEXT_ROW = 0.1
 """Of the panel's height; joints that lie farther below the one above are in another row."""
@@ -52,8 +52,8 @@ class TextChannel:
         """The percept with its text, without the facts that must not be told. Nothing is drawn from ``rng``."""
         text = self.written(percept, task, first=not past)
         if percept.corrects is not None:
-            first = self.written(percept.corrects, task, first=not past)
-            text = first + (" " if self.form == "words" else "\n") + f"{CORRECTION} {text}"
+            corrected = self.written(percept.corrects, task, first=False)
+            text = corrected + (" " if self.form == "words" else "\n") + f"{CORRECTION} {text}"
         return replace(
             percept,
             outcome=None if self.tell == "state" else percept.outcome,
@@ -105,7 +105,7 @@ def _words(joint: str | None, outcome: Outcome | None, positions: Positions, tas
     if positions is not None:
         there = [label for label, position in zip(task.joints, positions, strict=True) if position]
         sentences.append(f"At 1: {', '.join(there) or 'none'}.")
-    return " ".join([*sentences, *places_said(task, rows)]) if rows else " ".join(sentences)
+    return " ".join([*sentences, *places_said(task, rows)])
 
 
 def places_said(task: Task, rows: Rows) -> list[str]:

@@ -15,7 +15,7 @@ ENTER = ""
 
 
 class OperatorStopped(PlantFault):
-    """Raised when the operator types ``q``, or the input ends. It ends the trial as ``error: plant``."""
+    """Raised when the operator types ``q``, the input ends, or nobody is there. It ends a trial as ``error: plant``."""
 
 
 class Operator(Protocol):

@@ -16,10 +16,10 @@ from itertools import permutations
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
+from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Policy, Told
 from lockprobe.agents.strategies import (
     HumanInspired,
-    IdealObserver,
     LoopBreaker,
     RandomAgent,
     RandomMap,

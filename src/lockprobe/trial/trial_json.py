@@ -144,8 +144,10 @@ def usable(decision: Decision, task: Task) -> Decision:
         found = shortened(decision) if plain else f"an object of type {type(decision).__name__}"
         raise ReplyFault(f"decide returned {found}; return Decision(joint=…)", kept)
     try:
-        chances, said = (decision.probabilities, decision.claim_probability), (decision.hypothesis, decision.replies)
-        if (*chances, *said, decision.usage, decision.served, decision.tidied) != (None, None, "", (), None, "", ()):
+        chances, said = decision.probabilities, (decision.hypothesis, decision.replies, decision.served)
+        plain = type(chances) is tuple and all(type(one) is float and 0 <= one <= 1 for one in chances)
+        beside = None if plain else chances, decision.claim_probability, *said, decision.usage, decision.tidied
+        if beside != (None, None, "", (), "", None, ()):
             # what is beside the joint and the claim goes to the record and back, which takes longer
             _decision.validate_json(_decision.dump_json(decision, exclude_defaults=True, warnings=False), strict=True)
             decision = replace(

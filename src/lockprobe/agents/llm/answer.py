@@ -173,7 +173,7 @@ def read_answer(
         none.usage = replace(usage or Usage(), calls=0)
         raise
     if names and not text.strip():
-        with suppress(ValueError):
+        with suppress(ValueError, RecursionError):
             last = json.loads(thoughts[thoughts.rfind("{") :])
             stop = IN_REASONING if isinstance(last, dict) and last.keys() >= set(names) else stop
     model, provider, version = (
@@ -256,7 +256,7 @@ def _error_as_text(text: str) -> str:
     if "{" not in text and len(text) < _LONGEST_SAID and _ERROR_PAGE.match(text):
         raise NoReply(_line(text), status=200, charged=True)
     if text.lstrip().startswith("{") and '"error"' in text and '"joint"' not in text:
-        with suppress(ValueError):
+        with suppress(ValueError, RecursionError):
             return _refusal_in(_mapping(json.loads(text)), "error", charged=True)
     return ""
 

@@ -110,10 +110,10 @@ class ModelClient:
             unanswered=failed.unanswered + (failed.usage != Usage() and not counted),  # the sum would hide it
         )
 
-    async def pause(self, times: int, first: float = 1.0) -> None:
-        """Wait before a conversation is sent again to which so many replies came that could not be used."""
+    async def pause(self, times: int, factor: float = 1.0) -> None:
+        """Wait before a request is made again that has failed, or had no usable reply, so many times."""
         if times:
-            pause = min(LONGEST_PAUSE, self._access.pause * first * 2.0 ** min(times - 1, 30))
+            pause = min(LONGEST_PAUSE, self._access.pause * factor * 2.0 ** min(times - 1, 30))
             await asyncio.sleep(pause * random.uniform(0.75, 1.25))  # noqa: S311 - no secret
 
     async def _wait(self, error: NoReply, failed: Call) -> None:

@@ -139,16 +139,16 @@ class HostedModel:
         old, new = (sum(len(one.text.encode(errors="surrogatepass")) for one in talk) for talk in (before, messages))
         less, more = (sum(len(one.pictures) for one in talk) for talk in (before, messages))
         same = all(one.text == other.text for one, other in zip(before, messages, strict=False))
-        shown = len(messages) >= len(before) and more >= less
-        if same and shown and read * 8 >= old and PER_MESSAGE < new - old + PER_MESSAGE < tokens <= read:
+        grown = same and len(messages) >= len(before) and more >= less and new > old
+        if grown and read * 8 >= old and new - old + PER_MESSAGE < tokens <= read:
             why = (
                 f"the server read {tokens} tokens of a conversation of which it had read {read} before, so it leaves "
                 f"out what does not fit{MENDING}give it a larger context (Ollama: OLLAMA_CONTEXT_LENGTH=16384; "
                 "llama.cpp: -c 16384; vLLM: --max-model-len 16384)"
             )
         if why:
-            spent = asdict(replace(answer.usage, calls=0))
-            raise ModelFault(why, retries=answer.retries, unanswered=answer.unanswered, usage=spent)
+            spent, unanswered = asdict(replace(answer.usage, calls=0)), answer.unanswered + answer.uncounted
+            raise ModelFault(why, retries=answer.retries, unanswered=unanswered, usage=spent)  # it may be charged for
         self._note(answer, messages)
 
     def _note(self, answer: Call, messages: Sequence[Message]) -> None:

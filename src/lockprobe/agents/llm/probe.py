@@ -76,6 +76,7 @@ def _shown(line: ModelClient, answer: Call, seen: str) -> list[Shown]:
     why = f"refused: {text[:200]}" if answer.stop == REFUSED else ""
     try:
         fields = {} if why else object_in(text, _FIELDS)[0]
+        why = why or ("" if "joint" in fields else "joint: Field required")
     except ReplyFault as fault:
         why = str(fault) if answer.stop != IN_REASONING else "the object stands in the reasoning and not in the reply"
     kept = "kept" if text.lstrip().startswith("{") and set(fields) == set(_FIELDS) else "not kept, but it can be read"

@@ -23,7 +23,7 @@ MOST_PLAIN = 1000
 MOST_REASONED = 25_000
 """The default limit for models that reason: the least that OpenAI's guide to reasoning models recommends."""
 
-UNBOUNDED = 32_000
+MOST_UNKNOWN = 32_000
 """The limit where a provider needs one and nothing is known of the model's."""
 
 
@@ -43,6 +43,7 @@ _RANGES = {
     "timeout": (0.01, 86_400),
     "retries": (0, 100),
     "pause": (0, 60),
+    "connect": (0.01, 86_400),
 }
 """The least and the most that an option may be."""
 
@@ -155,8 +156,10 @@ class Model:
         known = self.facts
         if self.settings.max_tokens is not None:
             return self.settings.max_tokens
+        if known.reasons is None and not self.name.startswith("anthropic/"):  # which needs a limit
+            return None
         if known.reasons is None:
-            return known.most_output or UNBOUNDED if self.name.startswith("anthropic/") else None  # which needs one
+            return known.most_output or MOST_UNKNOWN
         most = MOST_REASONED if self.reasons else MOST_PLAIN
         return min(most, known.most_output or most)
 

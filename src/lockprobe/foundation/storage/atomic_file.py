@@ -181,10 +181,10 @@ def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> Non
 
 
 def make_directory(path: Path, *, mode: int = 0o777) -> None:
-    """Make a directory, unless it is there; its parent exists."""
+    """Make a directory with those above it, unless it is there."""
     refuse_links(path)
     with writing(path):
-        path.mkdir(mode=mode, exist_ok=True)
+        path.mkdir(mode=mode, parents=True, exist_ok=True)
 
 
 def remove_file(path: Path) -> None:

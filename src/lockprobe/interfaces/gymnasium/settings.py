@@ -124,11 +124,13 @@ class EnvironmentSettings:
         self.outcomes = all(one.tell != "state" for one in words)
         self.positions = all(one.tell != "outcome" for one in words)
         self.space: spaces.Space[Any]
-        if self.shown == "symbolic" or source.picture_size is None:
+        if self.shown == "symbolic":
             gaps = any(isinstance(one, Channel) and not InterventionTraits.of(one).always_tells for one in self.chain)
             told = [2 + gaps] * joints if self.positions else []
             self.space = spaces.MultiDiscrete([joints, joints + 1, 3 if self.outcomes else 1, *told])
             return
+        if source.picture_size is None:
+            raise BadValue("modality", self.shown, f"symbolic with {plant}, whose pictures have no size known before")
         width, height = source.picture_size
         self.space = rgb = spaces.Box(0, 255, (height, width, 3), np.uint8)
         if self.shown == "rgbd":

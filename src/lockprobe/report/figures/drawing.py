@@ -45,8 +45,8 @@ Dash = str | tuple[int, tuple[float, ...]]
 COLOURS = ("#0072b2", "#b23c06", "#00735c", "#8c3f7d", "#5b5b00", "#332288", "#882255", "#4d4d4d")
 """All of them dark enough for text on white (a contrast of 4.5, WCAG 2.2)."""
 
-TARGET, ACCENT = COLOURS[:2]
-"""The target joint of a box, in figures as on pages; what is apart where one agent is shown by itself."""
+TARGET = COLOURS[0]
+"""The target joint of a box, in figures as on pages."""
 
 MARKERS = "osD^vP<>Xphd"
 

@@ -16,7 +16,7 @@ from lockprobe.report.section import Block, Lines, Note, Part, Section, Table
 from lockprobe.statistics.blocks import blocks_of
 from lockprobe.statistics.clustered import FEWEST_BOXES
 from lockprobe.statistics.pairs import FEWEST, between_boxes, paired
-from lockprobe.statistics.proportions import proportion
+from lockprobe.statistics.proportions import ALPHA, proportion
 
 _BETWEEN = "SD between boxes"
 """Part of a difference: its standard deviation between boxes, with the test of whether it differs."""
@@ -87,7 +87,7 @@ def _of(found: Results, line: Line, of: str) -> Estimate | None:
 def differ_said(found: Results) -> str:
     """On which agents the effect differs between boxes; empty if on none that is shown."""
     tested = {line.label: row for line in _lines(found) if (row := _of(found, line, _BETWEEN))}
-    differ = [label for label, row in tested.items() if (row.p_value or 0.0) < 0.05]
+    differ = [label for label, row in tested.items() if row.p_value is not None and row.p_value < ALPHA]
     return f"The effect on {listed(differ, named=3)} differs between boxes." if differ else ""
 
 

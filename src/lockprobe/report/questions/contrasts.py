@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -125,7 +126,8 @@ def draw(found: Results, axis: str) -> Any:
 
     from lockprobe.report.figures import drawing as figures
 
-    own, (first, second) = found.facts_about(axis), axis.partition(", with ")[0].split(_TIMES)
+    own, named = found.facts_about(axis), re.sub(r" \(\d+\)$", "", axis.partition(", with ")[0])
+    first, second = named.split(_TIMES)
     rows, columns = (sorted({name.split(", ")[i] for name in own}, key=float) for i in (0, 1))
     lines = 3 if len(columns) <= 4 else 2 if len(columns) <= 6 else 1  # room for the share, its count, its interval
 

@@ -20,14 +20,16 @@ from lockprobe.trial.record import Trial
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
-    """By agent and boundary, with the first message and whether it will be replayed; when trials broke and ended."""
+    """By agent and boundary, with the first message and how many will be replayed; when trials broke and ended."""
     broken = grouped(
         (trial for trial in numbers.trials if trial.error is not None),
         lambda trial: (trial.group, str(trial.error.boundary) if trial.error else ""),
     )
     for (agent, boundary), trials in sorted(broken.items()):
         yield Estimate(quantity="broken", agent=agent, of=boundary, value=len(trials), unit="trials")
-        facts = {"first message": _message(trials[0]), "will be replayed": "yes" if trials[0].owed_again else "no"}
+        owed = sum(trial.owed_again for trial in trials)
+        replayed = "no" if not owed else "yes" if owed == len(trials) else f"{owed} of {len(trials)}"
+        facts = {"first message": _message(trials[0]), "will be replayed": replayed}
         yield from (Fact(about=f"{agent}, broken at {boundary}", name=name, text=text) for name, text in facts.items())
     for (agent, modality), cells in grouped(numbers.cells, lambda cell: (cell.agent, cell.modality)).items():
         of: dict[str, Any] = {"agent": agent, "modality": modality, "unit": "steps"}
