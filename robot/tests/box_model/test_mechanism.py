@@ -38,7 +38,7 @@ def test_every_kind_locks_every_kind(locked, by, places, newtons):
             assert_pushed_as_ruled(mechanism, drawn, joint, newtons)
 
 
-@pytest.mark.parametrize("seed", [10, 11])
+@pytest.mark.parametrize("seed", [11, 16])
 def test_random_boxes_with_alternatives_pushed_at_random(seed):
     family, layout = f"random-{3 + seed % 6}", ("ngram", "scattered")[seed % 2]
     drawn = generate(Recipe(family=family, layout=layout, dealt=True, seed=seed))

