@@ -157,6 +157,7 @@ def test_mistakes_are_one_line():
         ({"box": "chain-9"}, "no box is called 'chain-9'"),
         ({"max_steps": 20_000}, "max_steps: got 20000, expected a whole number from 1 to 10000$"),
         ({"trials": 0}, "trials: got 0, expected a whole number from 1$"),
+        ({"flip": OutcomeFlip(only="moved")}, "flip: got .*, expected a flip of every report"),
         ({"trials": 100_000_000}, "steps of all trials: got 2000000000, expected at most 1000000000$"),
     ):
         with pytest.raises(UserMistake, match=f"^{said}"):

@@ -11,7 +11,6 @@ from lockprobe_robot.box_model.gates import PIN_RADIUS, STROKE, blocks_of, gates
 from lockprobe_robot.box_model.mounted_joint import mounting_choices
 
 from lockprobe.boxes.box import Joint, Lockbox
-from lockprobe.foundation.errors import BadValue
 
 SIZE = 4
 NAMES = tuple("abcd")
@@ -37,11 +36,6 @@ def test_all_gates_stand_open_exactly_when_the_joint_may_move(interlock):
             mine = [gate for gate in gates if gate.joint == joint]
             is_open = all(any(configuration[j] == p for j, p in gate.literals) for gate in mine)
             assert is_open == drawn.may_move(configuration, joint)
-
-
-def test_a_joint_that_never_moves_is_refused():
-    with pytest.raises(BadValue, match="interlock of b.*never moves"):
-        gates_of(lockbox({"b": ()}))
 
 
 def gap(mounted, fraction, out):

@@ -92,6 +92,8 @@ class Lockbox:
                 raise BadValue(f"interlock of {joint}", clauses, "a tuple of clauses, each joint -> position")
             if joint not in names:
                 raise BadValue("interlock", joint, f"one of {', '.join(names)}")
+            if not clauses:
+                raise BadValue(f"interlock of {joint}", clauses, "a clause at least, without which it never moves")
             for other in (name for clause in clauses for name in clause):
                 if other not in names:
                     raise BadValue(f"interlock of {joint}", other, f"one of {', '.join(names)}")

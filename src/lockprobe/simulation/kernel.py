@@ -293,6 +293,8 @@ def population(
     check_whole("seed", seed, 0)
     policy, tell = policy_of(agent), what_is_told(modality, "memoryless" if isinstance(flip, OutcomeFlip) else flip)
     like = flip if isinstance(flip, OutcomeFlip) else flip_of(flip)
+    if like != like.at_rate(like.p):
+        raise BadValue("flip", like, "a flip of every report; propagate takes one of some reports too")
     world = world_of(box, flip=like.at_rate(p), max_steps=max_steps, tell=tell)
     if trials * max_steps > MOST_STEPS:
         raise BadValue("steps of all trials", trials * max_steps, f"at most {MOST_STEPS}")

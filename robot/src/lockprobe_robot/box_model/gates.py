@@ -70,16 +70,13 @@ def gates_of(box: Lockbox) -> tuple[Gate, ...]:
     """The minimal set of gates (conjunctive normal form) that is equivalent to a box's interlock.
 
     Raises:
-        BadValue: If a joint never moves, or there would be more than ``MAX_GATES``.
+        BadValue: If there would be more than ``MAX_GATES``.
     """
     index = {name: i for i, name in enumerate(box.names)}
     gates: list[Gate] = []
     for joint, name in enumerate(box.names):
-        clauses = box.interlock.get(name, ({},))
-        if not clauses:
-            raise BadValue(f"interlock of {name}", list(clauses), "a clause: without one the joint never moves")
         wanted: set[frozenset[GateLiteral]] = {frozenset()}
-        for clause in clauses:
+        for clause in box.interlock.get(name, ({},)):
             literals = [(index[other], position) for other, position in clause.items()]
             wanted = _necessary(known | {literal} for known in wanted for literal in literals)
             _refuse_above(box, len(wanted) - 1)
