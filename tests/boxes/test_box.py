@@ -34,7 +34,10 @@ def test_attempts_in_every_configuration(boxes, data):
         ({"initial": (False,)}, "initial: got '0', expected one position for each of 2 joints"),
         ({"interlock": {"a": ({"z": True},)}}, "interlock of a: got 'z', expected one of a, b"),
         ({"interlock": {"a": ({"a": True},)}}, "interlock of a: got 'a', expected positions of other joints"),
-        ({"interlock": {"a": ()}}, r"interlock of a: got \(\), expected a clause at least, without which it never moves"),
+        (
+            {"interlock": {"a": ()}},
+            r"interlock of a: got \(\), expected a clause at least, without which it never moves",
+        ),
     ],
 )
 def test_contradictions_are_refused_with_the_reason(change, message):

@@ -11,6 +11,7 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Any
 
 from lockprobe.foundation.formatting import capital, first_three, p_cell, percent
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, condition_words, who
@@ -145,13 +146,18 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     if not (pairs := _pairs(found)):
         return
-    tested = [(one, other, rows[SUCCESS, ""]) for one, other, rows in pairs]
-    clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in tested if row.detected]
-    more = first_three(dict.fromkeys(f"more by {one} than by {other}" for one, other in clear))
-    rest = f"no difference in success was detected in {len(tested) - len(clear)} of {len(tested)} comparisons"
-    rest *= len(tested) > len(clear)
-    said = capital("; ".join(filter(None, (f"solved {more}" * bool(clear), rest))))
-    yield Part("Which agent is better?", f"{said}.", [_TABLE, note_at(found, _NOTE)])
+    by_axis = grouped(((one, other, rows[SUCCESS, ""]) for one, other, rows in pairs), lambda pair: pair[-1].axis)
+    said = []
+    for axis, tested in by_axis.items():
+        over = f"over all {'conditions' if axis == _CONDITIONS else 'flip rates'} " * (len(by_axis) > 1)
+        clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in tested if row.detected]
+        more = first_three(f"more by {one} than by {other}" for one, other in clear)
+        said += [f"{over}solved {more}"] if clear else []
+        open_ = len(tested) - len(clear)
+        said += (
+            [f"{over}no difference in success was detected in {open_} of {len(tested)} comparisons"] if open_ else []
+        )
+    yield Part("Which agent is better?", f"{capital('; '.join(said))}.", [_TABLE, note_at(found, _NOTE)])
 
 
 SECTIONS = (Section("agents_compared", "Agents compared", _rows, _show, (_TABLE,)),)

@@ -81,7 +81,7 @@ def _said(found: Results) -> Iterator[str]:
     """Loop rates at the lowest flip rate beside chance, and whether first loops come later at higher ones."""
     lowest = [(course, course.played[0]) for course in played_subjects(found)]
     rates = [
-        f"{course.label} {percent(cell.value('loop_rate'))} ({_than(cell)} {chance_said(cell)} by chance)"
+        f"{course.label} {percent(cell.value('loop_rate'))} ({_than(cell)} chance, {chance_said(cell)})"
         for course, cell in lowest
     ]
     over = [cell.value("loop_rate") or 0.0 for _, cell in lowest]
@@ -104,8 +104,8 @@ def _than(cell: Cell) -> str:
     if rate is None or rate.low is None or rate.high is None or not levels:
         return "beside"
     if rate.low <= max(levels) and rate.high >= min(levels):
-        return "not told from the"
-    return "more than the" if rate.low > max(levels) else "less than the"
+        return "not distinguishable from"
+    return "more than" if rate.low > max(levels) else "less than"
 
 
 def draw(found: Results, *, against_success: bool) -> Any:
