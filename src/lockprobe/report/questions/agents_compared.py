@@ -152,11 +152,11 @@ def _show(found: Results) -> Iterator[Part]:
         over = f"over all {'conditions' if axis == _CONDITIONS else 'flip rates'} " * (len(by_axis) > 1)
         clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in tested if row.detected]
         more = first_three(f"more by {one} than by {other}" for one, other in clear)
-        said += [f"{over}solved {more}"] if clear else []
-        open_ = len(tested) - len(clear)
-        said += (
-            [f"{over}no difference in success was detected in {open_} of {len(tested)} comparisons"] if open_ else []
-        )
+        if clear:
+            said.append(f"{over}solved {more}")
+        if missed := len(tested) - len(clear):
+            none = "no difference in success was detected"
+            said.append(f"{over}{none} in {missed} of {len(tested)} comparisons")
     yield Part("Which agent is better?", f"{capital('; '.join(said))}.", [_TABLE, note_at(found, _NOTE)])
 
 
