@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 49_200,
-    "lines of code": 31_270,
-    "lines of tests": 36_720,
-    "words of docs": 29_860,
+    "lines of source": 44_570,
+    "lines of code": 28_270,
+    "lines of tests": 34_620,
+    "words of docs": 29_410,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lockprobe.foundation import clock
-from lockprobe.foundation.interrupts import safe_path
+from lockprobe.foundation.child_processes import safe_path
 
 if TYPE_CHECKING:
     from typer import Typer

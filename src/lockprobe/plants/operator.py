@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 from typing import Protocol
 
+from lockprobe.foundation.child_processes import interruptible
 from lockprobe.foundation.errors import PlantFault, UserMistake
-from lockprobe.foundation.interrupts import interruptible
 from lockprobe.foundation.terminal_text import printable
 
 ENTER = ""

@@ -15,8 +15,8 @@ from multiprocessing.context import SpawnProcess
 from threading import Thread
 from typing import Any, ClassVar, TypeVar
 
+from lockprobe.foundation.child_processes import held_back
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.foundation.interrupts import held_back
 from lockprobe.foundation.workers.pool import Begin, Lost, Pool
 
 _J = TypeVar("_J")

@@ -14,6 +14,7 @@ from itertools import product
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
+from lockprobe.foundation.child_processes import interruptible
 from lockprobe.foundation.errors import (
     FINAL,
     AgentsGivenUp,
@@ -23,7 +24,6 @@ from lockprobe.foundation.errors import (
     SettingsChanged,
     UserMistake,
 )
-from lockprobe.foundation.interrupts import interruptible
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.decisions import due
