@@ -348,4 +348,4 @@ def test_every_place_that_starts_an_interpreter_does_so_safely():
     safe = re.compile(r"with .*(safe_path|held_back)\(\)")
     found = {path.name: bool(safe.search(text)) for path in SOURCES if starts.search(text := path.read_text("utf-8"))}
     assert {"processes.py"} <= found.keys()
-    assert [name for name, is_safe in found.items() if not is_safe and name != "interrupts.py"] == []
+    assert [name for name, is_safe in found.items() if not is_safe and name != "child_processes.py"] == []
