@@ -62,7 +62,7 @@ def unsolved(*p):
 
 
 PEOPLE = small_study(("participant",), (0.0, 0.2, 0.4, 0.6), 2, 5)
-HOSTILE = ("llm:$\\frac{", "python:" + "mx" * 96, "_hidden\n<script>", "llm:\u4e2d\u0e01")
+HOSTILE = ("llm:$\\frac{", "python:" + "mx" * 96, "_hidden<script>", "llm:\u4e2d\u0e01")
 LONG = tuple(f"cognitive:random-map?window={window}&avoid=failed&lapse=0.1" for window in (1, 2))
 STUDIES = {
     "typical": lambda had: one_model() + had(references),
