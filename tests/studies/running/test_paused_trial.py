@@ -4,7 +4,6 @@ import asyncio
 from dataclasses import replace
 
 import pytest
-from lockprobe.trial.briefing import Briefing
 from seated import as_played, people_study, without_page
 from seen import PhotographedPlant
 
@@ -15,6 +14,7 @@ from lockprobe.plants import catalogue
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.running.playable import CLIENT, PERSON, check_playable
+from lockprobe.trial.record import Briefing
 
 STUDY = people_study(layout="shuffled")
 PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.labelled("flip?p=0.4"), 1, 2)
