@@ -91,31 +91,6 @@ class Limits:
     cluster: Cluster | None = None
 
 
-def play(
-    study: Study,
-    source: AgentSource,
-    plans: Iterable[Plan],
-    journal: Journal,
-    limits: Limits,
-    observer: Observer,
-    known: KnownFacts,
-) -> None:
-    """Play the owed trials of one agent: here, elsewhere, or first here and then there.
-
-    Raises:
-        BudgetReached: If the budget refused a call; every open trial went on until it was refused one itself.
-        SettingsChanged: If the agent or the plant is another one than ``known`` says.
-        UserMistake: If the agent is not available, yields only errors, or its workers keep being lost.
-    """
-    turn = _Turn(study, source, plans, journal, limits, observer, known)
-    if turn.pool is None or (turn.quick and isinstance(turn.pool, Processes)):
-        threaded = turn.hosted and (study.simulated or study.has_pictures)
-        with own_thread() if threaded else nullcontext(in_this_thread) as place:
-            asyncio.run(turn.here(place))
-    if turn.pool is not None and turn.queue:
-        turn.elsewhere(turn.pool)
-
-
 def can_travel(study: Study, source: AgentSource) -> bool:
     """Whether an agent's trials can run on other machines: agent, plant and interventions must ship with Lockprobe."""
     changes = [type(change) for one in study.conditions for change in interventions_in(one)]
@@ -127,7 +102,7 @@ def can_travel(study: Study, source: AgentSource) -> bool:
     )
 
 
-class _Turn:
+class Turn:
     """The turn of an agent: the trials that it still owes, and where they are played if not in this process."""
 
     def __init__(
@@ -145,6 +120,7 @@ class _Turn:
         self.queue = deque(plans)
         self.hosted = source.engine == "network" and not study.attended
         self.quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
+        self._threaded = self.hosted and (study.simulated or study.has_pictures)
         self._lanes = limits.access.connections if self.hosted else 1
         self._broken_in_a_row = 0
         self.pool: Pool | None = None
@@ -154,6 +130,20 @@ class _Turn:
             self.pool = limits.cluster
         elif source.engine == "process" or (limits.workers > 1 and (not self.quick or can_travel(study, source))):
             self.pool = Processes(limits.workers)
+
+    def play(self) -> None:
+        """Play the owed trials: here, elsewhere, or first here and then there.
+
+        Raises:
+            BudgetReached: If the budget refused a call; every open trial went on until it was refused one itself.
+            SettingsChanged: If the agent or the plant is another one than ``known`` says.
+            UserMistake: If the agent is not available, yields only errors, or its workers keep being lost.
+        """
+        if self.pool is None or (self.quick and isinstance(self.pool, Processes)):
+            with own_thread() if self._threaded else nullcontext(in_this_thread) as place:
+                asyncio.run(self.here(place))
+        if self.pool is not None and self.queue:
+            self.elsewhere(self.pool)
 
     async def here(self, place: Executor) -> None:
         """Play plans in order; if that takes long and there are workers, the others stay in the queue.

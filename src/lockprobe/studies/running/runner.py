@@ -31,7 +31,7 @@ from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.running.executor import Limits, Observer, play
+from lockprobe.studies.running.executor import Limits, Observer, Turn
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import OWED_ANEW, Call
 from lockprobe.trial.plan import Plan
@@ -99,7 +99,7 @@ def run(
         left = now
         try:
             while left:
-                play(study, source, left, journal, limits, observer, facts)
+                Turn(study, source, left, journal, limits, observer, facts).play()
                 ended = any(not journal.owes(plan.key) for plan in left)
                 left = owed_by(source) if study.until and ended else []
                 observer.more(len(left))
