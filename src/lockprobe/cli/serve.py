@@ -156,7 +156,9 @@ def study_and_people(
     files, numbers = [[one for one in people if one.isdecimal() == decimal] for decimal in (False, True)]
     if len(files) > 1 or len(numbers) > 1:
         raise BadValue("people", " ".join(people), "one file, one number, or one of each")
-    number = int(numbers[0][:9]) if numbers else None
+    if numbers and len(numbers[0].lstrip("0")) > 6:
+        raise BadValue("people", numbers[0], "fewer than a million")
+    number = int(numbers[0]) if numbers else None
 
     def experiment(directory: Path) -> Experiment:
         kept = read_experiment(Path(files[0])) if files else kept_experiment(directory) or Experiment()

@@ -6,12 +6,13 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import ClassVar, Literal
-
-import numpy as np
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from lockprobe.foundation.validation import check_choices
 from lockprobe.trial.record import Moment, Outcome, Percept, Task, in_words
+
+if TYPE_CHECKING:
+    import numpy as np
 
 Tell = Literal["state", "outcome", "both"]
 """The content of a report: the positions of all joints, the outcome of the attempt, or both."""

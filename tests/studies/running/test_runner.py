@@ -110,7 +110,7 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
         return replace(source, engine="process") if spec == "round-robin" else source
 
     monkeypatch.setattr(runner, "resolve", elsewhere)
-    monkeypatch.setattr(executor._Turn, "elsewhere", in_processes)
+    monkeypatch.setattr(executor.Turn, "elsewhere", in_processes)
     agents = ["Ours=python:dying:Raises", "python:dying:Unclosed", "round-robin", "python:dying:Nowhere", "random"]
     with pytest.raises(AgentsGivenUp) as end:
         played(tmp_path / "s", agent=agents, trials=12, p=[0], repetitions=1)

@@ -1,7 +1,8 @@
 """A language model as an agent: one call for each decision, and one more for each malformed reply.
 
 A refusal ends the trial. So does a reply that the limit cut off for the second time, or before it had begun: the same
-limit would cut off the next one too. Other replies that cannot be used are asked for again, after a pause like that
+limit would cut off the next one too. So does one whose object stands in the reasoning, or that is white space up to the
+limit: only another form would help. Other replies that cannot be used are asked for again, after a pause like that
 after a fault: some servers write their errors as if the model had said them.
 
 The pictures of a percept are sent as PNG after its text. Earlier pictures stay in the conversation, as in the paper, or

@@ -60,10 +60,6 @@ class Server:
         key: The key; empty for none.
         messages: Whether it is asked as Anthropic's messages.
         host: The host that the environment names; None for the provider's own.
-
-    Raises:
-        BadValue: If there is no such provider, or the environment names no server.
-        Missing: If a key is missing, or no request can carry it.
     """
 
     provider: str
@@ -75,7 +71,12 @@ class Server:
 
     @classmethod
     def of(cls, name: str) -> Server:
-        """The server of a model."""
+        """The server of a model.
+
+        Raises:
+            BadValue: If there is no such provider, or the environment names no server.
+            Missing: If a key is missing, or no request can carry it.
+        """
         provider, _, model = name.partition("/")
         if provider == "openai-api":
             provider, _, model = model.partition("/")
