@@ -71,10 +71,10 @@ def test_lockprobe_lists_them(listing, name):
 
 def test_a_study_is_played_with_them(tmp_path):
     assert "gate " in command("box", "list")
-    out = str(tmp_path / "study")
-    command("run", "flips", "--agent", "stubborn", "--agent", "random", "--box", "gate?bolts=4", "--plant", "weighed",
-            "--p", "0,0.3", "--trials", "2", "--repetitions", "1", "--no-report", "--out", out)  # fmt: skip
-    trials = lockprobe.load(out)
+    asked = lockprobe.study(
+        agent=["stubborn", "random"], box="gate?bolts=4", plant="weighed", p=[0, 0.3], trials=2, repetitions=1
+    )
+    trials = lockprobe.run_study(asked, tmp_path)
     assert {(trial.agent, trial.box) for trial in trials} == {("stubborn", "gate-4"), ("random", "gate-4")}
     assert len(lockprobe.tidy(trials)) == sum(len(trial.steps) for trial in trials)
 
