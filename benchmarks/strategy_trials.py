@@ -128,7 +128,7 @@ def kept(agent: str, trials: int, directory: Path, workers: int = 1) -> float:
     of = planned(agent, trials)
     with Journal.open(directory, of) as journal, redirect_stdout(io.StringIO()):
         began = clock()
-        run(of, journal, limits=Limits(workers=workers), observer=Progress())
+        run(of, journal, limits=Limits(workers=workers), observer=Progress(of, journal))
         return clock() - began
 
 

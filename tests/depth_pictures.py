@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from lockprobe.trial.pictures.depth import HEIGHTS, turbo
+from lockprobe.interventions.camera import HEIGHTS
+from lockprobe.trial.pictures.frame import turbo
 
 
 def decode(image, kind, window, camera):

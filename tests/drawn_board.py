@@ -3,7 +3,7 @@
 import numpy as np
 from depth_pictures import depth_at
 
-from lockprobe.trial.pictures.depth import encode
+from lockprobe.interventions.camera import encode
 from lockprobe.trial.pictures.picture import Picture
 
 WIDTH, HEIGHT = 320, 240

@@ -58,9 +58,9 @@ PLAIN = [
 ]
 OTHERS = [
     {"condition": "flip?p=0.4&only=moved"},
-    {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + yoked?p=0.2", "info": "truth"},
+    {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + flip?p=0.2&only=moved", "info": "truth"},
     {"condition": "drop?p=0.5 + tremble?p=0.2"},
-    {"condition": "force?at=2 + delay?lag=1", "p": 0.4, "max_steps": 9, "layout": "shuffled"},
+    {"condition": "tremble?p=1&at=2 + delay?lag=1", "p": 0.4, "max_steps": 9, "layout": "shuffled"},
     {"condition": [Never(p=0.4)]},
 ]
 

@@ -159,7 +159,7 @@ def test_the_newest_exchanges_are_left(last, left):
 
 
 def test_one_step_is_the_experimenter_s_and_all_others_are_the_agent_s():
-    trial, plain = (played(condition, seed=2) for condition in ("force?at=3", ""))
+    trial, plain = (played(condition, seed=2) for condition in ("tremble?p=1&at=3", ""))
     assert [step.step for step in trial.steps if step.chosen is not None] == [3]
     assert trial.actions[:2] == plain.actions[:2]
     assert trial.steps[2].chosen == plain.actions[2]

@@ -90,7 +90,6 @@ def test_every_one_keeps_its_contract_and_plays_as_in_truth_at_dose_0(spec, monk
         ("correction?inverts=all", "inverts: got 'all', expected one of position, outcome"),
         ("correction?p=2", "correction rate p: got 2"),
         ("delay?lag=-1", "lag: got -1, expected a whole number from 0"),
-        ("force?at=-1", "at: got -1, expected a step from 1, or 0 for none"),
         ("history?last=-1", "a whole number from 0"),
         ("hypothesis?ask=never", "ask: got 'never', expected one of before, after, off"),
         ("nudge?after=1", "expected a number of copies from 2"),

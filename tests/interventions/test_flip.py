@@ -149,18 +149,6 @@ def test_misreadings_are_as_frequent_as_each_direction_and_joint_has_it_and_at_o
     assert false(misread(0, 0, LABELS[1:], ("A:1:1",)), trial) == at_one
 
 
-# Yoked reports are as often false as their source, at steps of another trial.
-def yoked(condition, trial):
-    """For each step whether its report was false, where nothing that is told changes what is done."""
-    settings = {"agent": "round-robin", "box": "chain-7", "max_steps": 24, "shuffle": "never"}
-    return [step.told_falsely for step in run_trial(condition=condition, trial=trial, **settings).steps]
-
-
-@pytest.mark.parametrize("trial", [1, 2])
-def test_yoked_lies_where_the_flip_of_the_next_trial_does(trial):
-    assert yoked("yoked?p=0.4", trial) == yoked("flip?p=0.4", trial + 1) != yoked("flip?p=0.4", trial)
-
-
 # Phantoms: which joint seems to jump, how often, and that nothing else is false.
 def jumped(p, seed=1, truth=TRUTH, reports=1_000):
     """Whether the position of each joint is false in each report, shape (reports, joints)."""

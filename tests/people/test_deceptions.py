@@ -13,10 +13,10 @@ from lockprobe.trial.condition import Condition, place_of
     ("specs", "kinds"),
     [
         (["truth", "flip?p=0.4"], ["false"]), (["flip?p=0.4&only=moved + nudge"], ["false"]),
-        (["yoked?p=0.4"], ["false"]), (["phantom?p=0.4"], ["false"]),
+        (["phantom?p=0.4"], ["false"]),
         (["correction?p=0.4"], ["false"]), (["correction?p=0.4&first=truth&last=lie"], ["false"]),
         (["flip?p=0.4 + rgb"], ["false"]), (["delay?lag=2"], ["late"]),
-        (["tremble?p=0.1"], ["another"]), (["force?at=4"], ["another"]), (["warn"], ["warned"]),
+        (["tremble?p=0.1"], ["another"]), (["warn"], ["warned"]),
         (["warn?rate=0.4 + flip?p=0.4"], ["false"]), (["warn + tremble?p=0.1"], ["another", "warned"]),
         (["tremble?p=0.1", "flip?p=0.4 + warn", "delay"], ["false", "late", "another"]),
         *(([spec], []) for spec in (

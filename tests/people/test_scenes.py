@@ -237,7 +237,7 @@ def test_remarks_stay_in_view_warnings_stand_above_every_step_and_the_report_is_
         warned, _ = under_one("warn?rate=0.4", joints)
         assert warned.warning == "What you are told of your last action is with probability 0.4 false."
         assert (warned.warning in warned.spoken) == (not joints)
-    forced, situation = under_one("force?at=1 + symbolic", [0])
+    forced, situation = under_one("tremble?p=1&at=1 + symbolic", [0])
     assert forced.panel.last == situation.percept.joint != situation.task.joints[0]
     assert forced.history[0].startswith(forced.panel.last)
 

@@ -49,7 +49,7 @@ ASKING = {
 }
 CONDITIONS = (
     "truth", "flip?p=0.4 + nudge", "remark?after=0", "distract?p=0.5 + warn", "correction?p=0.4", "drop?p=0.3",
-    "delay?lag=2", "yoked?p=0.4", "tremble?p=0.3", "force?at=3", "flip?p=0.4&only=blocked + symbolic",
+    "delay?lag=2", "tremble?p=0.3", "tremble?p=1&at=3", "flip?p=0.4&only=blocked + symbolic",
 )  # fmt: skip
 SILENT = ("round-robin", "random")
 """Strategies that say nothing of what they are told, and are asked here."""

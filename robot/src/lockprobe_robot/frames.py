@@ -19,8 +19,7 @@ from lockprobe.foundation.storage.atomic_file import refuse_links, writing
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
-from lockprobe.trial.pictures.depth import to_millimetres
-from lockprobe.trial.pictures.frame import Frame, to_png
+from lockprobe.trial.pictures.frame import Frame, to_millimetres, to_png
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 from lockprobe_robot.film.make import WITHOUT_ARM

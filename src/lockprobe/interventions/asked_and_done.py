@@ -192,25 +192,6 @@ class Tremble(AtRandomSteps):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Force:
-    """At one step, from 1, a random joint is attempted instead of the agent's choice, and reported truthfully.
-
-    Each joint is equally likely. 0 is no step.
-    """
-
-    name: ClassVar[str] = "force"
-    at: int = 0
-
-    def __post_init__(self) -> None:
-        if self.at < 0:
-            raise BadValue("at", self.at, "a step from 1, or 0 for none")
-
-    def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
-        """The joint, or at that step the one that is drawn."""
-        return task.joints[int(rng.random() * len(task.joints))] if len(past) == self.at else joint
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class History:
     """The agent remembers only the ``last`` exchanges (choice and report); its task and the current report stay.
 

@@ -10,17 +10,23 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choices, check_probability
 from lockprobe.interventions.words import places_said, rows_of
-from lockprobe.trial.pictures.depth import DepthKind, encode, legend, to_millimetres
-from lockprobe.trial.pictures.frame import degraded, to_png
+from lockprobe.trial.pictures.frame import Camera, degraded, to_millimetres, to_png, turbo
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Moment, Percept, Task
 
-Depth = Literal["none", DepthKind]
-"""How depth is shown, if at all; :mod:`lockprobe.trial.pictures.depth` describes the kinds."""
+Depth = Literal["none", "turbo", "height"]
+"""How depth is shown, if at all: in colours from near to far, or by height above the board.
+
+The colours run over a fixed window, so that a colour means the same in every picture.
+"""
+
+HEIGHTS = (-0.02, 0.06)
+"""The window of pictures by height, metres above the board: handles end at 0.05, and the ground is below the board."""
 
 _STOPS = 20
 """Most stops of exposure in either direction: more make every picture black, or white."""
@@ -112,4 +118,28 @@ class CameraChannel:
         if self.depth == "none":
             return f"{attempted}The picture shows the box{now}."
         shows = f"{attempted}The first picture shows the box{now}, the second its depth."
-        return shows if joint is not None else f"{shows} {legend(self.depth, (self.near, self.far))}"
+        if joint is not None:
+            return shows
+        if self.depth == "height":
+            return (
+                f"{shows} Colour is height: dark violet {-100 * HEIGHTS[0]:g} cm or more below the board, blue the "
+                f"board, through green and yellow to red {100 * HEIGHTS[1]:g} cm or more above it, black no reading."
+            )
+        return (
+            f"{shows} Colour is distance from the camera: red {self.near:g} m or nearer, through yellow, green and "
+            f"blue to dark violet {self.far:g} m or farther, black no reading."
+        )
+
+
+def encode(depth: NDArray[np.float32], kind: Depth, window: tuple[float, float], camera: Camera) -> NDArray[np.uint8]:
+    """Encode depth as a picture, shape (height, width, 3). A value outside the window has the colour of its nearer end.
+
+    ``depth`` has the shape (height, width), metres; 0 where there is no reading, which is black. ``window`` holds
+    the depths of the first and the last colour of ``turbo``, metres; ``height`` has :data:`HEIGHTS`, and needs the pose
+    of the camera.
+    """
+    values, first, last = (camera.heights(depth), *HEIGHTS) if kind == "height" else (depth, *window[::-1])
+    level: NDArray[np.uint8] = np.rint(np.clip((values - first) / (last - first), 0, 1) * 255).astype(np.uint8)
+    colours = np.take(turbo(), level, axis=0)
+    colours[depth <= 0] = 0
+    return colours

@@ -1,4 +1,4 @@
-"""What is *told*, beside the flip: reports that are missing, late, corrected, or false at the steps of others."""
+"""What is *told*, beside the flip: reports that are missing, late, corrected, or false of another joint."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choices, check_probability
 from lockprobe.interventions.flip import Inverts, OutcomeFlip
-from lockprobe.trial.luck import of_next_trial
 from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:
@@ -153,20 +152,3 @@ class Correction(AtRate):
 
         last = said(self.last)
         return replace(last, corrects=said(self.first)) if hit else last
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Yoked(AtRate):
-    """False reports at the steps at which ``flip`` lies in the next trial of the same repetition, step by step.
-
-    It has the dose of its source and is independent of the course of this trial. A flip that depends on what happens
-    (``only``, ``while``) has no steps in advance: what is yoked is its rate, not its lies.
-    """
-
-    name: ClassVar[str] = "yoked"
-    always_tells: ClassVar[bool] = True
-
-    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """The percept with its outcome inverted, or not."""
-        flip = OutcomeFlip(p=self.p)
-        return percept if percept.joint is None else flip.perceive(percept, past, task, of_next_trial(rng))

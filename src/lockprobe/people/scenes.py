@@ -35,12 +35,10 @@ said to be perhaps false; or something is changed, nobody knows how, by an inter
 
 _KINDS: dict[str, Deception | None] = {
     "flip": "false",
-    "yoked": "false",
     "phantom": "false",
     "correction": "false",
     "delay": "late",
     "tremble": "another",
-    "force": "another",
     "warn": "warned",
     **dict.fromkeys(("drop", "nudge", "remark", "distract")),
 }

@@ -139,13 +139,11 @@ _WORDS: Mapping[str, str] = {
     "delay": "late reports",
     "drop": "missing reports",
     "phantom": "reports of a false position elsewhere",
-    "yoked": "false reports at other steps",
     "distract": "an irrelevant sentence with the report",
     "nudge": "a sentence against repetition",
     "remark": "a sentence without information",
     "warn": "a warning of false reports",
     "history": "a shortened memory",
-    "force": "forced attempts",
     "tremble": "attempts at other joints",
 }
 """An intervention -> what it is in an article."""

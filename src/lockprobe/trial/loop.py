@@ -7,10 +7,12 @@ into what is *done*; the plant acts; channels decide what is *told*.
 from __future__ import annotations
 
 import asyncio
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from traceback import walk_tb
 from types import TracebackType
 from typing import Any, Protocol, TypeVar
@@ -30,7 +32,7 @@ from lockprobe.trial.model_call import Usage
 from lockprobe.trial.patience import PATIENCE, own_line
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
-from lockprobe.trial.places import Acting, Places
+from lockprobe.trial.places import Placed, Places
 from lockprobe.trial.plan import Fork, Plan
 from lockprobe.trial.protocols import Agent, Intervention, Plant
 from lockprobe.trial.record import (
@@ -52,6 +54,10 @@ from lockprobe.trial.source import said, source_of, with_reading
 from lockprobe.trial.trial_json import usable
 
 _T = TypeVar("_T")
+_V = TypeVar("_V")
+
+_TOGETHER = -1
+"""Stands for all interventions together among the numbers of those that changed a step."""
 
 
 class Executor(Protocol):
@@ -151,22 +157,8 @@ async def play(
             made = facts_of({"plant": plan.plant, **plant.facts}) if plant.facts else {}
     except TrialFault as broke:
         ending, error = "error", error or _error(broke, len(loop.steps) + 1)
-    changed, changed_steps = loop.acting.changes(len(loop.steps))
-    return _record(
-        plan,
-        ending,
-        error,
-        facts=facts,
-        plant=made,
-        channels=places.channel_facts,
-        interventions=places.other_facts,
-        opening=loop.opening,
-        steps=tuple(loop.steps),
-        opening_pictures=loop.opening_pictures,
-        opening_sensed=loop.opening_sensed,
-        changed=changed,
-        changed_steps=changed_steps,
-    )
+    acting = {"channels": places.channel_facts, "interventions": places.other_facts}
+    return _record(plan, ending, error, facts=facts, plant=made, **acting, **loop.played())
 
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:
@@ -212,7 +204,11 @@ def _record(plan: Plan, ending: Ending, error: TrialError | None, **played: Any)
 
 
 class _Loop:
-    """The state of one trial while it runs."""
+    """The state of one trial while it runs.
+
+    Its moments are those so far, so their number is the number of the step, or, for a report, that of the step whose
+    decision it precedes less one.
+    """
 
     def __init__(
         self,
@@ -223,11 +219,11 @@ class _Loop:
         keep: Callable[[Picture], None] | None,
         place: Executor,
     ) -> None:
-        self.acting, self.steps, self.opening = Acting(places, plan), list[Step](), ""
-        self.opening_pictures: Mapping[PictureKind, str] = {}
-        self.opening_sensed: Mapping[str, Fact] = {}
+        self.steps = list[Step]()
+        self._opening_pictures: Mapping[PictureKind, str] = {}
+        self._opening_sensed: Mapping[str, Fact] = {}
         self._plan, self._plant, self._agent, self._keep, self._at = plan, plant, agent, keep, place
-        self._places, self._names = places.at, plan.names
+        self._places, self._names, self._task, self._luck = places, plan.names, plan.names.task, plan.luck
         self._ours = type(agent).__module__.startswith("lockprobe")
         self._unsaid = Briefing(hypothesis=plan.hypothesis)
         self._source = source_of(plan.condition.modality)
@@ -237,43 +233,44 @@ class _Loop:
         self._moments: tuple[Moment, ...] = ()
         self._state = ""  # the true configuration
         self._shown: tuple[bool, ...] | None = None  # the last positions told or pictured
+        self._changers: dict[int, set[int]] = defaultdict(set)  # step -> the numbers of those that changed it
 
     async def open(self) -> None:
         """Look at the box for the first time."""
         with PLANT:
             snapshot, self._state, first = await self._at(self._happened)
-            self.opening_sensed = facts_of(snapshot.sensed)
+            self._opening_sensed = facts_of(snapshot.sensed)
         self._moments, self._shown = (first,), first.shown
-        self.opening, self.opening_pictures = first.told.text, self._kept(first.told)
+        self._opening_pictures = self._kept(first.told)
 
     async def step(self) -> Step:
         """Ask the agent, attempt a joint, tell it what happened."""
-        past, task = self._moments, self._names.task
+        past, number, at, box = self._moments, len(self._moments), self._places.at, self._plan.box.joints
         turns, briefing, report = self._turns, self._unsaid, past[-1].told
-        if self._places["remembered"] or self._places["asked"]:
+        if at["remembered"] or at["asked"]:  # their luck is that of the report
             with INTERVENTIONS:
-                turns = self.acting.passed("remembered", turns, past)
+                turns = self._passed(at["remembered"], turns, number - 1, number)
                 if not isinstance(turns, tuple):
                     raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
-                briefing = self.acting.passed("asked", briefing, past)
+                briefing = self._passed(at["asked"], briefing, number - 1, number)
                 briefing.remark.encode()  # breaks if it cannot be written
         with AGENT:
-            decision = await self._decision(Situation(task=task, past=turns, percept=report, briefing=briefing))
-        decision = usable(decision, task)
+            decision = await self._decision(Situation(task=self._task, past=turns, percept=report, briefing=briefing))
+        decision = usable(decision, self._task)
         label = decision.joint
-        if self._places["done"]:
+        if at["done"]:
             with INTERVENTIONS:
-                label = self.acting.passed("done", label, past)
-                if label not in task.joints:
+                label = self._passed(at["done"], label, number, number)
+                if label not in self._task.joints:
                     raise ChannelFault(f"{label!r} is not a joint")
         joint = self._names.labels.index(label)
         with PLANT:
             snapshot, state, moment = await self._at(partial(self._happened, joint, decision.joint, label))
             sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
-        box, moved = self._plan.box.joints, snapshot.outcome == "moved"
+        moved = snapshot.outcome == "moved"
         told_moved, told_state = self._compared(moment, state, moved=moved)
         step = Step(
-            step=len(past),
+            step=number,
             state=self._state,
             joint=box[joint].name,
             moved=moved,
@@ -293,6 +290,22 @@ class _Loop:
             self._compare(step, self._plan.fork)
         return step
 
+    def played(self) -> dict[str, Any]:
+        """What was played, by the names of the record.
+
+        A report that an intervention changed counts at the step whose decision it precedes: no agent reads the last.
+        """
+        done = (changers for step, changers in self._changers.items() if step <= len(self.steps))
+        counts = Counter(chain.from_iterable(done))
+        return {
+            "opening": self._moments[0].told.text if self._moments else "",
+            "opening_pictures": self._opening_pictures,
+            "opening_sensed": self._opening_sensed,
+            "steps": tuple(self.steps),
+            "changed": {spec: counts[number] for number, spec in enumerate(self._places.specs) if spec},
+            "changed_steps": counts[_TOGETHER],
+        }
+
     async def _decision(self, situation: Situation) -> Decision:
         """Ask the agent. On a fork the past is on record: nothing is asked there whose answer costs money.
 
@@ -303,7 +316,7 @@ class _Loop:
         played = fork is not None and self._on_record and now < len(fork.recorded)
         if fork is not None and played and getattr(self._agent, "unseeded", False):
             return fork.recorded[now].decision
-        decision = self._agent.decide(situation, self.acting.luck.at("agent", now + 1))
+        decision = self._agent.decide(situation, self._luck.at("agent", now + 1))
         if self._ours:
             return await decision
         return await PATIENCE.limited(decision, self._plan.agent, getattr(self._agent, "step_seconds", 60.0))
@@ -318,16 +331,83 @@ class _Loop:
         if len(state := bits(snapshot.configuration)) != len(self._names.labels):
             raise PlantFault(f"{len(state)} positions of {len(self._names.labels)} joints")
         was = percept = self._names.percept(snapshot)
+        fork, step = self._plan.fork, len(self._moments)
+        arm = fork if fork is not None and fork.replaces(step) else None
         if self._source is not None:  # where an arm of a fork acts, the truth is said
-            fork = self._plan.fork
-            truthful = fork is not None and fork.replaces(len(self._moments))
-            self._said = snapshot if truthful else said(self._source, snapshot, self._said)
+            self._said = snapshot if arm else said(self._source, snapshot, self._said)
             was = percept = replace(self._names.percept(self._said), look=percept.look)
         if percept.look is not None:
             was, percept = replace(percept, look=None), replace(percept, look=partial(_look, percept.look))
         with INTERVENTIONS:
-            told, facts = self.acting.told(percept, self._moments)
+            told, facts = self._told(percept, step, arm)
         return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
+
+    def _told(self, percept: Percept, step: int, arm: Fork | None) -> tuple[Percept, Percept | None]:
+        """What the agent gets of the report of a step, and the facts from which words or pictures were made.
+
+        Without a way to look, which is for channels. The facts are None where the report holds them itself. An arm of
+        a fork acts in place of what acts on the facts of its report.
+        """
+        facts, showing, channels, after = None, self._places.showing, self._places.at["told"], self._places.after
+        if arm is not None:
+            own = {id(one) for one in arm.acting}
+            channels, after = (
+                [one for one in several if one.traits.after_words or id(one.one) in own]
+                for several in (channels, after)
+            )
+        percept = self._passed(channels, percept, step, step + 1, showing.traits.shown if showing else None)
+        if showing is not None:
+            facts = percept if percept.look is None else replace(percept, look=None)
+            percept = showing.act(percept, self._moments, self._task, self._luck.at(showing.stream, step))
+        if after:
+            worded, percept = percept, self._passed(after, percept, step, step + 1)
+            if (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
+                facts = None  # something after the words changed what is told: that holds the facts now
+        percept.text.encode()  # breaks if it cannot be written
+        joints, positions = self._task.joints, percept.positions
+        if percept.joint is not None and percept.joint not in joints:
+            raise ChannelFault(f"{percept.joint!r} is not a joint")
+        if positions is not None and not (len(positions) == len(joints) and {*positions} <= {False, True}):
+            raise ChannelFault(f"positions {positions!r} are not one truth value for each of {len(joints)} joints")
+        return percept if percept.look is None else replace(percept, look=None), facts
+
+    def _passed(
+        self,
+        acting: Sequence[Placed],
+        given: _V,
+        drawn: int,
+        noted: int,
+        shown: Callable[[Any], object] | None = None,
+    ) -> _V:
+        """A value after interventions; those of them that changed what the agent gets are noted.
+
+        An intervention changes a step if it changed what it was given, and the agent would have got something else
+        without it: what no report shows, or a later intervention hides, is no change. ``drawn`` is the step of their
+        luck, ``noted`` that at which their changes count. ``shown`` is the part of the value that the agent gets; all
+        of it without one.
+        """
+        value, changers, past, task, luck = given, list[tuple[Placed, _V]](), self._moments, self._task, self._luck
+        for placed in acting:
+            before, value = value, placed.act(value, past, task, luck.at(placed.stream, drawn))
+            if value is not before and value != before:
+                changers.append((placed, before))
+        if not changers:
+            return value
+        gets = shown or (lambda whole: whole)
+        end = gets(value)
+        if gets(given) != end:
+            self._changers[noted].add(_TOGETHER)
+        for at, (placed, before) in enumerate(changers, 1):
+            without = before
+            try:  # what the agent would have got without it: later ones act again, on the value before it
+                for later, _ in changers[at:]:
+                    without = later.act(without, past, task, luck.at(later.stream, drawn))
+                changed = gets(without) != end
+            except Exception:  # noqa: BLE001  one that breaks needs what was changed before it
+                changed = True
+            if changed:
+                self._changers[noted].add(placed.number)
+        return value
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
         if self._keep is not None:
@@ -361,7 +441,7 @@ class _Loop:
         if step.step < fork.name.at and not self._on_record:
             raise ModelFault(f"step {step.step} cannot be replayed from the record without asking the agent again")
         if step.step == fork.name.at and fork.name.time > 1:
-            self.acting.luck = replace(self._plan.luck, time=fork.name.time)
+            self._luck = replace(self._plan.luck, time=fork.name.time)
 
 
 def _look(look: Callable[..., Frame], positions: tuple[bool, ...] | None = None) -> Frame:

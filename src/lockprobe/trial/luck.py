@@ -15,7 +15,6 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -59,13 +58,6 @@ class Luck:
 
 _NOTHING_DRAWN = {"buffer": (0, 0, 0, 0), "buffer_pos": 4, "has_uint32": 0, "uinteger": 0}
 """The rest of the state of NumPy's Philox where a block of four numbers begins."""
-
-
-def of_next_trial(rng: np.random.Generator) -> np.random.Generator:
-    """The stream of a generator of :meth:`Luck.at` at the same step of the next trial."""
-    address: Any = rng.bit_generator.state["state"]
-    _, step, trial, repetition = map(int, address["counter"])
-    return np.random.Generator(np.random.Philox(key=address["key"], counter=[0, step, trial + 1, repetition]))
 
 
 @lru_cache(maxsize=4096)

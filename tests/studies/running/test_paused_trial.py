@@ -86,8 +86,8 @@ def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
 
 
 EVERYBODY = [
-    "flip?p=0.4", "flip?p=0.4&only=moved", "tremble?p=0.1", "force?at=4", "drop?p=0.2", "delay?lag=2",
-    "correction?p=0.4", "yoked?p=0.4", "nudge", "remark", "distract?p=0.3",
+    "flip?p=0.4", "flip?p=0.4&only=moved", "tremble?p=0.1", "drop?p=0.2", "delay?lag=2",
+    "correction?p=0.4", "nudge", "remark", "distract?p=0.3",
     "warn?rate=0.4", "flip?p=0.4 + nudge",
 ]  # fmt: skip
 NOBODY = ["history?last=2", "hypothesis", "nudge + history?last=0"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from drawn_board import HANDLES, HEIGHT, WIDTH, coloured, deep, in_depth
 
-from lockprobe.trial.pictures.depth import encode
+from lockprobe.interventions.camera import encode
 from lockprobe.trial.pictures.frame import Camera, from_png, to_png
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.pictures.picture_reader import evidence

@@ -10,11 +10,8 @@ import pytest
 from depth_pictures import decode
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.trial.pictures.depth import (
-    encode,
-    turbo,
-)
-from lockprobe.trial.pictures.frame import Camera, Frame, degraded, from_png, to_png
+from lockprobe.interventions.camera import encode
+from lockprobe.trial.pictures.frame import Camera, Frame, degraded, from_png, to_png, turbo
 from lockprobe.trial.pictures.picture import Picture
 
 RNG = np.random.default_rng(5)

@@ -1,9 +1,12 @@
-"""An RGB-D frame with its camera and the handles' positions; worse frames, and images as PNG files."""
+"""An RGB-D frame with its camera and the handles' positions; worse frames, images as PNG files, colours of depth."""
 
 from __future__ import annotations
 
 import io
+import json
 from dataclasses import dataclass, replace
+from functools import cache
+from importlib import resources
 from typing import Final
 
 import numpy as np
@@ -19,6 +22,8 @@ _MARGIN: Final = 0.5
 
 _COMPRESSION = {"compress_level": 1, "compress_type": 3}
 """Run-length matching only: twice as fast as the default, with files of the same size."""
+
+_MOST_MILLIMETRES = 2**16 - 1
 
 _MOST_PIXELS = 4096 * 4096
 """The largest picture of a plant. Files may come from elsewhere, so larger ones are refused."""
@@ -148,3 +153,18 @@ def from_png(png: bytes) -> NDArray[np.uint8] | NDArray[np.uint16]:
             return np.asarray(image, dtype=np.uint8)
     except (Image.DecompressionBombError, OSError, SyntaxError):  # no image at all is an OSError
         raise BadValue("picture", f"{len(png)} bytes", "a PNG file of a picture, not too large") from None
+
+
+def to_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Metres as whole millimetres; 0 (no reading) from 65.536 m on."""
+    millimetres = np.rint(depth * np.float32(1000))
+    return np.where(millimetres <= _MOST_MILLIMETRES, millimetres, 0).astype(np.uint16)
+
+
+@cache
+def turbo() -> NDArray[np.uint8]:
+    """Google's turbo colour map from dark blue to dark red, shape (256, 3); no colour is black."""
+    text = resources.files("lockprobe.trial.pictures").joinpath("turbo.json").read_text(encoding="utf-8")
+    colours = np.array([list(bytes.fromhex(colour)) for colour in json.loads(text)["colours"]], np.uint8)
+    colours.setflags(write=False)
+    return colours

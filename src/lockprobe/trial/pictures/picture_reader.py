@@ -23,8 +23,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.trial.pictures.depth import turbo
-from lockprobe.trial.pictures.frame import from_png
+from lockprobe.trial.pictures.frame import from_png, turbo
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 
 _REMEMBERED = 256
