@@ -73,7 +73,6 @@ MISTAKES = [
     (lambda: lockprobe.propagate(modality=5), "modality: got 5, expected a text"),
     (lambda: lockprobe.propagate(max_steps="20"), "max_steps: got '20', expected a whole number from 1 to 10000"),
     (lambda: lockprobe.propagate(max_steps=10**10), "expected a whole number from 1 to 10000"),
-    (lambda: lockprobe.propagate(most_states=0), "most_states: got 0, expected a whole number from 1"),
     (lambda: lockprobe.population(trials=1.5), "trials: got 1.5, expected a whole number from 1"),
     (lambda: lockprobe.population(repetition="x"), "repetition: got 'x', expected a whole number from 1"),
     (

@@ -66,7 +66,7 @@ def modality_of(tell):
     return "symbolic" if tell == "both" else f"symbolic?tell={tell}"
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     agent=st.sampled_from(AGENTS),
     name=st.sampled_from(["chain-3", "chain-4", "reset", "common-effect-4", "random-6-2", "chain-8"]),
@@ -122,12 +122,12 @@ def test_loop_kernel_and_gymnasium_play_one_trial(agent, name, told, p, seed, re
 
 
 FOLLOWED = [
-    *(("human-inspired", "chain-4", like, "state") for like in READINGS),
+    *(("human-inspired", "chain-3" if like.others == "noisy" else "chain-4", like, "state") for like in READINGS),
     *(("human-inspired", "chain-4", like, "both") for like in PARTS),
     ("cognitive:perseverant", "chain-4", READINGS[4], "state"),
     ("random-no-repeat", "reset", READINGS[0], "both"),
     ("human-inspired:proximity", "chain-4", READINGS[2], "state"),
-    ("human-inspired?lapse=0.2", "reset", READINGS[3], "outcome"),
+    ("human-inspired?lapse=0.2", "chain-3", READINGS[3], "outcome"),
     ("cognitive:softmax-memory?failure=2&stay=-1&position=1.5", "chain-3", READINGS[3], "outcome"),
 ]
 
@@ -136,7 +136,7 @@ FOLLOWED = [
 @pytest.mark.parametrize(("agent", "name", "like", "tell"), FOLLOWED)
 def test_the_kernel_has_the_exact_distribution(agent, name, like, tell, trials):
     """Of the steps that solve the box, up to 4.5 standard errors at each."""
-    asked = {"modality": modality_of(tell), "max_steps": 12}
+    asked = {"modality": modality_of(tell), "max_steps": 8}
     found = population(agent, name, p=0.3, flip=like, trials=trials, **asked)
     exact = np.array(propagate(agent, name, p=0.3, flip=like, **asked).solved)
     assert (np.abs(found.curve - exact) <= 4.5 * np.sqrt(exact * (1 - exact) / trials) + 1e-9).all()
@@ -144,11 +144,11 @@ def test_the_kernel_has_the_exact_distribution(agent, name, like, tell, trials):
 
 
 def test_the_size_of_a_population_and_of_its_pieces_changes_no_trial(monkeypatch):
-    whole = population("cognitive:perseverant", p=0.3, trials=900)
-    monkeypatch.setattr(kernel, "PIECE", 250)
-    part = population("cognitive:perseverant", p=0.3, trials=700)
+    whole = population("cognitive:perseverant", p=0.3, trials=500)
+    monkeypatch.setattr(kernel, "PIECE", 150)
+    part = population("cognitive:perseverant", p=0.3, trials=400)
     for name in ("solved", "steps", "actions", "moved", "told_moved"):
-        assert np.array_equal(getattr(part, name), getattr(whole, name)[:700])
+        assert np.array_equal(getattr(part, name), getattr(whole, name)[:400])
 
 
 def test_mistakes_are_one_line():

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import permutations
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Policy, Told
@@ -29,12 +29,8 @@ from lockprobe.agents.strategies import (
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_choice, check_whole
-from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
-from lockprobe.simulation.kernel import LONGEST, World, policy_of, what_is_told, world_of
-
-Listing = Literal["shuffled", "panel"]
-"""The order in which joints are listed to the agent: drawn anew for every trial, or along the panel."""
+from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip
+from lockprobe.simulation.kernel import World, policy_of, world_of
 
 MOST_STATES = 200_000
 """This many states take about twenty seconds."""
@@ -45,15 +41,9 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Propagation:
-    """Exact results of a trial.
-
-    Attributes:
-        solved: Probability that the box is solved by step 0, 1, ..., shape (budget + 1,).
-        states: Number of states met, over all listings. A state counts twice if the flip leaves some steps out.
-    """
+    """Exact results of a trial: the probability that the box is solved by step 0, 1, ..., shape (budget + 1,)."""
 
     solved: tuple[float, ...]
-    states: int
 
     @property
     def success(self) -> float:
@@ -78,10 +68,8 @@ def propagate(
     flip: FlipKind | OutcomeFlip = DEFAULT,
     modality: str | None = None,
     max_steps: int = 20,
-    listing: Listing = "shuffled",
-    most_states: int = MOST_STATES,
 ) -> Propagation:
-    """The exact success of one agent on one box, step by step.
+    """The exact success of one agent on one box, step by step, over all orders in which joints can be listed.
 
     Args:
         agent: Spec of an agent that is a policy, or a policy.
@@ -92,30 +80,21 @@ def propagate(
             pictures that they see well), ``symbolic`` (outcomes too) or ``symbolic?tell=outcome`` (no positions). The
             default is that of studies.
         max_steps: Budget in steps.
-        listing: ``shuffled`` averages over all orders of the listing, where the order matters.
-        most_states: Largest number of states.
 
     >>> course = propagate("human-inspired")
     >>> round(course.steps, 9), course.by(0.8), course.by(1)
     (8.5, 9, 10)
     """
-    check_whole("max_steps", max_steps, 1, LONGEST)
-    check_whole("most_states", most_states, 1)
-    check_choice("listing", listing, get_args(Listing))
-    acting = replace(flip, p=p) if isinstance(flip, OutcomeFlip) else flip_of(flip, p)
-    if acting.while_ != "always":
+    policy, world = policy_of(agent), world_of(box, flip, p, modality, max_steps)
+    if world.flip.while_ != "always":
         raise BadValue("flip", "while=looping", "none with while, which has to be sampled (lockprobe.run_trial)")
-    tell = what_is_told(modality, "memoryless" if isinstance(flip, OutcomeFlip) else flip)
-    policy, world = policy_of(agent), world_of(box, flip=acting, max_steps=max_steps, tell=tell)
     panel = tuple(range(world.space.joints))
-    orders = list(permutations(panel)) if listing == "shuffled" and heeds_order(policy) else [panel]
-    solved, states = [0.0] * (world.budget + 1), 0
+    orders = list(permutations(panel)) if heeds_order(policy) else [panel]
+    solved = [0.0] * (world.budget + 1)
     for order in orders:
-        chain = _MarkovChain(policy, world, order, most_states - states)
-        for step, done in enumerate(chain.run()):
+        for step, done in enumerate(_MarkovChain(policy, world, order, MOST_STATES // len(orders)).run()):
             solved[step] += done / len(orders)
-        states += len(chain.onward)
-    return Propagation(solved=tuple(solved), states=states)
+    return Propagation(solved=tuple(solved))
 
 
 def heeds_order(policy: Policy[Any]) -> bool:

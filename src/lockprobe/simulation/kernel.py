@@ -9,10 +9,10 @@ or among a million, since luck has addresses (:mod:`lockprobe.trial.luck`).
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,12 +73,27 @@ class World:
         return View(joints=len(order), target=order.index(self.space.target), places=places)
 
 
-def world_of(box: str | Path | Lockbox, *, flip: OutcomeFlip, max_steps: int, tell: Tell = "both") -> World:
-    """The world of a box, given by name, path or value; every report can be inverted by the flip."""
-    flip.check_told(f"symbolic?tell={tell}", outcomes=tell != "state", positions=tell != "outcome")
-    found = find_box(box)
+def world_of(
+    box: str | Path | Lockbox, flip: FlipKind | OutcomeFlip, p: float, modality: str | None, max_steps: int
+) -> World:
+    """The world of a box, given by name, path or value, whose reports can be inverted at rate ``p``.
+
+    What a modality in words tells; None means the default of studies, and ``outcome-only`` makes it blind.
+    """
     check_whole("max_steps", max_steps, 1, LONGEST)
-    return World(box=found, space=space_of(found), flip=flip, budget=max_steps, tell=tell)
+    acting = replace(flip, p=p) if isinstance(flip, OutcomeFlip) else flip_of(flip, p)
+    if not isinstance(modality, str | None):
+        raise BadValue("modality", modality, "a text, such as symbolic")
+    told = blind(modality or "symbolic") if flip == "outcome-only" else modality or STATES
+    channel = shown(told)
+    if (source := source_of(told)) not in (None, "truth"):
+        raise BadValue("modality", told, f"symbolic without source={source}, whose errors only a plant makes")
+    if not isinstance(channel, TextChannel):
+        known = "symbolic, or symbolic?tell=state, as which a viewer that sees well plays in pictures"
+        raise BadValue("modality", told, known)
+    acting.check_told(told, outcomes=channel.tell != "state", positions=channel.tell != "outcome")
+    found = find_box(box)
+    return World(box=found, space=space_of(found), flip=acting, budget=max_steps, tell=channel.tell)
 
 
 def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
@@ -89,22 +104,6 @@ def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
     if not isinstance(found, Policy):
         raise BadValue("agent", agent, "one whose whole memory is one value: a strategy or a cognitive model")
     return found
-
-
-def what_is_told(modality: str | None, flip: FlipKind) -> Tell:
-    """What a modality in words tells; None means the default of studies, and ``outcome-only`` makes it blind."""
-    check_choice("flip", flip, get_args(FlipKind))
-    if not isinstance(modality, str | None):
-        raise BadValue("modality", modality, "a text, such as symbolic")
-    if flip == "outcome-only":
-        modality = blind(modality or "symbolic")
-    channel = shown(modality or STATES)
-    if (source := source_of(modality or STATES)) not in (None, "truth"):
-        raise BadValue("modality", modality, f"symbolic without source={source}, whose errors only a plant makes")
-    if not isinstance(channel, TextChannel):
-        known = "symbolic, or symbolic?tell=state, as which a viewer that sees well plays in pictures"
-        raise BadValue("modality", modality, known)
-    return channel.tell
 
 
 class Boxes:
@@ -150,14 +149,6 @@ def listed(configuration: Any, orders: Whole) -> Whole:
     return (np.asarray(configuration)[..., None] >> orders & 1) @ (1 << np.arange(orders.shape[-1]))
 
 
-class _Mind(NamedTuple):
-    """A memory of a policy, with its view of the task and the running sums of its choice probabilities."""
-
-    view: View
-    memory: Hashable
-    sums: Sequence[float]
-
-
 class Minds:
     """The memories that a policy has had so far, by number: what each chooses, and what reports make of it.
 
@@ -166,7 +157,8 @@ class Minds:
 
     def __init__(self, policy: Policy[Any], world: World) -> None:
         self._policy, self._world, self._joints = policy, world, world.space.joints
-        self._minds: list[_Mind] = []
+        self._minds: list[tuple[View, Hashable]] = []
+        self._sums: list[Sequence[float]] = []  # of their choice probabilities
         self._numbers: dict[tuple[View, Hashable], int] = {}
         self._after: dict[int, int] = {}
 
@@ -182,13 +174,14 @@ class Minds:
     def _number(self, view: View, memory: Hashable) -> int:
         number = self._numbers.setdefault((view, memory), len(self._minds))
         if number == len(self._minds):
-            self._minds.append(_Mind(view, memory, running_sums(self._policy.chances(view, memory))))
+            self._minds.append((view, memory))
+            self._sums.append(running_sums(self._policy.chances(view, memory)))
         return number
 
     def choose(self, minds: Whole, luck: NDArray[np.float64]) -> Whole:
         """The place in the listing that each row attempts, given a random number for each."""
         kinds, rows = np.unique(minds, return_inverse=True)
-        sums = np.array([self._minds[kind].sums for kind in kinds.tolist()])
+        sums = np.array([self._sums[kind] for kind in kinds.tolist()])
         return np.asarray((luck[:, None] >= sums[rows]).sum(axis=1))
 
     def remember(self, minds: Whole, places: Whole, moved: Flags, shifted: Whole) -> Whole:
@@ -203,7 +196,7 @@ class Minds:
             rest, shifted = divmod(heard, 1 << self._joints)
             rest, moved = divmod(rest, 2)
             number, joint = divmod(rest, self._joints)
-            view, memory, _ = self._minds[number]
+            view, memory = self._minds[number]
             told = Told(
                 joint=joint,
                 moved=bool(moved),
@@ -222,7 +215,6 @@ class Population:
         solved, steps: Whether the target moved, and the steps played, shape (trials,).
         actions: Joints attempted, by index in panel order, -1 after the end, shape (trials, budget).
         moved, told_moved: Whether each joint moved, and is reported to have, the same shape; False after the end.
-        agent: Its spec, or the name of its class.
         world: The box, its reports and the budget.
     """
 
@@ -231,7 +223,6 @@ class Population:
     actions: NDArray[np.int8]
     moved: Flags
     told_moved: Flags
-    agent: str
     world: World
 
     def __len__(self) -> int:
@@ -291,18 +282,15 @@ def population(
     check_whole("trials", trials, 1)
     check_whole("repetition", repetition, 1)
     check_whole("seed", seed, 0)
-    policy, tell = policy_of(agent), what_is_told(modality, "memoryless" if isinstance(flip, OutcomeFlip) else flip)
-    like = flip if isinstance(flip, OutcomeFlip) else flip_of(flip)
-    if like != like.at_rate(like.p):
-        raise BadValue("flip", like, "a flip of every report; propagate takes one of some reports too")
-    world = world_of(box, flip=like.at_rate(p), max_steps=max_steps, tell=tell)
+    policy, world = policy_of(agent), world_of(box, flip, p, modality, max_steps)
+    if world.flip != world.flip.at_rate(p):
+        raise BadValue("flip", flip, "a flip of every report; propagate takes one of some reports too")
     if trials * max_steps > MOST_STEPS:
         raise BadValue("steps of all trials", trials * max_steps, f"at most {MOST_STEPS}")
     rows = (np.arange(first, min(first + PIECE, trials + 1)) for first in range(1, trials + 1, PIECE))
     parts = [_played(policy, world, shuffle, seed, repetition, one) for one in rows]
-    name = agent if isinstance(agent, str) else type(policy).__name__
     solved, steps, actions, moved, told_moved = map(np.concatenate, zip(*parts, strict=True))
-    return Population(solved, steps, actions, moved, told_moved, name, world)
+    return Population(solved, steps, actions, moved, told_moved, world)
 
 
 def _played(
