@@ -1,25 +1,28 @@
 """False pictures show what is told: they change what is seen, and nothing else."""
 
+import asyncio
 from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pytest
+from drawn_board import HANDLES, HEIGHT, WIDTH, board, deep
 from lockprobe_robot.twin import Twin
 from lockprobe_robot.twin_settings import TwinSettings
 from seen import PhotographedPlant
 
-from lockprobe import run_trial
+from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.conditions import flips
+from lockprobe.interventions.conditions import flips, read_condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.trial.pictures.frame import from_png
+from lockprobe.studies.modality import interventions_for
+from lockprobe.trial.loop import play
+from lockprobe.trial.pictures.frame import Camera, Frame, from_png
 from lockprobe.trial.plan import Plan
 
-SMALL = "fast-twin?width=160&height=120"
 PLAN = Plan(
     study="s",
     agent="random",
@@ -31,33 +34,58 @@ PLAN = Plan(
 )
 
 
+class Painted(PhotographedPlant):
+    """One that can draw what is not."""
+
+    def _with_camera(self, snapshot):
+        return replace(super()._with_camera(snapshot), render=self.picture)
+
+
+class Board(Painted):
+    """One whose pictures can be read: a drawn board, seen from the front."""
+
+    CAMERA = Camera(width=WIDTH, height=HEIGHT, focal=300.0, panel=np.diag([1.0, -1, -1, 1]))
+    CAMERA.panel[2, 3] = 0.72
+
+    def picture(self, configuration):
+        seen = np.array(HANDLES[: len(configuration)]) - [(WIDTH - 1) / 2, (HEIGHT - 1) / 2]
+        top = np.full((len(configuration), 2, 1), 0.05)
+        handles = np.concatenate([seen * [1, -1] * 0.67 / 300, top], axis=-1)
+        drawn = (*configuration, False)  # the board has a handle more
+        depth = deep(drawn, self.CAMERA)
+        return Frame(rgb=board(drawn), depth=depth, camera=self.CAMERA, handles=handles, renderer="drawn")
+
+
+def played(agent, condition, seed):
+    condition = read_condition(condition)
+    plan = replace(PLAN, trial=1, condition=condition, seed=seed, budget=8)
+    channels = interventions_for(condition)
+    return asyncio.run(play(plan, plant=Board(plan.box), interventions=channels, agent=resolve(agent).make()))
+
+
 def lived(trial):
     """What was chosen, what was told of it, and what was said."""
     return [(step.decision.joint, step.told_moved, step.told_falsely, step.decision.claimed) for step in trial.steps]
 
 
 @pytest.mark.parametrize(
-    ("told", "modality"),
+    ("told", "modality", "seed"),
     [
-        ({"p": 0.4, "seed": 1}, "rgb"),
-        ({"p": 0.5, "flip": "integrated", "seed": 4}, "rgb"),
-        ({"p": 0.5, "flip": "re-observed", "seed": 4}, "rgbd"),
-        ({"condition": "drop?p=0.4", "seed": 2}, "rgb"),
-        ({"condition": "delay?lag=2", "seed": 3}, "rgb"),
+        ("flip?p=0.4", "rgb", 1), ("flip?p=0.5&others=kept", "rgb", 4), ("flip?p=0.5", "rgbd", 4),
+        ("drop?p=0.4", "rgb", 2), ("delay?lag=2", "rgb", 3),
     ],
-)
-def test_who_sees_well_plays_as_its_strategy_does_that_is_told_the_same_states(told, modality):
+)  # fmt: skip
+def test_who_sees_well_plays_as_its_strategy_does_that_is_told_the_same_states(told, modality, seed):
     """Whatever becomes of a report becomes of the picture: false, late, or none where nothing is told."""
-    words = run_trial(agent="human-inspired", modality="symbolic?tell=state", max_steps=8, **told)
-    shown = run_trial(agent="viewer?acuity=64", modality=modality, plant=SMALL, max_steps=8, **told)
+    words = played("human-inspired", f"{told} + symbolic?tell=state", seed)
+    shown = played("viewer?acuity=64", f"{told} + {modality}", seed)
     assert lived(shown) == lived(words)
     assert all(step.pictures or (step.told, step.told_moved) == ("", None) for step in shown.steps)
     assert any(step.told_falsely or step.told_state is not None or not step.pictures for step in shown.steps)
 
 
 def test_pictures_that_are_not_false_are_those_of_the_truth():
-    true = run_trial(agent="viewer:random", modality="rgb", plant=SMALL, max_steps=8)
-    mixed = run_trial(agent="viewer:random", modality="rgb", p=0.4, plant=SMALL, max_steps=8)
+    true, mixed = (played("viewer:random", condition, 1) for condition in ("rgb", "flip?p=0.4 + rgb"))
     assert true.actions == mixed.actions
     assert all(step.told_state is None for step in true.steps)
     assert [channel["channel"] for channel in true.channels] == ["CameraChannel"]
@@ -68,18 +96,17 @@ def test_pictures_that_are_not_false_are_those_of_the_truth():
 
 @pytest.mark.parametrize("plant", ["fast-twin", "twin"])
 def test_drawing_what_is_not_changes_nothing_that_is(plant):
-    source = resolve_plant(f"{plant}?width=96&height=72&depth_noise=0.002")
-    honest, lying = (source.make(box(), tuple("ABCD"), np.random.default_rng(5)) for _ in range(2))
-    for joint in (None, 3, 0):
-        true, told = (one.observe() if joint is None else one.attempt(joint) for one in (honest, lying))
-        before = whole_state(lying)
-        other = tuple(not position for position in told.configuration)
-        first, false = true.look(), told.render(other)
-        assert whole_state(lying) == before == whole_state(honest)
+    source = resolve_plant(f"{plant}?width=96&height=72")
+    one = source.make(box(), tuple("ABCD"), np.random.default_rng(5))
+    for joint in (None, 3):
+        seen = one.observe() if joint is None else one.attempt(joint)
+        before = whole_state(one)
+        first, false = seen.look(), seen.render(tuple(not position for position in seen.configuration))
+        assert whole_state(one) == before
         assert (first.rgb != false.rgb).any()
         np.testing.assert_array_equal(first.handles, false.handles)
-    np.testing.assert_array_equal(true.look().depth, told.render(told.configuration).depth)
-    honest.close(), lying.close()
+        np.testing.assert_array_equal(first.depth, seen.render(seen.configuration).depth)
+    one.close()
 
 
 def whole_state(plant):
@@ -110,13 +137,6 @@ def pictured(plant, channels, plan=PLAN):
             percept = channel.perceive(percept, (), task, luck.at("channel-0", step))
         found.append(percept)
     return found
-
-
-class Painted(PhotographedPlant):
-    """One that can draw what is not."""
-
-    def _with_camera(self, snapshot):
-        return replace(super()._with_camera(snapshot), render=self.picture)
 
 
 def test_a_picture_shows_what_is_told_in_panel_order():
