@@ -126,7 +126,7 @@ TAKING: dict[str, list[list[str]]] = {
         ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR"],
         ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR", "--estimate"],
         ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR", "--agent", "round-robin"],
-        ["run", "flips", "--condition", "drop?p=0.5", "--trials", "2", "--out", "DIR", "--again", "reply"],
+        ["run", "flips", "--condition", "drop?p=0.5", "--trials", "2", "--out", "DIR"],
         ["run", "FILE"],
         ["run", "FILE", "--estimate"],
     ],

@@ -81,7 +81,7 @@ def test_a_trial_to_look_at_and_its_forks_are_the_next_steps(played):
     assert not said_of(nothing, directory)[0][0].startswith("Answer")
 
 
-@pytest.mark.parametrize(("replayed", "command"), [("yes", ""), ("no", " with --again reply")])
+@pytest.mark.parametrize(("replayed", "command"), [("yes", ""), ("no", " with another --out")])
 def test_where_every_trial_broke_nothing_but_what_mends_it_is_next(played, replayed, command):
     directory, _ = played
     found = read_result(directory)

@@ -54,7 +54,7 @@ def test_a_line_that_is_no_trial_is_refused_with_the_place(old, new, where):
     [
         ({"specs": ("flip?p=2",), "doses": {"flip.p": 2.0}}, "flip.p: got 2.0"),
         ({"doses": {"flip.p": math.nan}}, "doses.flip.p"),
-        ({"replays": -1}, "replays', expected a trial .* at least 0|replays', expected a trial .*equal to 0"),
+        ({"changed_steps": -1}, "changed_steps', expected a trial .* at least 0|changed_steps', .*equal to 0"),
         ({"steps": ()}, "expected a last step that moved the target"),
     ],
 )
@@ -83,7 +83,7 @@ def test_a_record_names_no_file_outside_its_directory(name):
         (b'"channel":', b'"x":%s,"channel":'),
         (b'"told":', b'"sensed":{"x":%s},"told":'),
         (b'"ending":', b'"plant":{"x":%s},"ending":'),
-        (b'"ending":', b'"replays":%s,"ending":'),
+        (b'"ending":', b'"changed_steps":%s,"ending":'),
         (b'"ending":', b'"doses":{"x":%s},"ending":'),
         (b'"repetition":1', b'"repetition":%s'),
         (b'"trial":1', b'"trial":%s'),

@@ -97,8 +97,7 @@ def _mends(results: Results) -> str:
     if not broken or ended & {*results.subjects}:
         return ""
     final = [row.of for row in broken if results.fact(f"{row.agent}, broken at {row.of}", "will be replayed") == "no"]
-    again = " and then ".join(dict.fromkeys(f"--again {of}" for of in final))
-    return f"the same command{f' with {again}' * bool(again)}"
+    return f"the same command{' with another --out' * bool(final)}"
 
 
 def decided(study: Study, trials: Iterable[Trial]) -> tuple[list[str], list[dict[str, object]]]:

@@ -17,22 +17,19 @@ from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import Name, with_study_options
-from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.options.study_options import read_options
 
-_AGAIN = "Replay trials that ended without a usable reply, or as a refusal; earlier records stay in the file (nothing)."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 
 ShardOf = Annotated[str | None, typer.Option("--shard", metavar="i/n", help=_SHARD)]
 WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)]
-Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)]
 
 HEADINGS = {
     "Options": "agent p trials until condition box full out estimate budget",
     "The study": "boxes repetitions strategy_trials most seed max_steps plant layout shuffle as_paper",
     "Reports and conditions": "sweep flip readings parts modality assessment hypothesis",
-    "Running": "workers shard cluster again allow report json",
+    "Running": "workers shard cluster allow report json",
     "Hosted models": "connections timeout retries",
 }
 """Heading -> its options; first what most people need."""
@@ -51,7 +48,6 @@ def run(
     timeout: options.Timeout = 120.0,
     retries: options.Retries = 6,
     budget: options.Budget = None,
-    again: Again = None,
     allow: options.Allow = None,
     estimate: options.EstimateOnly = False,
     report: WriteReport = True,
@@ -74,8 +70,6 @@ def run(
     it; 1: trials are owed again, or none ended validly.
     """
     options.permit(allow)
-    if estimate and again is not None:
-        raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
     for agent in read_options(what, asked).agents[0]:  # what is mistyped waits for no import
         resolve(agent)
     from lockprobe.cli.cluster import reached
@@ -96,5 +90,5 @@ def run(
             print_estimates(planned, directory, json=json)
             return
         allowed = None if budget is None else Budget(planned, budget)
-        if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):
+        if status := play_study(planned, directory, limits, allowed, report=report, json=json):
             raise typer.Exit(status)

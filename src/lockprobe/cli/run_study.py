@@ -10,7 +10,6 @@ from pathlib import Path
 
 from lockprobe.cli.progress import BROKE, Progress, done_of
 from lockprobe.cli.result import decided, read_result, write
-from lockprobe.foundation.formatting import count
 from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.file_names import SETTINGS
@@ -20,7 +19,7 @@ from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load, results_hash, stored_records
 from lockprobe.studies.running.executor import Limits
-from lockprobe.studies.running.runner import next_plans, owe_anew
+from lockprobe.studies.running.runner import next_plans
 from lockprobe.studies.running.runner import run as play_trials
 from lockprobe.studies.study import SIZES, Study
 
@@ -55,7 +54,6 @@ def play_study(
     limits: Limits,
     budget: Budget | None,
     *,
-    again: str | None = None,
     report: bool = True,
     json: bool = False,
 ) -> int:
@@ -66,7 +64,6 @@ def play_study(
         directory: The directory of the study, existing or new.
         limits: How much is played at once.
         budget: The budget of the study.
-        again: Which finished trials are replayed; see ``lockprobe run --again``.
         report: Whether to write the report after the run.
         json: Whether to print events as JSON.
     """
@@ -75,10 +72,6 @@ def play_study(
         progress = Progress(planned, journal, json=json, budget=budget)
         if budget is not None:
             journal.calls.limit(budget)
-        if again is not None:
-            anew = owe_anew(journal, again)
-            said = f"Owed anew: {count(anew, 'trial')} that ended as an error at {again}; the earlier records stay"
-            progress.tell("owed-anew", said, trials=anew, boundary=again)
 
         def old_report() -> list[str]:
             finished, found = done_of(journal), read_result(directory)
@@ -98,7 +91,7 @@ def play_study(
             error = journal.read(next(iter(journal.trials)))[0].error
             assert error is not None
             said = f"No valid trial: all ended as an error, the first at {error.boundary}: {error.message}"
-            progress.tell("no-valid-trial", f"{said}; the same command with --again {error.boundary} plays them anew")
+            progress.tell("no-valid-trial", f"{said}; when that is mended, another --out plays them anew")
         owed = 0
         if reached is not None or progress.broken or progress.abandoned:
             plans = next_plans(planned, journal)

@@ -9,7 +9,7 @@ runs, and no model is asked.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cache
 from itertools import zip_longest
 from typing import Any, Literal
@@ -104,7 +104,7 @@ def _agent(trial: Trial, kind: AgentKind, *kept: list[Call]) -> Agent:
         return _strategy(trial.agent)
     if kind == "local":
         return _Redrawn(trial)
-    if kind == "hosted" and not (trial.error is not None and trial.error.again):
+    if kind == "hosted":
         from lockprobe.agents.llm.model import ReplayedModel
 
         def recall(step: int, turn: int, request: str) -> Call | None:
@@ -152,8 +152,8 @@ class _Redrawn:
 
 async def _difference(plan: Plan, trial: Trial, agent: Agent) -> str:
     """What of a trial does not follow; empty if all does. Trials broken outside their agent count up to their break."""
-    played, _ = await play_timed(plan, agent, recorded=trial)
-    again, recorded = replace(played, replays=trial.replays), isinstance(agent, _Recorded)
+    again, _ = await play_timed(plan, agent, recorded=trial)
+    recorded = isinstance(agent, _Recorded)
     if trial_to_json(trial) == trial_to_json(again):
         return ""
     for before, now in zip(trial.steps, again.steps, strict=False):

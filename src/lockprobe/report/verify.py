@@ -231,7 +231,7 @@ def _replies_held(
     logged, hosted = read_calls(directory), [one for one in again if one.kind == "hosted"]
     if not (hosted or logged):
         return
-    kept, marks = kept_replies(logged), Counter(call.key for call in logged if call.owed_anew)
+    kept = kept_replies(logged)
     failed = [
         f"{one.key}: {one.choices if kept.get(one.key) else 'the log of calls has no reply of it'}"
         for one in hosted
@@ -243,11 +243,6 @@ def _replies_held(
             failed.append(f"{call.key}: calls of no trial on record")
         elif place != (one.agent, one.name.condition, one.repetition, one.trial):
             failed.append(f"{call.key}: its calls name another trial or agent")
-    for key, one in known.items():
-        if isinstance(one, Trial) and marks[key] != one.replays + (one.error is not None and one.error.again):
-            failed.append(
-                f"{key}: owed anew {marks[key]} times in the log of calls, and its record counts {one.replays}"
-            )
     unplayed = "of these are not played, and held by their words alone"
     said = f"{sum(len(kept.get(one.key, ())) for one in hosted)} replies in the log of calls are the decisions of "
     said += f"{len(hosted)} trials, and all of them{_also(sum(one.unplayed for one in hosted), unplayed)}"

@@ -11,9 +11,6 @@ from annotated_types import Ge, Gt, Le, Lt
 BROKEN_OFF = "broken off"
 """The error text of a call that was in progress when its run ended."""
 
-OWED_ANEW = "owed anew"
-"""What stands for the error of a line that is no call: from here on none of its trial's earlier calls is looked up."""
-
 Count = Annotated[int, Ge(0), Le(2**53)]
 """A whole number read from disk."""
 
@@ -104,11 +101,6 @@ class Call:
     def broken_off(self) -> bool:
         """Whether it was on its way when its run ended; its provider may have charged for it."""
         return self.reply is None and self.error == BROKEN_OFF
-
-    @property
-    def owed_anew(self) -> bool:
-        """Whether it is not a call but a mark that its trial is replayed with new calls."""
-        return self.reply is None and self.error == OWED_ANEW
 
     @property
     def uncounted(self) -> bool:

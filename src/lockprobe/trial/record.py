@@ -313,7 +313,6 @@ class TrialError:
 
     Attributes:
         replies: Raw malformed replies, or the words of a refusal, if that was the reason; with their usage.
-        again: Whether a user asked for a replay of the trial, although its agent broke it.
     """
 
     boundary: Boundary
@@ -321,7 +320,6 @@ class TrialError:
     step: Count
     replies: tuple[str, ...] = ()
     usage: Usage | None = None
-    again: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -341,7 +339,6 @@ class Trial:
         ending: ``solved``, ``budget`` or ``error``. An error is never a failure to solve.
         changed: Spec of every intervention -> steps at which it changed what was told, asked, remembered or done;
             ``changed_steps`` are those at which all of them together did.
-        replays: How often it was replayed on request after an error of its agent; the earlier records stay.
         fork: Of a fork, the recorded trial, the step and the arm; else None.
     """
 
@@ -374,7 +371,6 @@ class Trial:
     doses: Mapping[str, Finite] = field(default_factory=dict)
     changed: Mapping[str, Count] = field(default_factory=dict)
     changed_steps: Count = 0
-    replays: Count = 0
     fork: ForkName | None = None
     called: str = ""
     opening_sensed: Mapping[str, Fact] = field(default_factory=dict)
@@ -435,8 +431,8 @@ class Trial:
 
     @property
     def owed_again(self) -> bool:
-        """Whether it has to be played again: a fault outside the agent broke it, or a user asked for a replay."""
-        return self.error is not None and (self.error.boundary not in FINAL or self.error.again)
+        """Whether it has to be played again: a fault outside the agent broke it."""
+        return self.error is not None and self.error.boundary not in FINAL
 
 
 def asked_again(trials: Iterable[Trial]) -> dict[str, tuple[int, int]]:

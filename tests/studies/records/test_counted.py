@@ -84,6 +84,6 @@ def test_the_same_study_twice_has_the_same_hashes_and_every_record_counts(tmp_pa
     first = results_hash(planned(), in_order(one))
     assert len(first) == len(planned().settings_hash) == 32
     assert first == results_hash(planned(), in_order(other[::-1]))
-    changed = [replace(one[0], replays=1), *one[1:]]
+    changed = [replace(one[0], changed_steps=9), *one[1:]]
     others = {results_hash(planned(), in_order(found)) for found in (one[1:], changed)}
     assert len(others | {first, results_hash(planned(seed=2), in_order(one))}) == 4

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import forked
 import pytest
-from builders import call_of, make_trial
 from provider_server import Manner, here, truthful
 from stored import sql
 
@@ -20,13 +19,12 @@ from lockprobe.foundation.errors import (
 )
 from lockprobe.foundation.plugins import allow
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running import executor, runner
-from lockprobe.studies.running.runner import Limits, owe_anew, run
+from lockprobe.studies.running.runner import Limits, run
 
 
 def played(directory, **settings):
@@ -122,51 +120,7 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
     assert "round-robin cannot be loaded" in str(end.value)
     ended = Counter(trial.agent for trial in load(tmp_path / "s") if not trial.owed_again)
     assert ended == {"python:dying:Unclosed": 12, "python:dying:Nowhere": 10, "random": 12}
-    assert re.search(r"Nowhere broke 10 trials in a row \(reply: .*'lid'.*\); --again reply plays", str(end.value))
-
-
-STUDY = study(StudyOptions(agent=["random"], trials=3, p=[0], repetitions=1, max_steps=2))
-UNUSABLE_PLAN = next(STUDY.plans("random"))
-UNUSABLE, BROKEN, SOLVED = (
-    make_trial([0], budget=2, broken="reply"),
-    make_trial([0], budget=2, broken="model", trial=2),
-    make_trial([0, 0], budget=2, trial=3),
-)
-
-
-def written(directory):
-    call = call_of(UNUSABLE, reply="nonsense")
-    with Journal.open(directory, STUDY) as journal:
-        journal.calls.write(call)
-        for trial in (UNUSABLE, BROKEN, SOLVED):
-            journal.append(trial, 3.0)
-    return call
-
-
-def test_only_what_ended_at_a_reply_is_owed_anew_and_stays_so_however_often_the_run_is_broken_off(tmp_path):
-    written(tmp_path)
-    with Journal.open(tmp_path, STUDY) as journal:
-        assert [journal.owes(trial.key) for trial in (UNUSABLE, BROKEN, SOLVED)] == [False, True, False]
-        assert owe_anew(journal, "reply") == 1
-        assert [journal.owes(trial.key) for trial in (UNUSABLE, BROKEN, SOLVED)] == [True, True, False]
-        assert owe_anew(journal, "reply") == 0
-    with Journal.open(tmp_path, STUDY) as journal:
-        assert journal.owes(UNUSABLE.key)
-
-
-def test_the_new_trial_makes_calls_of_its_own_and_those_of_the_old_one_count_as_spent(tmp_path):
-    call = written(tmp_path)
-    with Journal.open(tmp_path, STUDY) as journal:
-        owe_anew(journal, "reply")
-        assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r") is None
-        journal.append(make_trial([0], budget=2, broken="model"), 1.0)
-    with Journal.open(tmp_path, STUDY) as journal:  # the replay was broken off
-        assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r") is None
-        journal.calls.write(replace(call, reply="usable"))
-    with Journal.open(tmp_path, STUDY) as journal:
-        assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r").reply == "usable"
-    spent = Ledger(STUDY, read_calls(tmp_path)).total
-    assert (spent.usage.calls, spent.failed, spent.broken_off) == (2, 0, 0)
+    assert re.search(r"Nowhere broke 10 trials in a row \(reply: .*'lid'.*\)", str(end.value))
 
 
 def in_event_loop(call):

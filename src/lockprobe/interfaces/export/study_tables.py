@@ -175,16 +175,15 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
 
 def _calls(directory: Path) -> Iterator[Row]:
     for call in read_calls(directory):
-        if not call.owed_anew:
-            yield {
-                "key": call.key,
-                "agent": call.agent,
-                "step": call.step,
-                "call": call.turn,
-                "input_tokens": call.usage.input_tokens,
-                "output_tokens": call.usage.output_tokens,
-                "call_seconds": call.seconds,
-            }
+        yield {
+            "key": call.key,
+            "agent": call.agent,
+            "step": call.step,
+            "call": call.turn,
+            "input_tokens": call.usage.input_tokens,
+            "output_tokens": call.usage.output_tokens,
+            "call_seconds": call.seconds,
+        }
 
 
 def _participant(kept: Diary) -> Row:

@@ -41,7 +41,6 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     for of, count, unit in (
         ("ended as error", sum(trial.ending == "error" for trial in numbers.trials), "trials"),
         ("replaced after an error", numbers.replaced, "records"),
-        ("replayed on request", sum(trial.replays > 0 for trial in numbers.trials), "trials"),
     ):
         yield Estimate(quantity="left_out", of=of, value=count, unit=unit)
 

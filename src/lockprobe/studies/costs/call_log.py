@@ -16,6 +16,7 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.foundation.errors import Missing
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.costs.spending import Budget
@@ -50,14 +51,8 @@ def _calls_in(store: Database) -> Iterator[Call]:
 
 
 def kept_replies(calls: Iterable[Call]) -> dict[str, list[Call]]:
-    """The replies that trials still have, by key: those after the last mark that a trial is owed anew."""
-    kept: dict[str, list[Call]] = {}
-    for call in calls:
-        if call.owed_anew:
-            kept.pop(call.key, None)
-        elif call.reply is not None:
-            kept.setdefault(call.key, []).append(call)
-    return kept
+    """The replies of each trial by key."""
+    return grouped((call for call in calls if call.reply is not None), lambda call: call.key)
 
 
 def take(kept: list[Call], step: int, turn: int, request: str) -> Call | None:
@@ -154,9 +149,7 @@ class Calls:
         if call.unpriced:
             call = replace(call, most=asked.most)
         self._put(number, call)
-        if call.owed_anew:
-            self.forget(call.key)
-        elif call.reply is not None:
+        if call.reply is not None:
             self._kept.setdefault(call.key, []).append(call)
         self._claimed = self._claimed or (call if call.claimed is not None else None)
         if self._budget is not None:

@@ -110,11 +110,10 @@ class Ledger:
             self.add(call)
 
     def add(self, call: Call) -> None:
-        """Add a call; a mark that a trial is owed anew is none."""
-        if not call.owed_anew:
-            before = self._sums.get(call.agent)
-            spent = Spending.of(call, before.price if before else price_of(call.agent))
-            self._sums[call.agent] = before + spent if before else spent
+        """Add a call."""
+        before = self._sums.get(call.agent)
+        spent = Spending.of(call, before.price if before else price_of(call.agent))
+        self._sums[call.agent] = before + spent if before else spent
 
     @property
     def by_agent(self) -> dict[str, Spending]:

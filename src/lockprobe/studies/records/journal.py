@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.foundation.storage.database import Database, rescued_files
@@ -64,7 +63,7 @@ class Journal:
         return trial is None or trial.owed_again
 
     def append(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
-        """Write a finished trial; one that is played anew counts its replays.
+        """Write a finished trial, in place of an earlier record of one that was owed again.
 
         Args:
             trial: The trial.
@@ -74,12 +73,8 @@ class Journal:
         Raises:
             BadFile: If it cannot be written, or somebody else deleted or replaced the file; see :class:`Database`.
         """
-        if (there := self.trials.get(trial.key)) is not None and there.ending == "error":
-            before, _ = self.read(trial.key)
-            again = before.error is not None and before.error.again
-            trial, record = replace(trial, replays=max(trial.replays, before.replays + again)), None
         with self.store.transaction() as writing:
-            if there is not None:
+            if trial.key in self.trials:
                 writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
             writing.execute(INSERT, row_of(trial, seconds, self._identities[trial.condition], record))
         place = trial.condition, trial.repetition, trial.trial

@@ -119,7 +119,7 @@ def contradictions(store: Database) -> Iterator[str]:
         if different := [name for name, one in zip(COLUMNS, made, strict=True) if one != row[name]]:
             yield f"{key}: its {', '.join(different)} are not those of its record"
         over, _ = last.get(key, (False, False))
-        if over and not (trial.error is not None and trial.error.again):
+        if over:
             yield f"{key}: a second record of a finished trial"
         last[key] = not trial.owed_again, bool(current)
     yield from (f"{key}: its last record does not count" for key, (_, current) in last.items() if not current)

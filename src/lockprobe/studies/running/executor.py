@@ -213,8 +213,7 @@ class Turn:
         most = max(GIVE_UP_AFTER, self._lanes + 1)  # one outage breaks all that is on its way
         if trial.error is not None and self._broken_in_a_row == most:
             why = f"{trial.error.boundary}: {trial.error.message}"
-            again = "" if trial.owed_again else f"; --again {trial.error.boundary} plays these anew"
-            raise UserMistake(f"{trial.group} broke {most} trials in a row ({why}){again}")
+            raise UserMistake(f"{trial.group} broke {most} trials in a row ({why})")
 
     def _refuse(self, different: Mapping[tuple[str, str], tuple[Fact, Fact]]) -> None:
         if different:

@@ -16,7 +16,6 @@ from pathlib import Path
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.foundation.child_processes import interruptible
 from lockprobe.foundation.errors import (
-    FINAL,
     AgentsGivenUp,
     BadFile,
     BadValue,
@@ -25,7 +24,6 @@ from lockprobe.foundation.errors import (
     UserMistake,
 )
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.decisions import due
 from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.records.journal import Journal
@@ -33,7 +31,6 @@ from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.executor import Limits, Observer, Turn
 from lockprobe.studies.study import Study
-from lockprobe.trial.model_call import OWED_ANEW, Call
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Step, Trial
 
@@ -180,32 +177,3 @@ class _Stoppable(Observer):
     def step(self, key: str, step: Step) -> None:
         if self.stopped:
             raise KeyboardInterrupt
-
-
-def owe_anew(journal: Journal, boundary: str) -> int:
-    """Owe again every trial of a study that ended at a final error (``lockprobe run … --again``), and count them.
-
-    An agent that never gave a usable reply, or refused, is a finding, so its trial is final. If the set-up was at
-    fault, for example a server that left a field out, the trial can be played again: a copy of its record that says
-    "again" follows the old record. The new trial makes new calls; the old ones count as spent. People's trials are
-    left alone.
-
-    Raises:
-        BadValue: If the boundary is not ``reply`` or ``refusal``: other errors are owed again without being asked for.
-        BadFile: If it cannot be written.
-    """
-    if boundary not in FINAL:
-        raise BadValue("again", boundary, f"{' or '.join(FINAL)}; what broke elsewhere is owed without being asked for")
-    asked, found = {call.key for call in read_calls(journal.directory)}, 0
-    for key in [key for key, one in journal.trials.items() if one.ending == "error" and not one.owed_again]:
-        trial, seconds = journal.read(key)
-        error = trial.error
-        if error is None or error.boundary != boundary or trial.player:
-            continue
-        if key in asked:
-            mark = Call(key=key, step=0, turn=0, request="", reply=None, error=OWED_ANEW, agent=trial.agent)
-            at = replace(mark, condition=trial.condition, repetition=trial.repetition, trial=trial.trial)
-            journal.calls.write(at)
-        journal.append(replace(trial, error=replace(error, again=True)), seconds)
-        found += 1
-    return found
