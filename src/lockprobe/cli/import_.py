@@ -23,7 +23,7 @@ from lockprobe.people.diary import make_private, read_diaries, take_diaries
 from lockprobe.people.experiment import EXPERIMENT, TEXTS
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.merge import check_source, gather, save_sound_rows
-from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.studies.records.store import ALBUM
 
 
 def take(

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
-from lockprobe.studies.records.picture_store import ALBUM
-from lockprobe.studies.records.store import STORE
+from lockprobe.studies.records.store import ALBUM, STORE
 
 _OF_STUDY = {SETTINGS, "results.json", "report.html", ALBUM, PEOPLE_DIRECTORY, "forks"}
 """What a study keeps in its directory, beside its store and what is named after that."""

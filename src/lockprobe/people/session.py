@@ -13,7 +13,7 @@ from lockprobe.people.assignment import practice_plan
 from lockprobe.people.diary import Act, Attempt, Diary, Did, bad_diary, write_entry
 from lockprobe.people.scenes import ActRefused, Scene, Scenes, Station, is_asked, view_of
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.studies.records.store import ALBUM
 from lockprobe.studies.running.paused_trial import PausedTrial
 from lockprobe.trial.loop import Executor
 from lockprobe.trial.plan import Plan

@@ -16,8 +16,7 @@ from lockprobe.foundation.inputs import is_there, read_input
 from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.picture_store import ALBUM
-from lockprobe.studies.records.store import STORE, read, unpacked
+from lockprobe.studies.records.store import ALBUM, STORE, read, unpacked
 from lockprobe.trial.pictures.picture import PICTURE_NAME
 
 

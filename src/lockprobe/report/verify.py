@@ -34,10 +34,9 @@ from lockprobe.studies.costs.call_log import kept_replies, read_calls
 from lockprobe.studies.decisions import due
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.known_facts import KnownFacts
-from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.studies.records.journal import KnownFacts
 from lockprobe.studies.records.read_records import contradictions, in_order, results_hash
-from lockprobe.studies.records.store import STORE, read
+from lockprobe.studies.records.store import ALBUM, STORE, read
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture

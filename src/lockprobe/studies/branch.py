@@ -185,8 +185,10 @@ def play_forks(
     Calls that are recorded in the study are not made again.
     """
     journal.calls.adopt(call for call in read_calls(journal.directory.parent) if call.key in asked.trials)
+    for trial in asked.trials.values():  # model, prompt and runtime must be the same as in these
+        journal.known.note(trial)
     study = replace(asked.study, agents=asked.agents)
-    run(study, journal, limits=limits, observer=observer, plans=asked.plans, known=asked.trials.values())
+    run(study, journal, limits=limits, observer=observer, plans=asked.plans)
 
 
 def read_forks(directory: Path | str) -> list[Trial]:

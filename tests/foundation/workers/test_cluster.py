@@ -80,7 +80,7 @@ def squares():
     return lambda job: job * job
 
 
-def results_of(ray, jobs=range(40), at_once=100):
+def results_of(ray, jobs=range(40), at_once=4):
     return list(Cluster(ray).each(squares, jobs, at_once=at_once))
 
 

@@ -18,10 +18,9 @@ from lockprobe.interventions.conditions import read_condition
 from lockprobe.studies.records import store
 from lockprobe.studies.records.directory import write_settings
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.picture_store import keep_picture
 from lockprobe.studies.records.read_records import load, on_record, replaced_records
 from lockprobe.studies.records.shard import Shard
-from lockprobe.studies.records.store import read
+from lockprobe.studies.records.store import keep_picture, read
 from lockprobe.studies.running.runner import run, run_study
 from lockprobe.trial.pictures.picture import Picture
 

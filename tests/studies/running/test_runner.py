@@ -100,7 +100,7 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
     monkeypatch.syspath_prepend(tmp_path)
     allow("python:dying:Raises", "python:dying:Unclosed", "python:dying:Nowhere")
 
-    def in_processes(turn, pool):
+    def in_processes(pool, begin, jobs, *, at_once):
         raise UserMistake("round-robin cannot be loaded")
 
     def elsewhere(spec, access):
@@ -108,7 +108,7 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
         return replace(source, engine="process") if spec == "round-robin" else source
 
     monkeypatch.setattr(runner, "resolve", elsewhere)
-    monkeypatch.setattr(executor.Turn, "elsewhere", in_processes)
+    monkeypatch.setattr(executor.Processes, "each", in_processes)
     agents = ["Ours=python:dying:Raises", "python:dying:Unclosed", "round-robin", "python:dying:Nowhere", "random"]
     with pytest.raises(AgentsGivenUp) as end:
         played(tmp_path / "s", agent=agents, trials=12, p=[0], repetitions=1)

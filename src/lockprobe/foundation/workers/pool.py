@@ -13,7 +13,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, ClassVar, Generic, TypeVar
+from itertools import islice
+from typing import Any, ClassVar, TypeVar
 
 from lockprobe.foundation.errors import Missing
 
@@ -26,9 +27,6 @@ Begin = Callable[[], Callable[[_J], _R]]
 _WAIT = 1.0
 """Seconds after which a wait for workers begins anew, so that Ctrl-C is heard."""
 
-_EACH = 4
-"""Batches for every worker at the least, so that none is waited for at the end."""
-
 
 @dataclass(frozen=True, slots=True)
 class Lost:
@@ -39,21 +37,6 @@ class Lost:
 
     why: str
     explained: bool = False
-
-
-@dataclass(slots=True)
-class _Batch(Generic[_J]):
-    """Jobs that a worker gets at once, and how many workers a single one has lost."""
-
-    jobs: list[_J]
-    losses: int = 0
-
-    def again(self, most: int, lost: Lost) -> list[_Batch[_J]]:
-        """What is done again now that its worker is lost, each job alone; nothing if that was its last chance."""
-        if len(self.jobs) == 1:
-            losses = self.losses + 1
-            return [] if lost.explained or losses >= most else [_Batch(self.jobs, losses)]
-        return [_Batch([job]) for job in self.jobs]
 
 
 class Pool(ABC):
@@ -70,36 +53,42 @@ class Pool(ABC):
     def each(self, begin: Begin[_J, _R], jobs: Iterable[_J], *, at_once: int = 1) -> Iterator[tuple[_J, _R | Lost]]:
         """Yield each job with its one result, in the order in which results arrive.
 
-        Up to ``at_once`` jobs are sent together; if their worker is lost, all of them are done again. Raises what
-        ``begin`` or a job raises, and ``Missing`` if workers keep being lost.
+        Jobs are taken when a worker is free for them. Up to ``at_once`` are sent together; if their worker is lost,
+        all of them are done again. Raises what ``begin`` or a job raises, and ``Missing`` if workers keep being lost.
         """
-        owed, processors = list(jobs), max(1, self.processors())
-        together = max(1, min(at_once, len(owed) // (_EACH * processors)))
-        queue = deque(_Batch(owed[i : i + together]) for i in range(0, len(owed), together))
-        working, lost_in_a_row = dict[Any, _Batch[_J]](), 0
+        processors, todo = max(1, self.processors()), iter(jobs)
+        batches = iter(lambda: [*islice(todo, at_once)], [])
+        # jobs that a worker gets at once, and how many workers a single one has lost
+        queue, lost_in_a_row = deque[tuple[list[_J], int]](), 0
+        working = dict[Any, tuple[list[_J], int]]()
         try:
-            while queue or any(batch.jobs for batch in working.values()):
-                busy = sum(bool(batch.jobs) for batch in working.values())
+            while True:
+                queue.extend((batch, 0) for batch in islice(batches, max(0, processors - len(queue))))
+                busy = sum(bool(batch) for batch, _ in working.values())
+                if not (queue or busy):
+                    return
                 for _ in range(min(processors, busy + len(queue)) - len(working)):
-                    working[self.hire(begin)] = _Batch([])
+                    working[self.hire(begin)] = [], 0
                 for worker, answer in self.answers([*working], _WAIT):
-                    batch = working.pop(worker)
+                    batch, losses = working.pop(worker)
                     if isinstance(answer, Lost):
                         self.dismiss(worker, idle=False)
-                        queue.extend(again := batch.again(self.losses, answer))
-                        yield from ((job, answer) for job in batch.jobs if not again)
+                        losses += len(batch) == 1
+                        last = len(batch) == 1 and (answer.explained or losses == self.losses)
+                        queue.extend(([job], losses) for job in batch * (not last))
+                        yield from ((job, answer) for job in batch * last)
                         lost_in_a_row += not answer.explained
                         if lost_in_a_row > processors + 1:  # a node is lost with all that it does
                             often = f"{lost_in_a_row} times in a row, with nothing finished in between"
                             raise Missing(f"workers were lost {often} ({answer.why})", self.remedy)
                         continue
-                    lost_in_a_row *= not batch.jobs
+                    lost_in_a_row *= not batch
                     if queue:  # at once, so that it works while its results are written down
-                        working[worker] = following = queue.popleft()
-                        self.send(worker, following.jobs)
+                        working[worker] = queue.popleft()
+                        self.send(worker, working[worker][0])
                     else:
                         self.dismiss(worker, idle=True)
-                    yield from zip(batch.jobs, answer, strict=True)
+                    yield from zip(batch, answer, strict=True)
         finally:
             for worker in working:
                 self.dismiss(worker, idle=False)

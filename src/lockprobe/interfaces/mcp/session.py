@@ -25,7 +25,7 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.studies.records.store import ALBUM
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.running.playable import CLIENT, check_playable
 from lockprobe.studies.running.runner import next_plans

@@ -13,7 +13,7 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.rows import Fact, Results
 from lockprobe.report.section import Part, Section, Template
-from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.studies.records.store import ALBUM
 from lockprobe.trial.pictures.frame import from_png, to_png
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.record import Trial, in_words

@@ -9,19 +9,61 @@ Records are only added, except that a participant's withdrawal deletes theirs (:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 
+from lockprobe.agents.outside import SAME_IN_ALL_TRIALS
+from lockprobe.foundation.errors import SettingsChanged
+from lockprobe.foundation.spec import MCP, spec_kind
 from lockprobe.foundation.storage.database import Database, rescued_files
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.records.directory import claim, locked_store, read_study
 from lockprobe.studies.records.read_records import on_record
 from lockprobe.studies.records.store import INSERT, SCHEMA, STORE, OnRecord, row_of, trials_in
 from lockprobe.studies.study import Study
-from lockprobe.trial.record import Trial
+from lockprobe.trial.record import Fact, Trial
+
+_PLANT_FACTS = ("engine", "renderer")
+"""Facts about a plant that its pictures depend on and its spec does not hold."""
+
+
+Different = dict[tuple[str, str], tuple[Fact, Fact]]
+"""Whose fact, and its name -> what it was, and what it is."""
 
 _KINDS = "id in (select max(id) from trial where current group by identity, agent, ending, boundary)"
+
+
+class KnownFacts:
+    """What is known of agents (model, prompt, runtime) and of plants (engine, renderer) from these trials."""
+
+    def __init__(self, trials: Iterable[Trial] = ()) -> None:
+        self._known: dict[tuple[str, str], Fact] = {}
+        for trial in trials:
+            self.note(trial)
+
+    def note(self, trial: Trial) -> Different:
+        """Add what a trial says, and return what it says otherwise than before: whose fact, and its name -> both."""
+        found, own, plant = Different(), trial.facts, trial.plant
+        if trial.player or spec_kind(trial.agent) == MCP:  # people's devices and clients' connections may differ
+            own = {name: own[name] for name in SAME_IN_ALL_TRIALS if name in own and not trial.player}
+        shown = {name: plant[name] for name in _PLANT_FACTS if name in plant}
+        for who, facts in ((trial.agent, own), (f"the plant {plant.get('plant', '')}", shown)):
+            found |= self.differences(who.rstrip(), facts) if facts else {}
+            for name, value in facts.items():
+                if value is not None:  # a renderer, for one, is known only after a picture
+                    self._known.setdefault((who.rstrip(), name), value)
+        return found
+
+    def differences(self, who: str, facts: Mapping[str, Fact]) -> Different:
+        """The facts of an agent, or of a plant, that are known with another value, with both."""
+        known = {name: self._known.get((who, name)) for name in sorted(facts)}
+        return {
+            (who, name): (value, facts[name])
+            for name, value in known.items()
+            if value is not None and facts[name] is not None and value != facts[name]
+        }
 
 
 class Journal:
@@ -57,10 +99,24 @@ class Journal:
             journal.erase()
             yield journal
 
+    @cached_property
+    def known(self) -> KnownFacts:
+        """What agents and plants said of themselves on record, so that no other one goes by their name."""
+        return KnownFacts(self.kinds())
+
     def owes(self, key: str) -> bool:
         """Whether a trial is owed: not finished, or broken by something outside the agent."""
         trial = self.trials.get(key)
         return trial is None or trial.owed_again
+
+    def refuse(self, different: Different) -> None:
+        """Refuse an agent or a plant that is another one than in the trials on record.
+
+        Raises:
+            SettingsChanged: If there is any difference.
+        """
+        if different:
+            raise SettingsChanged(self.directory, {f"{who}, {name}": pair for (who, name), pair in different.items()})
 
     def append(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
         """Write a finished trial, in place of an earlier record of one that was owed again.

@@ -27,10 +27,18 @@ from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.known_facts import KnownFacts
-from lockprobe.studies.records.picture_store import ALBUM, keep_picture
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.store import INSERT, checksum, read, row_of, trial_in, unpacked, written
+from lockprobe.studies.records.store import (
+    ALBUM,
+    INSERT,
+    checksum,
+    keep_picture,
+    read,
+    row_of,
+    trial_in,
+    unpacked,
+    written,
+)
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.trial_json import TrialReader
 
@@ -96,8 +104,7 @@ def gather(
             raise BadFile(source, why)
     found = Gathered(agents=joined.labels[len(known.agents) if known else 0 :])
     with Journal.open(directory, joined) as journal, journal.store.transaction(sync=True):
-        facts = KnownFacts(journal.kinds())
-        begun = [_take(journal, source, facts, found) for source in sources]
+        begun = [_take(journal, source, found) for source in sources]
         for calls in begun:
             own = _calls(journal.store)
             for key in filter(journal.owes, calls):
@@ -109,7 +116,7 @@ def gather(
     return found
 
 
-def _take(journal: Journal, source: Path, facts: KnownFacts, found: Gathered) -> _Calls:
+def _take(journal: Journal, source: Path, found: Gathered) -> _Calls:
     """Take the finished trials of a source, each with its calls, attempts and pictures; the calls of what it began.
 
     Different models, prompts, runtimes or renderers under one name are refused, as by a resumed run.
@@ -123,9 +130,7 @@ def _take(journal: Journal, source: Path, facts: KnownFacts, found: Gathered) ->
             trial = trial_in(store, reader, key, record)
             if trial.player:
                 check_outside(trial.player, PEOPLE)
-            for (who, name), (here, there) in facts.note(trial).items():
-                why = f"{who} is not the same there ({name} is {there!r}, {here!r} in {journal.directory})"
-                raise BadFile(source, f"0 trials taken: {why}; import it into another directory")
+            journal.refuse(journal.known.note(trial))
             if not journal.owes(key):
                 found.there += 1
                 found.different += journal.read(key)[0] != trial

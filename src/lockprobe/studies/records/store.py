@@ -16,12 +16,17 @@ from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import LARGEST_INPUT, check_regular, is_there
+from lockprobe.foundation.storage.atomic_file import atomic_files, make_directory, writing
 from lockprobe.foundation.storage.database import Damaged, Database
+from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import TrialReader, trial_to_json
 
 STORE = "study.db"
 """The name of the file in the directory of a study."""
+
+ALBUM = "pictures"
+"""Name of the directory of pictures in the directory of a study."""
 
 SCHEMA = """
 create table trial (
@@ -220,3 +225,20 @@ def _last_rows_in(directory: Path) -> tuple[int, ...]:
         return ()
     with read(directory) as store:
         return last_rows(store)
+
+
+def keep_picture(album: Path, picture: Picture) -> None:
+    """Store a picture in a directory, unless it is there already. Several processes may do so at the same time.
+
+    It is written atomically, before the record that names it, so no record names a missing picture.
+
+    Raises:
+        BadFile: If it cannot be written; the trial is then owed, and the run stops.
+    """
+    path = album / picture.name
+    with writing(path):
+        if path.is_file() and path.stat().st_size == len(picture.png):
+            return
+        make_directory(album)  # a study that was deleted does not come back
+    with atomic_files(path, tidy=False) as (draft,):
+        draft.write_bytes(picture.png)

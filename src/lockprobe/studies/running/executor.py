@@ -13,8 +13,7 @@ from __future__ import annotations
 import asyncio
 import time
 import zlib
-from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
@@ -22,16 +21,14 @@ from multiprocessing import parent_process
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.agents.llm.settings import Access
-from lockprobe.foundation.errors import BudgetReached, ModelFault, PlantFault, SettingsChanged, UserMistake
+from lockprobe.foundation.errors import BudgetReached, ModelFault, PlantFault, UserMistake
 from lockprobe.foundation.plugins import allow, allowed, find_plugin
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.workers import Cluster, Lost, Pool, Processes, lose
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.studies.decisions import GIVE_UP_AFTER
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.known_facts import KnownFacts
-from lockprobe.studies.records.picture_store import ALBUM, keep_picture
-from lockprobe.studies.records.store import packed
+from lockprobe.studies.records.store import ALBUM, keep_picture, packed
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, broken
@@ -40,7 +37,7 @@ from lockprobe.trial.patience import PATIENCE
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Closable
-from lockprobe.trial.record import Fact, Step, Trial
+from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.trial_json import TrialReader
 
 _ALONE = 2.0
@@ -48,7 +45,10 @@ _ALONE = 2.0
 start."""
 
 _AT_ONCE = 100
-"""Trials of strategies that a worker gets at once."""
+"""Trials of strategies that a worker gets at once, at most."""
+
+_EACH = 4
+"""Batches for every worker at the least, so that none is waited for at the end."""
 
 _SIMULATED = ("symbolic", "fast-twin", "twin")
 """Plants that are computed alone; others have a person or a device."""
@@ -103,64 +103,59 @@ def can_travel(study: Study, source: AgentSource) -> bool:
 
 
 class Turn:
-    """The turn of an agent: the trials that it still owes, and where they are played if not in this process."""
+    """The turn of an agent: plays the trials that it still owes, and says whether any of them ended for good.
 
-    def __init__(
-        self,
-        study: Study,
-        source: AgentSource,
-        plans: Iterable[Plan],
-        journal: Journal,
-        limits: Limits,
-        observer: Observer,
-        known: KnownFacts,
-    ) -> None:
-        self._source, self._journal, self._observer, self._known = source, journal, observer, known
+    Attributes:
+        ended: How many did.
+    """
+
+    def __init__(self, study: Study, source: AgentSource, journal: Journal, limits: Limits, observer: Observer) -> None:
+        self._source, self._journal, self._observer = source, journal, observer
         self._keep = partial(keep_picture, journal.directory / ALBUM)
-        self.queue = deque(plans)
-        self.hosted = source.engine == "network" and not study.attended
-        self.quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
-        self._threaded = self.hosted and (study.simulated or study.has_pictures)
-        self._lanes = limits.access.connections if self.hosted else 1
-        self._broken_in_a_row = 0
-        self.pool: Pool | None = None
+        hosted = source.engine == "network" and not study.attended
+        self._quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
+        self._threaded = hosted and (study.simulated or study.has_pictures)
+        self._lanes = limits.access.connections if hosted else 1
+        self._broken_in_a_row = self.ended = 0
+        self._pool: Pool | None = None
         if study.attended or source.engine == "network":
             return
         if limits.cluster is not None and can_travel(study, source):
-            self.pool = limits.cluster
-        elif source.engine == "process" or (limits.workers > 1 and (not self.quick or can_travel(study, source))):
-            self.pool = Processes(limits.workers)
+            self._pool = limits.cluster
+        elif source.engine == "process" or (limits.workers > 1 and (not self._quick or can_travel(study, source))):
+            self._pool = Processes(limits.workers)
 
-    def play(self) -> None:
-        """Play the owed trials: here, elsewhere, or first here and then there.
+    def play(self, plans: Iterator[Plan], owed: int) -> None:
+        """Play so many trials: here, elsewhere, or first here and then there.
 
         Raises:
             BudgetReached: If the budget refused a call; every open trial went on until it was refused one itself.
-            SettingsChanged: If the agent or the plant is another one than ``known`` says.
+            SettingsChanged: If the agent or the plant is another one than in the trials before.
             UserMistake: If the agent is not available, yields only errors, or its workers keep being lost.
         """
-        if self.pool is None or (self.quick and isinstance(self.pool, Processes)):
+        if self._pool is None or (self._quick and isinstance(self._pool, Processes)):
             with own_thread() if self._threaded else nullcontext(in_this_thread) as place:
-                asyncio.run(self.here(place))
-        if self.pool is not None and self.queue:
-            self.elsewhere(self.pool)
+                owed -= asyncio.run(self._here(plans, owed, place))
+        if self._pool is not None and owed:
+            self._elsewhere(self._pool, plans, owed)
 
-    async def here(self, place: Executor) -> None:
-        """Play plans in order; if that takes long and there are workers, the others stay in the queue.
+    async def _here(self, plans: Iterator[Plan], owed: int, place: Executor) -> int:
+        """Play plans in order, and return how many; if that takes long and there are workers, the others are left.
 
         An error other than a broken trial ends all trials, and those under way are cancelled. If the budget is reached,
         no trial is opened any more, and each open one goes on until it is refused a call itself.
         """
         agent, spent, opened = self._source.make(), list[BudgetReached](), list[asyncio.Task[None]]()
-        began, owed = time.monotonic(), len(self.queue)
+        began, taken = time.monotonic(), 0
 
         def takes_long() -> bool:
-            took, left = time.monotonic() - began, len(self.queue)
-            return self.pool is not None and took > _ALONE and took * left > _ALONE * (owed - left) > 0
+            took, left = time.monotonic() - began, owed - taken
+            return self._pool is not None and took > _ALONE and took * left > _ALONE * taken > 0
 
         async def lane() -> None:
-            while self.queue and not spent and not takes_long():
-                plan = self.queue.popleft()
+            nonlocal taken
+            while not spent and not takes_long() and (plan := next(plans, None)) is not None:
+                taken += 1
                 try:
                     played = play_timed(
                         plan, agent, self._observer.step, keep=self._keep, calls=self._journal.calls, place=place
@@ -172,8 +167,8 @@ class Turn:
 
         try:
             if self._source.engine == "network":  # a changed model is refused before it is called and paid
-                self._refuse(self._known.differences(self._source.spec, agent.facts))
-            opened += [asyncio.create_task(lane()) for _ in range(min(self._lanes, len(self.queue)))]
+                self._journal.refuse(self._journal.known.differences(self._source.spec, agent.facts))
+            opened += [asyncio.create_task(lane()) for _ in range(min(self._lanes, owed))]
             await asyncio.gather(*opened)
         finally:
             for task in opened:
@@ -184,11 +179,13 @@ class Turn:
                     await agent.aclose()
         if spent:
             raise spent[-1]
+        return taken
 
-    def elsewhere(self, pool: Pool) -> None:
+    def _elsewhere(self, pool: Pool, plans: Iterator[Plan], owed: int) -> None:
         """Play plans by workers, in any order."""
         begin, reader = partial(_player, self._source.spec, allowed()), TrialReader()
-        for plan, played in pool.each(begin, self.queue, at_once=_AT_ONCE if self.quick else 1):
+        together = min(_AT_ONCE, owed // (_EACH * max(1, pool.processors()))) if self._quick else 1
+        for plan, played in pool.each(begin, plans, at_once=max(1, together)):
             if isinstance(played, Lost):
                 fault = PlantFault if self._source.engine == "inline" else ModelFault
                 why = f"{plan.agent} lost its worker: {played.why}"
@@ -204,9 +201,10 @@ class Turn:
 
     def _finish(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
         """Write a trial to the journal and tell of it; give up an agent that yields only errors."""
-        self._refuse(self._known.note(trial))
+        self._journal.refuse(self._journal.known.note(trial))
         self._journal.append(trial, seconds, record)
         self._observer.trial(trial, seconds)
+        self.ended += not trial.owed_again
         program = self._source.engine == "inline"
         broken = trial.owed_again or (program and trial.error is not None)  # a model's final errors are findings
         self._broken_in_a_row = self._broken_in_a_row + 1 if broken else 0
@@ -214,11 +212,6 @@ class Turn:
         if trial.error is not None and self._broken_in_a_row == most:
             why = f"{trial.error.boundary}: {trial.error.message}"
             raise UserMistake(f"{trial.group} broke {most} trials in a row ({why})")
-
-    def _refuse(self, different: Mapping[tuple[str, str], tuple[Fact, Fact]]) -> None:
-        if different:
-            said = {f"{who}, {name}": pair for (who, name), pair in different.items()}
-            raise SettingsChanged(self._journal.directory, said)
 
 
 def _player(spec: str, code: Iterable[str]) -> Callable[[Plan], tuple[bytes, float, Sequence[Picture]]]:

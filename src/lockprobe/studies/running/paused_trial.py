@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from lockprobe.foundation.errors import BadValue, ChannelFault
-from lockprobe.studies.records.picture_store import keep_picture
+from lockprobe.studies.records.store import keep_picture
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.plan import Plan

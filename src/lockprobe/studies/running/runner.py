@@ -7,7 +7,7 @@ Which trials are owed, and in which order agents play, is decided here; where th
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from itertools import product
@@ -27,7 +27,6 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.decisions import due
 from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.known_facts import KnownFacts
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.executor import Limits, Observer, Turn
 from lockprobe.studies.study import Study
@@ -56,7 +55,6 @@ def run(
     limits: Limits | None = None,
     observer: Observer | None = None,
     plans: Callable[[str], Iterable[Plan]] | None = None,
-    known: Iterable[Trial] = (),
 ) -> None:
     """Play what the journal owes of a study.
 
@@ -69,7 +67,6 @@ def run(
         limits: Limits of concurrency.
         observer: Receives the progress.
         plans: Function from an agent to its plans; by default the study's own.
-        known: Earlier trials of the same agents; model, prompt and runtime must be the same as in these.
 
     Raises:
         UserMistake: Before the first trial, if an agent or the plant is not available.
@@ -81,25 +78,22 @@ def run(
     """
     limits, observer, of = limits or Limits(), observer or Observer(), plans or next_plans(study, journal)
 
-    def owed_by(source: AgentSource) -> list[Plan]:
-        """What an agent owes; trials that were begun come first, so that a small budget ends them."""
-        found = [plan for plan in of(source.spec) if journal.owes(plan.key)]
-        return sorted(found, key=lambda plan: not journal.calls.has_replies(plan.key))
+    def owed_by(source: AgentSource) -> Iterator[Plan]:
+        return _owed(of(source.spec), source, journal)
 
-    facts = KnownFacts((*known, *journal.kinds()))
     owed = _owed_here(study, limits, owed_by)
-    observer.begin(study, journal, sum(map(len, owed.values())))
+    observer.begin(study, journal, sum(owed.values()))
     spent: BudgetReached | None = None
     given_up: dict[str, UserMistake] = {}
     for source, now in owed.items():
-        observer.agent(source, len(now))
+        observer.agent(source, now)
         left = now
         try:
             while left:
-                Turn(study, source, left, journal, limits, observer, facts).play()
-                ended = any(not journal.owes(plan.key) for plan in left)
-                left = owed_by(source) if study.until and ended else []
-                observer.more(len(left))
+                turn = Turn(study, source, journal, limits, observer)
+                turn.play(owed_by(source), left)
+                left = _count(owed_by(source)) if study.until and turn.ended else 0
+                observer.more(left)
         except BudgetReached as reached:
             spent = reached
         except (BadFile, SettingsChanged):
@@ -108,14 +102,26 @@ def run(
             if study.attended:  # whoever answers at the terminal answers for all agents
                 raise
             given_up[source.spec] = why
-            observer.given_up(source, sum(journal.owes(plan.key) for plan in now), why)
+            observer.given_up(source, _count(owed_by(source)), why)
     if spent or given_up:
         raise spent or AgentsGivenUp(given_up)
 
 
+def _owed(plans: Iterable[Plan], source: AgentSource, journal: Journal) -> Iterator[Plan]:
+    """What an agent owes; of a hosted one trials that were begun come first, so that a small budget ends them."""
+    found = (plan for plan in plans if journal.owes(plan.key))
+    if source.engine != "network":  # a strategy can owe a million
+        return found
+    return iter(sorted(found, key=lambda plan: not journal.calls.has_replies(plan.key)))
+
+
+def _count(plans: Iterator[Plan]) -> int:
+    return sum(1 for _ in plans)
+
+
 def _owed_here(
-    study: Study, limits: Limits, owed_by: Callable[[AgentSource], list[Plan]]
-) -> dict[AgentSource, list[Plan]]:
+    study: Study, limits: Limits, owed_by: Callable[[AgentSource], Iterator[Plan]]
+) -> dict[AgentSource, int]:
     """What agents owe that can be run, strategies first: all but people (who are invited) and clients (which connect).
 
     Agents that are not available here are refused, and so are the plants that they play on.
@@ -126,7 +132,7 @@ def _owed_here(
         expected = "an agent that can be run; this one connects to the server that `lockprobe mcp` starts"
         raise BadValue("agent", sources[0].spec, expected)
     here = sorted(sources, key=lambda source: source.engine != "inline")
-    owed = {source: owed_by(source) for source in here if source.engine not in ("person", "client")}
+    owed = {source: _count(owed_by(source)) for source in here if source.engine not in ("person", "client")}
     owed = {source: left for source, left in owed.items() if left}
     for source in owed:
         source.check()

@@ -15,7 +15,7 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import refuse_blind, taken_in
 from lockprobe.studies.options.studyfile import trial_study
-from lockprobe.studies.records.picture_store import keep_picture
+from lockprobe.studies.records.store import keep_picture
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.protocols import Agent, Closable, Intervention
