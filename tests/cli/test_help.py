@@ -16,7 +16,7 @@ from lockprobe import __version__
 from lockprobe.cli import COMMANDS, build, every_command
 from lockprobe.cli.command import AS_RUN, Command
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.studies.options.asked import preset
+from lockprobe.studies.options.studyfile import preset
 
 AS_PAPER = Path(__file__).parents[2] / "docs" / "as-paper.md"
 

@@ -123,7 +123,9 @@ def test_what_few_trials_have_comes_last_and_only_where_it_is():
     assert [*tidy(make_trial([1]))[0]] == COLUMNS
     trials = play_study(replace(small_study(), layout="shuffled"))
     assert {row["panel"] for row in tidy(trials)} == {" ".join(trial.joints) for trial in trials if trial.steps}
-    planned = lockprobe.study("flips", agent="random", p=[0, 0.4], readings="fresh,kept", trials=1, repetitions=1)
+    planned = lockprobe.study(
+        "flips", agent="random", p=[0, 0.4], flip="re-observed,integrated", trials=1, repetitions=1
+    )
     found = {(row["p"], row["condition"]) for row in trial_rows(play_study(planned))}
     assert found == {(0.0, "truth"), (0.4, "flip?p=0.4"), (0.4, "flip?p=0.4&others=kept")}
 

@@ -23,9 +23,8 @@ from lockprobe.interventions.misread_flip import rates_of
 from lockprobe.report.verify import verify
 from lockprobe.statistics.design import ARMS, CROSSED
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
-from lockprobe.studies.options.asked import preset
 from lockprobe.studies.options.study_options import SHIPPED, StudyOptions
-from lockprobe.studies.options.studyfile import trial_study
+from lockprobe.studies.options.studyfile import preset, trial_study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run_study
@@ -75,13 +74,12 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("flips", {"sweep": "drop?p=0,1e-300"}, "a dose of drop?p=1e-300: got {'drop.p': 1e-300}, expected 0, or a"),
         ("flips", {"contrasts": {"a": {"of": "lie", "minus": "truth"}}}, "no condition of the contrast a is called 'lie'"),
         ("flips", {"parts": True}, "parts: got True, expected none with flips, but with why"),
-        ("flips", {"readings": "afresh"}, "readings: got 'afresh', expected one of fresh, kept, "),
-        ("flips", {"readings": "all", "flip": "sticky"}, "readings: got 'all', expected none with --flip, nor with a"),
-        ("why", {"readings": "all"}, "readings: got 'all', expected none with --flip, nor with a study other than flips"),
+        ("flips", {"flip": "afresh"}, "flip: got 'afresh', expected 'transient', 'sticky', 'outcome-only'"),
+        ("why", {"flip": "sticky,integrated"}, "flip: got ['sticky', 'integrated'], expected one, which all"),
         ("why", {"as_paper": True}, "as_paper: got True, expected none with why, but with flips, modalities"),
         ("why", {"full": True}, "full: got True, expected none with why, but with flips, modalities"),
         ("why", {"p": 0}, "condition: got 'lie', expected another condition than truth, which is the same"),
-        ("why", {"p": "0.2,0.4"}, "p: got [0.2, 0.4], expected one, which all arms have"),
+        ("why", {"p": "0.2,0.4"}, "p: got [0.2, 0.4], expected one, which all conditions"),
         ("why", PICTURED, "modality: got 'rgb', expected symbolic, with or without options: pictures cannot be"),
         ("why", {"modality": ["symbolic", "rgb"]}, "modality: got ['symbolic', 'rgb'], expected one, which all"),
         ("why", {"flip": "independent"}, "others: got 'noisy', expected one of fresh, kept"),
@@ -109,7 +107,7 @@ def test_what_has_no_meaning_is_one_line(name, asked, said):
         ("p = [", "not TOML"),
         ("# all of it is still to come\n", "says nothing to play: a study file has at least a line such as study"),
         ('name = "mine"', "says nothing to play"),
-        ('flip = "often"', "flip: expected 'transient', 'sticky', 'outcome-only', 'memoryless'"),
+        ('flip = "often"', "flip.0: expected 'transient', 'sticky', 'outcome-only'"),
         ("[box]\nname = 'mine'\n", "box.0."),
         *((f'{key} = "python:os:getcwd"', f"{key}: python:os:getcwd would run code; name it on the command line")
           for key in ("agent", "condition", "sweep", "plant", "box")),
@@ -202,12 +200,13 @@ FULL = preset("flips")
 SHORT = FULL.when["short"]
 
 
-def test_words_name_readings_and_all_are_the_two_by_two():
-    planned = {word: study("flips", agent=STRATEGY, p="0,0.4", readings=word) for word in ("kept", "sticky", "all")}
-    assert [one.conditions[1].label for one in planned.values()] == [
+def test_words_name_readings_and_several_are_played_side_by_side():
+    asked = ("integrated", "sticky", "re-observed,integrated,memoryless,latched")
+    planned = [study("flips", agent=STRATEGY, p="0,0.4", flip=words) for words in asked]
+    assert [one.conditions[1].label for one in planned] == [
         "flip?p=0.4&others=kept", "flip?p=0.4&inverts=position&others=kept", "flip?p=0.4",
     ]  # fmt: skip
-    assert [interventions_in(one)[0].reading for one in planned["all"].conditions[1:]] == [
+    assert [interventions_in(one)[0].reading for one in planned[2].conditions[1:]] == [
         "re-observed outcome noise", "integrated outcome noise", "memoryless state noise", "latched state noise",
     ]  # fmt: skip
 
@@ -413,7 +412,7 @@ def test_as_paper_a_hosted_model_is_sent_these_messages(tmp_path, monkeypatch):
 
 OF_TRIALS = {"repetition", "trial", "pictures"}
 OF_STUDIES = {
-    "study", "trials", "strategy_trials", "repetitions", "full", "as_paper", "parts", "name", "sweep", "readings",
+    "study", "trials", "strategy_trials", "repetitions", "full", "as_paper", "parts", "name", "sweep",
     "until", "most", "boxes", "contrasts",
 }  # fmt: skip
 

@@ -9,7 +9,7 @@ from lockprobe.studies.running.runner import run_study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.study import Until
 
-DECIDED, WIDTH = Until(rule="decided"), Until(rule="width", points=0.3)
+DECIDED, WIDTH = Until(rule="decided"), Until(rule="width", points=0.4)
 
 
 def outcomes(success, blocks, seed, broken=0.0):
@@ -47,10 +47,10 @@ PARTS = [
 @pytest.mark.parametrize(
     ("asked", "success", "until", "broken", "blocks"),
     [
-        (ONE_FAMILY, (0.2, 0.9, 0.5, 0.2), DECIDED, 0.0, 77),
-        (ONE_FAMILY, (0.99, 0.99, 0.8, 0.5), DECIDED, 0.03, 77),
-        (PARTS, (0.2, 0.8, 0.3, 0.5), DECIDED, 0.0, 132),
-        (ONE_FAMILY, (0.2, 0.99, 0.5, 0.2), WIDTH, 0.0, 77),
+        (ONE_FAMILY, (0.2, 0.99, 0.5, 0.2), DECIDED, 0.0, 32),
+        (ONE_FAMILY, (0.99, 0.99, 0.9, 0.1), DECIDED, 0.03, 32),
+        (PARTS, (0.1, 0.95, 0.05, 0.2), DECIDED, 0.0, 52),
+        (ONE_FAMILY, (0.01, 0.99, 0.5, 0.01), WIDTH, 0.0, 42),
     ],
 )
 def test_what_is_decided_stays_whatever_the_later_blocks_hold(asked, success, until, broken, blocks):
@@ -64,7 +64,7 @@ def test_what_is_decided_stays_whatever_the_later_blocks_hold(asked, success, un
 
 
 def test_the_runner_decides_and_buys_what_follows_from_the_rule(tmp_path):
-    most, varied = 40, {"p": [0, 0.6], "condition": ["nudge", "drop?p=0.5"]}
+    most, varied = 25, {"p": [0, 0.6], "condition": ["nudge", "drop?p=0.5"]}
     planned = study("flips", agent="cognitive:perseverant", until="decided", most=most, seed=3, **varied)
     (agent,) = planned.agents
     whole = {}
@@ -87,7 +87,7 @@ def test_the_runner_decides_and_buys_what_follows_from_the_rule(tmp_path):
 def test_a_study_of_controls_stops_when_a_mechanism_is_named():
     """Only a last statement that is false raises success; four contrasts stay open, and no arm is played for them."""
     solved = {"truth": 0, "lie": 1, "truth-truth": 0, "lie-truth": 0, "truth-lie": 1, "lie-lie": 1, "remark": 0}
-    arms = {arm: (np.full(200, float(of)), np.zeros(200, dtype=bool)) for arm, of in solved.items()}
+    arms = {arm: (np.full(40, float(of)), np.zeros(40, dtype=bool)) for arm, of in solved.items()}
     asked = families(study("why", agent="human-inspired"), "human-inspired")
     course, bought = look_by_look(asked, arms, DECIDED)
     found = {one.question.name: (one.verdict, one.at) for one in course}

@@ -13,7 +13,6 @@ import typer
 from lockprobe.cli.command import AS_RUN, under_headings
 from lockprobe.cli.options import with_brackets
 from lockprobe.foundation.plugins import docstring
-from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.options.study_options import StudyOptions
 
 Name = Annotated[
@@ -83,5 +82,5 @@ def _option(name: str) -> Any:
     if kind is bool:
         flag = f"--{name.replace('_', '-')}" if field.default is False else f"--{name}/--no-{name}"
         return Annotated[bool | None, typer.Option(flag, help=field.description)]
-    kind = list[str] if get_origin(kind) is list else str if kind == FlipKind else kind  # a flip says its kinds itself
+    kind = list[str] if get_origin(kind) is list else kind
     return Annotated[kind | None, typer.Option(help=field.description, min=0 if name == "seed" else None)]

@@ -120,22 +120,33 @@ def decisions(families: Iterable[Family], outcomes: Outcomes, until: Until) -> t
             ends of what these can have become.
         until: When the study stops.
     """
+    ended = {label: solved for label, (solved, _) in outcomes.items()}
+    cases = [(ended, ended)]  # what counts for a difference, and what counts against it
+    if any(broken.any() for _, broken in outcomes.values()):
+        failed, opened = (
+            {label: np.where(broken, end, solved) for label, (solved, broken) in outcomes.items()} for end in (0, 1)
+        )
+        cases += [(failed, opened), (opened, failed)]
     found = list[tuple[Family, Decision]]()
     for family in families:
-        tried = [
-            at_every_look(_numbers(family, *case), agents=family.choices, margin=until.margin)
-            for case in _cases(outcomes)
-        ]
+        tried = []
+        for up, down in cases:
+            by_block = []
+            for question in family.questions:
+                terms = [up[more] - down[less] if less else 2 * up[more] - 1 for more, less in question.terms]
+                values = np.mean(terms, axis=0)
+                there = np.flatnonzero(~np.isnan(values))
+                by_block.append(Numbers(values=values[there], block=there))
+            tried.append(at_every_look(by_block, agents=family.choices, margin=until.margin))
         for question, *courses in zip(family.questions, *tried, strict=True):
-            ended, *ends = courses
-            course = held_at_both_ends(ended, *ends) if ends else ended
-            found.append((family, _decided(question, courses, course, until)))
+            found.append((family, _decided(question, courses, until)))
     every = {one.question.name: one for _, one in found}
     return tuple(_settled(one, every, family.after) if family.after else one for family, one in found)
 
 
-def _decided(question: Question, courses: Sequence[AtEveryLook], course: AtEveryLook, until: Until) -> Decision:
+def _decided(question: Question, courses: Sequence[AtEveryLook], until: Until) -> Decision:
     """How closely a difference is known, or that it is an effect or small in every case."""
+    course = held_at_both_ends(*courses) if len(courses) > 1 else courses[0]
     if until.rule == "width" or question.of_share:  # a share is asked for on a scale from -1 to 1
         at = courses[0].narrow_at((2 if question.of_share else 1) * until.points)
         return Decision(question=question, verdict=None if at is None else "narrow", at=at, course=course)
@@ -165,35 +176,6 @@ def _settled(one: Decision, found: Mapping[str, Decision], after: str) -> Decisi
     return one if at is None or (one.at is not None and one.at <= at) else replace(one, verdict=verdict, at=at)
 
 
-_Solved = Mapping[str, Array]
-"""Condition -> 1 where a block was solved, 0 where it was not, NaN where that is not known."""
-
-
-def _cases(outcomes: Outcomes) -> list[tuple[_Solved, _Solved]]:
-    """The outcomes of what counts for a difference and of what counts against it: those of trials that ended.
-
-    If trials broke, also with them unsolved in the one and solved in the other, and the reverse.
-    """
-    ended = {label: solved for label, (solved, _) in outcomes.items()}
-    if not any(broken.any() for _, broken in outcomes.values()):
-        return [(ended, ended)]
-    failed, opened = (
-        {label: np.where(broken, end, solved) for label, (solved, broken) in outcomes.items()} for end in (0, 1)
-    )
-    return [(ended, ended), (failed, opened), (opened, failed)]
-
-
-def _numbers(family: Family, up: _Solved, down: _Solved) -> list[Numbers]:
-    """The differences that each question asks for, by block: what is subtracted is of ``down``, all else of ``up``."""
-    found = []
-    for question in family.questions:
-        terms = [up[more] - down[less] if less else 2 * up[more] - 1 for more, less in question.terms]
-        values = np.mean(terms, axis=0)
-        there = np.flatnonzero(~np.isnan(values))
-        found.append(Numbers(values=values[there], block=there))
-    return found
-
-
 def wanted(found: Iterable[Decision], blocks: int) -> frozenset[str]:
     """The conditions that are played on after this many blocks: those that a question needs which they left open."""
     return frozenset(label for one in found if one.at is None or one.at > blocks for label in one.question.labels)
@@ -211,31 +193,35 @@ def block_orders(study: Study) -> dict[str, BlockOrder]:
     }
 
 
+def _ranks(study: Study, agent: str) -> dict[tuple[int, int], int]:
+    """The blocks of an agent in their order, each with its place, from 0."""
+    blocks = [*study.blocks_of(agent)]
+    ranks = block_orders(study)[study.label_of(agent)].rank(*zip(*blocks, strict=True)).tolist()
+    return dict(sorted(zip(blocks, ranks, strict=True), key=lambda one: one[1]))
+
+
 def counted(study: Study, trials: Iterable[_One]) -> tuple[_One, ...]:
     """The trials of every condition up to its first block that is still open, in their order; of people all.
 
     Later ones have ended early, so that they tell something about how they ended.
     """
-    found, orders = list(trials), block_orders(study)
-    kept = {id(trial) for trial in found if trial.group not in orders}
-    conditions = {one.label: one for one in study.conditions}
-    for (name, label), own in grouped(found, lambda trial: (trial.group, trial.condition)).items():
-        if name not in orders:
-            continue
-        agent, there = own[0].spec, {(one.repetition, one.trial): one for one in own}
-        for _, block in _places(study, agent, orders[name]):
-            if not study.in_shard(agent, conditions[label], *block):
-                continue
-            if block not in there:
-                break
-            kept.add(id(there[block]))
-    return tuple(trial for trial in found if id(trial) in kept)
-
-
-def _places(study: Study, agent: str, order: BlockOrder) -> list[tuple[int, tuple[int, int]]]:
-    """The blocks of an agent in their order, each with its rank."""
-    blocks = [*study.blocks_of(agent)]
-    return sorted(zip(order.rank(*zip(*blocks, strict=True)).tolist(), blocks, strict=True))
+    found = list(trials)
+    there = {(one.group, one.condition, one.repetition, one.trial) for one in found}
+    played, behind = {one.group for one in found}, set[tuple[str, str, int, int]]()
+    for agent in (one for one in study.run_agents if study.label_of(one) in played):
+        name, blocks = study.label_of(agent), [*_ranks(study, agent)]
+        for condition in study.conditions:
+            own = (name, condition.label)
+            first = next(
+                (
+                    i
+                    for i, block in enumerate(blocks)
+                    if (*own, *block) not in there and study.in_shard(agent, condition, *block)
+                ),
+                len(blocks),
+            )
+            behind.update((*own, *block) for block in blocks[first:])
+    return tuple(one for one in found if (one.group, one.condition, one.repetition, one.trial) not in behind)
 
 
 def families(study: Study, agent: str) -> tuple[Family, ...]:
@@ -296,18 +282,15 @@ def answers_by_agent(study: Study, trials: Iterable[Finished]) -> dict[str, tupl
 
 def outcomes_of(study: Study, agent: str, trials: Iterable[Finished]) -> Outcomes:
     """The outcomes of an agent's trials under each condition, in the order of the blocks."""
-    order, name = block_orders(study)[study.label_of(agent)], study.label_of(agent)
+    ranks, name = _ranks(study, agent), study.label_of(agent)
     own = counted(study, (one for one in trials if one.group == name and not one.owed_again))
-    by_label = grouped(own, lambda trial: trial.condition)
-    size = 1 + max((int(order.rank(one.repetition, one.trial)) for one in own), default=-1)
-    found = {}
-    for condition in study.conditions_of(agent):
-        members = by_label.get(condition.label, [])
-        solved, broken = np.full(size, np.nan), np.zeros(size, dtype=np.bool_)
-        place = order.rank([one.repetition for one in members], [one.trial for one in members])
-        broken[place] = [one.ending == "error" for one in members]
-        solved[place] = [np.nan if one.ending == "error" else one.solved for one in members]
-        found[condition.label] = solved, broken
+    places = [(ranks[one.repetition, one.trial], one) for one in own]
+    size = 1 + max((place for place, _ in places), default=-1)
+    found = {one.label: (np.full(size, np.nan), np.zeros(size, bool)) for one in study.conditions_of(agent)}
+    for place, one in places:
+        solved, broken = found[one.condition]
+        broken[place] = one.ending == "error"
+        solved[place] = np.nan if broken[place] else one.solved
     return found
 
 
@@ -330,13 +313,12 @@ def _owed_by_look(study: Study, agent: str, trials: Iterable[Finished]) -> Itera
     name, conditions = study.label_of(agent), study.conditions_of(agent)
     trials = [one for one in trials if one.group == name]
     found, finished = answers(study, agent, trials), {one.key for one in trials if not one.owed_again}
-    places = _places(study, agent, block_orders(study)[name])
-    places = [one for one in places if study.in_shard(agent, conditions[0], *one[1])]
+    places = [one for one in _ranks(study, agent).items() if study.in_shard(agent, conditions[0], *one[0])]
     for start in range(0, len(places), LOOK_EVERY):
-        kept = wanted(found, places[start][0])
+        kept = wanted(found, places[start][1])
         plans = [
-            study.plan(agent, condition, *place)
-            for _, place in places[start : start + LOOK_EVERY]
+            study.plan(agent, condition, *block)
+            for block, _ in places[start : start + LOOK_EVERY]
             for condition in conditions
             if condition.label in kept
         ]

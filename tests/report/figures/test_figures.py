@@ -74,7 +74,7 @@ def stopping(directory):
 
 
 def readings(directory):
-    asked = {"agent": ["cognitive:perseverant", "random"], "p": [0, 0.4, 0.6], "readings": "fresh,kept"}
+    asked = {"agent": ["cognitive:perseverant", "random"], "p": [0, 0.4, 0.6], "flip": "re-observed,integrated"}
     return found_in(directory, study("flips", **asked, condition="nothing=drop?p=1", trials=6, repetitions=1, seed=3))
 
 

@@ -17,7 +17,7 @@ KEPT = "flip?p=0.4&others=kept"
 
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
-    asked = {"agent": [AGENT, BLIND], "p": [0, 0.4, 0.6], "readings": "fresh,kept", "trials": 20, "seed": 3}
+    asked = {"agent": [AGENT, BLIND], "p": [0, 0.4, 0.6], "flip": "re-observed,integrated", "trials": 20, "seed": 3}
     planned = study("flips", **asked, condition="no-feedback=drop?p=1", repetitions=2)
     return write_study(tmp_path_factory.mktemp("readings") / "study", planned)
 
@@ -72,6 +72,6 @@ def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
 def test_one_reading_says_what_was_not_tested(tmp_path):
     found = found_in(tmp_path, study("flips", agent=AGENT, p=[0, 0.4], trials=4, repetitions=1))
     (part,) = SECTIONS[2].show(found)
-    assert part.blocks == ["Whether other false reports do the same is not tested (--readings fresh,kept)."]
+    assert part.blocks == ["Whether other false reports do the same is not tested (--flip re-observed,integrated)."]
     assert tables_of(found)["effects"] == []
     assert draw_readings(found) is None

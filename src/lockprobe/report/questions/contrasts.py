@@ -196,7 +196,7 @@ def _show_crossings(found: Results) -> Iterator[Part]:
 _BOTH_FIT = "The paper does not say which of these false reports it has; its numbers fit agents under each."
 """Of several readings (``docs/readings.md``)."""
 
-_ONE = "Whether other false reports do the same is not tested (--readings fresh,kept)."
+_ONE = "Whether other false reports do the same is not tested (--flip re-observed,integrated)."
 
 
 def _what_is_false(numbers: OpenedStudy) -> Iterator[Row]:

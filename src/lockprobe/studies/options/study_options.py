@@ -80,10 +80,8 @@ Spec = Annotated[str, Field(max_length=1000)]
 Several = Annotated[list[Spec], Field(max_length=64), BeforeValidator(_listed)]
 """One, or a list of them."""
 
-Parts = Annotated[list[str], Field(max_length=64), BeforeValidator(_parts)]
-"""Words with commas between, or a list of them."""
-
 Whole = Annotated[int, Field(strict=True)]
+Flips = Annotated[list[FlipKind], Field(min_length=1), BeforeValidator(_parts)]
 Rates = Annotated[list[float], Field(max_length=1000), BeforeValidator(_parts)]
 Boxes = Annotated[list[str | Path | InstanceOf[Lockbox]], Field(min_length=1), BeforeValidator(_parts)]
 """Names, paths of files, or boxes; in a file of text only the first two."""
@@ -131,14 +129,10 @@ class StudyOptions(BaseModel):
     repetitions: Whole | None = _option("Repetitions (3; 1 with why and with several boxes).")
     seed: Whole | None = _option("Seed of everything (1).")
     max_steps: Whole | None = _option("Budget of a trial in steps (20).")
-    flip: FlipKind | None = _option(
+    flip: Flips | None = _option(
         "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; independent, "
-        "all positions; or outcome-only, without positions (re-observed)."
-    )
-    readings: Parts | None = _option(
-        "What a false report is, several readings side by side: fresh, kept (re-observed, integrated), all, or words "
-        "of --flip (fresh,kept in the short study and with --full for strategies, which cost nothing; models play "
-        "fresh)."
+        "all positions; or outcome-only, without positions; several with commas between (re-observed; in the short "
+        "study and with --full strategies, which cost nothing, also play integrated)."
     )
     plant: Spec | None = _option(
         "What is acted on: a plant that lockprobe list plants lists, with options as in twin?looks=varied (flips: "

@@ -1,37 +1,44 @@
-"""From options to a :class:`lockprobe.studies.study.Study`; what is left out is as in the study's preset.
+"""From what is asked for to a :class:`lockprobe.studies.study.Study`; what is left out is as in the study's preset.
 
-:func:`study` makes a whole one, :func:`trial_study` the one to which a single trial belongs.
+Each study that ships is a file in ``lockprobe/presets``, with tables of what is played instead in some cases
+(``when``), and of what strategies or models alone play. Conditions are flip rates, conditions by name and sweeps, each
+in every modality. :func:`study` makes a whole study, :func:`trial_study` the one to which a single trial belongs.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from lockprobe.agents.catalogue import resolve
+from pydantic import Field
+
+from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.boxes.boxfile import box_from_data
-from lockprobe.boxes.families import DEFAULT_BOX, find_box
+from lockprobe.boxes.families import ALIKE, DEFAULT_BOX, find_box
 from lockprobe.boxes.generate import alike_boxes
 from lockprobe.boxes.state_space import fault_of
-from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
+from lockprobe.foundation.errors import BadValue, Conflict, UnknownName, UserMistake
+from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.plugins import allow
-from lockprobe.foundation.spec import PEOPLE, spec_name
+from lockprobe.foundation.spec import PEOPLE, Spec, spec_name, split_specs
 from lockprobe.foundation.validation import check_whole
-from lockprobe.interventions.conditions import flips, read_condition, says_modality
-from lockprobe.interventions.flip import DEFAULT, OutcomeFlip
+from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, shipped, sweep
+from lockprobe.interventions.flip import DEFAULT, OutcomeFlip, flip_of
 from lockprobe.interventions.misread_flip import MisreadFlip, entries_of
-from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.interventions.told import Correction
+from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
-from lockprobe.studies.modality import is_pictured, refuse_blind, shows_places
-from lockprobe.studies.options.asked import conditions_of, with_defaults
-from lockprobe.studies.options.study_options import StudyOptions, read_options
+from lockprobe.studies.modality import is_pictured, refuse_blind, shows_places, taken_in
+from lockprobe.studies.options.study_options import STUDIES, NamedCondition, StudyOptions, read_options
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import LIMITS, Study, Until
-from lockprobe.trial.condition import Condition
+from lockprobe.trial.condition import TRUTH, Condition
+from lockprobe.trial.doses import modality_doses
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 
@@ -42,15 +49,36 @@ _MOST = 300
 """Trials under each condition at most of a study that stops when it is decided, unless ``--most`` says otherwise."""
 
 
+class Preset(StudyOptions):
+    """A study that ships.
+
+    Attributes:
+        when: Case -> what is played instead: ``short``, where nothing is said of what is played; on ``several_boxes``;
+            the paper's ``full`` size; ``as_paper``, as close to the paper as it says (each option cites its section;
+            ``docs/as-paper.md`` compares them with the defaults); with the ``parts`` of a false report.
+        strategies: ``short`` or ``full`` -> what strategies play besides, since it costs nothing.
+        models: The same -> what alone models play beside strategies.
+    """
+
+    when: dict[str, StudyOptions] = Field(default_factory=dict)
+    strategies: dict[str, StudyOptions] = Field(default_factory=dict)
+    models: dict[str, StudyOptions] = Field(default_factory=dict)
+
+
+@cache
+def preset(name: str) -> Preset:
+    """The study of a name."""
+    return Preset.model_validate(read_preset(name))
+
+
 def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Study:
     """The study that options, a TOML file, or a bare name describe.
 
     >>> [condition.label for condition in study("flips", agent="random", sweep="tremble?p=0,0.1").conditions]
     ['truth', 'tremble?p=0.1']
 
-    What it leaves out is as in the study's file in ``lockprobe/presets``
-    (:func:`lockprobe.studies.options.asked.with_defaults`). A study of flips of which nothing is said is short; as
-    soon as something is said, what is left out follows the paper.
+    What it leaves out is as in the study's file in ``lockprobe/presets``. A study of flips of which nothing is said is
+    short; as soon as something is said, what is left out follows the paper.
 
     Args:
         asked: Options, the path of a TOML file, ``flips``, ``modalities``, ``why`` or ``looks``.
@@ -61,11 +89,19 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     """
     said = read_options(asked, options)
     allow(*(spec for specs in said.specs.values() for spec in specs))  # a file that names code was refused
-    request, cases = with_defaults(said)
+    request, cases = _with_defaults(said)
     plant, (agents, names) = resolve_plant(str(request.plant)), request.agents
     for agent in agents:
         resolve(agent)
-    conditions, spared = conditions_of(said, request, cases, plant)
+    conditions, spared = _conditions(said, request, plant), tuple[str, ...]()
+    ships, size = preset(said.study), next((one for one in ("full", "short") if {one, "plain"} <= cases), "")
+    if size in ships.strategies and any(map(is_strategy, agents)):
+        besides, rates = ships.strategies[size], [rate for rate in request.p or () if rate]
+        more = [one for kind in besides.flip or [DEFAULT] for one in flips(rates, flip_of(kind))]
+        more += [read_condition(one.spec, one.name) for one in besides.condition or ()]
+        models = ships.models.get(size, request).p or ()
+        spared = tuple(one.label for one in (*more, *(one for one in conditions if one.p not in models)))
+        conditions = (*conditions, *more)
     seen = PEOPLE in agents or any(shows_places(one.modality) for one in conditions)
     if request.layout is None and seen and plant.lays_out:  # or whoever sees places need not look at anything else
         request = request.model_copy(update={"layout": "shuffled"})
@@ -109,11 +145,11 @@ def trial_study(agent: str, *, name: str = "trial", condition: Any = None, **giv
     asked = {one: value for one, value in given.items() if value is not None}
     asked |= {"repetitions": asked.pop("repetition", 1), "trials": asked.pop("trial", 1), "name": name}
     request = read_options(StudyOptions(), asked)
-    for one in ("p", "modality", "box"):
+    for one in ("p", "flip", "modality", "box"):
         if len(getattr(request, one) or ()) > 1:
             raise BadValue(one, given[one], "one for one trial")
-    (p,), shown = request.p or [0.0], request.modality
-    found = like = flips((p,), request.flip or DEFAULT, shown)[0]
+    (p,), (kind,), shown = request.p or [0.0], request.flip or [DEFAULT], request.modality
+    found = like = flips((p,), kind, shown)[0]
     if condition:
         says = isinstance(condition, str) and says_modality(condition)
         if isinstance(condition, str):
@@ -131,43 +167,183 @@ def trial_study(agent: str, *, name: str = "trial", condition: Any = None, **giv
     return _planned(request, [agent], [found])
 
 
+def _with_defaults(asked: StudyOptions) -> tuple[StudyOptions, set[str]]:
+    """A request with what it leaves out as its study has it, but for the study's own conditions. What it says stays.
+
+    Where people play and it names no box, it has several of one difficulty: nobody meets one box twice. With it come
+    the cases that hold, among them ``plain``, if nothing is said of what varies.
+    """
+    own = preset(asked.study)
+    plant = resolve_plant((own.plant or "symbolic") if asked.plant is None else asked.plant)
+    for case in ("full", "parts", "as_paper"):
+        if getattr(asked, case) and case not in own.when:
+            having = ", ".join(name for name in STUDIES if case in preset(name).when)
+            raise BadValue(case, True, f"none with {asked.study}, but with {having}")
+    chosen = asked.box is not None or asked.boxes is not None or asked.as_paper
+    if PEOPLE in (asked.agent or ()) and plant.lays_out and not chosen:
+        asked = asked.model_copy(update={"box": [*ALIKE]})
+    said = {name for name, value in asked if value is not None}
+    paper, acting = asked.full or asked.as_paper, said & {"p", "condition", "sweep"}
+    several = not paper and (len(asked.box or ()) > 1 or asked.boxes)
+    holds = {
+        "short": not (paper or acting or said & {"trials", "repetitions"}),
+        "several_boxes": several,
+        "full": asked.full,
+        "as_paper": asked.as_paper,
+        "parts": asked.parts,
+        "plain": not (asked.as_paper or several or acting or said & {"flip", "modality"}),
+    }
+    cases, usual = {case for case, held in holds.items() if held}, dict[str, Any](plant=plant.spec)
+    for part in (own, *(found for case, found in own.when.items() if case in cases)):
+        usual |= {name: getattr(part, name) for name in part.model_fields_set & StudyOptions.model_fields.keys()}
+    dropped = {"condition"}
+    if asked.trials is not None or asked.until is not None:  # strategies play as many
+        dropped.add("strategy_trials")
+    if asked.until is not None:
+        dropped |= {"repetitions", "trials"}
+    if not plant.lays_out:
+        dropped.add("layout")
+    if usual.get("shuffle") == "never" and not plant.painted_labels:
+        dropped.add("shuffle")
+    shown = usual.get("modality", [STATES])
+    shown = [one for one in shown if plant.has_camera or not is_pictured(one)] or shown
+    usual["modality"] = ["symbolic" if one == STATES and asked.flip == ["outcome-only"] else one for one in shown]
+    seen = asked.modality or usual["modality"]
+    usual["agent"] = [one for one in usual["agent"] if taken_in(one, seen)] or usual["agent"]
+    unsaid = {name: value for name, value in usual.items() if name not in dropped and getattr(asked, name) is None}
+    return asked.model_copy(update=unsaid), cases
+
+
+def _conditions(asked: StudyOptions, request: StudyOptions, plant: PlantSource) -> tuple[Condition, ...]:
+    """Flip rates and modalities, or other conditions with the truth before them, shown in each modality.
+
+    Args:
+        asked: What the user said.
+        request: The same with its defaults.
+        plant: The study's plant.
+    """
+    kinds, p, modalities = asked.flip or [DEFAULT], request.p or [], request.modality or []
+    for what, values in (("p", p), ("modality", modalities)):
+        if not values or len(set(values)) != len(values):
+            raise BadValue(what, values, "at least one, and every one once")
+    if asked.flip == ["outcome-only"]:
+        modalities = [*map(blind, modalities)]
+    ships = preset(asked.study)
+    own = [*(ships.condition or ()), *((ships.when["parts"].condition or ()) if asked.parts else ())]
+    if not own and request.condition is None and request.sweep is None:
+        others = [one for kind in kinds[1:] for one in flips([rate for rate in p if rate], kind, modalities)]
+        return (*flips(p, kinds[0], modalities), *others)
+    if own:
+        _check_own(asked, own, {"modality": modalities, "p": p, "flip": kinds}, plant)
+    said = [(_acting(one, plant), one.spec) for one in request.condition or ()]
+    said += [(one, spec) for spec in request.sweep or () for one in sweep(spec, plant.spec)]
+    shown = [one for one, spec in said if says_modality(spec)]
+    if own and any(one.modality != modalities[0] for one in shown):
+        expected = f"none that is shown otherwise than all others, {modalities[0]}"
+        raise BadValue("condition", shown[0].spec, expected)
+    like, plain = flip_of(kinds[0]), OutcomeFlip()
+    changed = [name for name in ("inverts", "others") if getattr(like, name) != getattr(plain, name)]
+    reading = "".join(f"&{name}={getattr(like, name)}" for name in changed)
+    rates = not own and (asked.p is not None or len(kinds) > 1)
+    everywhere = [
+        *(one for kind in kinds if rates for one in flips(p, flip_of(kind))),
+        *(read_condition(one.spec.format(p=f"{p[0]:g}", reading=reading), one.name, plant.spec) for one in own),
+        *(one for one, spec in said if own or not says_modality(spec)),
+    ]
+    return _with_controls(everywhere, [] if own else shown, modalities)
+
+
+def _check_own(
+    asked: StudyOptions, own: Sequence[NamedCondition], same: dict[str, Sequence[Any]], plant: PlantSource
+) -> None:
+    """Refuse what a study with conditions of its own would leave out, or would play twice."""
+    specs = [one.spec for one in own]
+    for what, values in same.items():
+        if len(values) > 1:
+            raise BadValue(what, values, f"one, which all conditions of {asked.study} have")
+    if is_pictured(same["modality"][0]) and any(spec_name(spec) == Correction.name for spec in specs):
+        expected = "symbolic, with or without options: pictures cannot be corrected"
+        raise BadValue("modality", same["modality"][0], expected)
+    if not any("{p}" in spec for spec in specs):
+        for name in ("p", "condition", "sweep", "flip"):
+            if getattr(asked, name) is not None:
+                raise Conflict(f"--{name}", asked.study, "it has its own conditions")
+    varied = {option for spec in specs for option in Spec.parse(spec).options}
+    if varied & Spec.parse(plant.spec).options.keys():
+        raise BadValue("plant", plant.spec, f"one without {', '.join(sorted(varied))}, which {asked.study} varies")
+
+
+def _acting(said: NamedCondition, plant: PlantSource) -> Condition:
+    """A condition that was asked for; one that does nothing, or is called what another one is, is refused."""
+    found = read_condition(said.spec, said.name, plant.spec)
+    if found.specs and found.does_nothing:
+        options = {option for part in split_specs(said.spec) for option in Spec.parse(part, "intervention").options}
+        doses = [names[0] for _, names in found.acting if names]
+        if options.isdisjoint(doses):
+            expected = f"one that does something; without {doses[0]}= it is the truth"
+            raise BadValue("condition", said.spec, expected)
+    first = spec_name(found.specs[0]) if found.specs and not found.does_nothing else TRUTH
+    if {*"?+"} & {*found.name} or (found.name in (TRUTH, *shipped()) and found.name != first):
+        raise BadValue("condition", f"{found.name}={found.spec}", f"another name: {found.name} is a condition itself")
+    return found
+
+
+def _with_controls(
+    everywhere: Sequence[Condition], own: Sequence[Condition], modalities: Collection[str]
+) -> tuple[Condition, ...]:
+    """Conditions shown in every way, and those with a way of their own; each way has the truth as its control."""
+    acting = [one for one in everywhere if one.name or not one.does_nothing]
+    truth = next((one for one in acting if one.does_nothing), Condition())
+    known = {one.modality: one for one in own if one.name and one.does_nothing}
+
+    def control(modality: str) -> Condition:
+        return known.get(modality, replace(truth, modality=modality))
+
+    found = list[Condition]()
+    for modality in modalities:
+        found += [control(modality), *(replace(one, modality=modality) for one in acting if one is not truth)]
+    found += [control(modality_doses(one.modality)[0]) for one in own]
+    found += [one for one in own if one.name or not one.does_nothing or modality_doses(one.modality)[1]]
+    found, called = [*dict.fromkeys(found)], dict[tuple[object, ...], str]()
+    for one in found:  # under two names it would be compared as if it were two
+        what = (() if one.does_nothing else one.specs, one.modality)
+        if (first := called.setdefault(what, one.label)) != one.label:
+            raise BadValue("condition", one.label, f"another condition than {first}, which is the same")
+    return tuple(found)
+
+
 def _planned(request: StudyOptions, agents: Sequence[str], conditions: Sequence[Condition], **more: Any) -> Study:
     """The study of a request."""
-    named = request.box or [DEFAULT_BOX]
-    boxes = tuple(find_box(one) for one in named) if request.boxes is None else ()
-    if request.boxes is not None:
+    if request.boxes is None:
+        boxes = tuple(map(find_box, request.box or [DEFAULT_BOX]))
+    else:
         family = ", ".join(map(str, request.box or ["random-4"]))
         if not (drawn := re.fullmatch(r"random-([4-8])", family)):
             raise BadValue("boxes", request.boxes, f"none with the box {family}, but with random-4 to random-8")
         check_whole("boxes", request.boxes, 2, _MOST_BOXES)
         boxes = alike_boxes(int(drawn[1]), request.boxes)
-    sizes: dict[str, Any] = {one: getattr(request, one) for one in ("repetitions", "trials", "strategy_trials")}
+    said = ("repetitions", "trials", "strategy_trials", "max_steps", "seed", "shuffle", "layout", "assessment")
+    settings = {one: getattr(request, one) for one in (*said, "hypothesis", "contrasts")}
     if request.until is None:
         if request.most is not None:
             raise BadValue("most", request.most, "--until with it; --trials says how many trials are played")
-        sizes = {
-            one: value * (1 if one == "repetitions" else len(boxes))
-            for one, value in sizes.items()
-            if value is not None
-        }
+        each = {one: number * len(boxes) for one in ("trials", "strategy_trials") if (number := settings[one])}
     else:
         if request.study == "looks":
             raise BadValue("until", request.until, f"none with {request.study}, whose answer holds for one look")
-        for one, value in {**sizes, "full": request.full or None}.items():
-            if value is not None:
+        for one in ("repetitions", "trials", "strategy_trials", "full"):
+            if (value := getattr(request, one)) is not None and value is not False:
                 raise BadValue(one, value, f"none with --until {request.until}; --most says how many trials at most")
         most = _MOST if request.most is None else request.most
         check_whole("most", most, 1, LIMITS["trials"])
-        sizes = {"repetitions": 1, "trials": most, "until": Until.parse(request.until)}
-    said = ("max_steps", "seed", "shuffle", "layout", "assessment", "hypothesis", "contrasts")
+        each = {"repetitions": 1, "trials": most, "until": Until.parse(request.until)}
     planned = Study(
         name=request.study if request.name is None else request.name,
         agents=tuple(agents),
         boxes=boxes,
         conditions=tuple(conditions),
         plant=resolve_plant("symbolic" if request.plant is None else request.plant).spec,
-        **sizes,
-        **{one: value for one in said if (value := getattr(request, one)) is not None},
+        **{one: value for one, value in (settings | each).items() if value is not None},
         **more,
     )
     allow(*planned.plants)
