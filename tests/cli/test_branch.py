@@ -144,9 +144,7 @@ def test_status_shows_what_forks_cost_beside_their_study_and_counts_no_reply_twi
     assert (study["calls"], study["dollars"]) == (before, pytest.approx(before * A_CALL))
     assert study["spent_on_forks"]["calls"] == forks["calls"] == both - before
     assert study["spent_on_forks"]["dollars"] == forks["dollars"] == pytest.approx((both - before) * A_CALL)
-    assert study["spent_with_forks"]["dollars"] == pytest.approx(both * A_CALL)
     assert study["forks"] == 6
     rows = [line.rsplit(maxsplit=1) for line in lockprobe("status", asked[1])[1].splitlines()]
     shown = {row[0].split("  ")[0]: row[1] for row in rows if len(row) == 2}
     assert shown["forks"] == money(forks["dollars"])
-    assert shown["study and forks"] == money(study["spent_with_forks"]["dollars"])

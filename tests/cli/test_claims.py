@@ -54,7 +54,7 @@ def test_what_cannot_be_is_claimed_not_spent_and_the_run_stops(tmp_path, play, c
     assert line.startswith("claimed     1 call: the provider claims an impossible usage; counted above")
     status(tmp_path / "s", json=True)
     facts = json.loads(capsys.readouterr().out)
-    assert facts["claimed_calls"] == 1
+    assert facts["claimed"] == 1
     assert 0 < facts["dollars"] < 0.1
     play(HONEST, budget=budget)  # once its count is mended
     assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"]

@@ -1,7 +1,6 @@
 """How a run goes and what it costs: what is counted, what people read in lines, and what programs read."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,14 +9,12 @@ from builders import SOLUTION, call_of, make_trial, write_study
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.format_cost import about, estimate_lines, money, spent_in_words
 from lockprobe.cli.progress import Progress
-from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import estimates
 from lockprobe.studies.costs.spending import Ledger, Spending
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.trial.model_call import Usage
-from lockprobe.trial.record import Decision, Step
 
 MODEL = "llm:openai/gpt-4o"
 ONE = study("flips", agent=MODEL, trials=1, p=[0], repetitions=1)
@@ -65,35 +62,6 @@ def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, clock):
     spent = f"${Ledger(ONE, read_calls(tmp_path)).total.dollars:.2g} spent, 6 retries"
     assert spent in progress.line()
     assert progress.spent() == [f"All calls: {spent}"]
-
-
-def test_a_budget_counts_calls_of_unknown_cost_at_most(tmp_path, capsys):
-    """The sum that counts against a budget and the sum of all calls may differ, and both lines say why."""
-    with Journal.open(tmp_path, ONE) as journal:
-        progress = Progress(ONE, journal)
-        progress.begin(ONE, journal, 1)
-        journal.calls.write(call_of(next(ONE.plans(MODEL)), usage=USED))
-        counted = Ledger(ONE, read_calls(tmp_path)).total.dollars
-        progress.end(BudgetReached(counted, 0.5, 0.4), 1, 1)
-        progress.end(BudgetReached(counted + 0.1, 0.5, 0.4), 1, 1)
-    exact, bound = (line for line in capsys.readouterr().out.splitlines() if line.startswith("Budget reached"))
-    assert exact.startswith(f"Budget reached: {money(counted)} of $0.50 spent")
-    assert bound.startswith(f"Budget reached: at most {money(counted + 0.1)} of $0.50 spent")
-
-
-def test_who_works_the_plant_reads_no_reports(tmp_path, capsys):
-    """A step would say what the agent was told."""
-    step = Step(
-        step=1, state="0", joint="a", moved=True, told_moved=False, told_state=None, told="", decision=Decision(joint="A")
-    )  # fmt: skip
-    with Journal.open(tmp_path, ONE) as journal:
-        for planned, lines in ((ONE, 1), (replace(ONE, plant="manual"), 0)):
-            progress = Progress(planned, journal)
-            progress.begin(planned, journal, 1)
-            progress.agent(resolve(MODEL), 1)
-            capsys.readouterr()
-            progress.step("key", step)
-            assert len(capsys.readouterr().out.splitlines()) == lines
 
 
 def test_trials_of_people_are_not_among_those_that_a_run_has_done(tmp_path, capsys):

@@ -51,7 +51,7 @@ def test_a_run_ends_with_the_answer_the_numbers_and_the_next_command(played):
 
 def test_the_next_command_is_one_that_can_be_typed(played):
     directory, _ = played
-    first = said_of(read_result(directory), directory)[1]["next"][0]["command"]
+    first = said_of(read_result(directory), directory)[1]["next"][0]
     done = typed(*shlex.split(first)[1:])
     assert done.returncode == 0, done.stderr
     assert "step" in done.stdout
@@ -76,7 +76,7 @@ def test_without_results_that_can_be_read_nothing_is_said(tmp_path):
 def test_a_trial_to_look_at_and_its_forks_are_the_next_steps(played):
     directory, _ = played
     found = read_result(directory)
-    assert [step["command"].split()[1] for step in said_of(found, directory)[1]["next"]] == ["replay", "branch"]
+    assert [step.split()[1] for step in said_of(found, directory)[1]["next"]] == ["replay", "branch"]
     nothing = Results.model_validate({**json.loads((directory / "results.json").read_text("utf-8")), "answer": ""})
     assert not said_of(nothing, directory)[0][0].startswith("Answer")
 

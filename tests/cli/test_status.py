@@ -76,7 +76,7 @@ def test_calls_are_counted_by_agent_and_in_all(tmp_path, told):
         replied(FREE, served="free-1"),
     )
     facts, lines = told(tmp_path / "s")
-    assert (facts["calls"], facts["failed_calls"], facts["broken_off_calls"], facts["retries"]) == (6, 1, 1, 3)
+    assert (facts["calls"], facts["failed"], facts["broken_off"], facts["retries"]) == (6, 1, 1, 3)
     assert (facts["input_tokens"], facts["cached_tokens"], facts["output_tokens"]) == (12_000, 3000, 600)
     assert (facts["in_progress"], facts["in_progress_calls"]) == (3, 2)
     assert facts["dollars"] is None  # one price is not known
@@ -140,7 +140,7 @@ def test_a_study_is_read_while_another_process_writes_it_and_after_that_is_kille
     after, _ = told(directory)
     for facts in (during, after):
         assert (facts["done"], facts["owed"], facts["calls"]) == (1, 2, 1)
-        assert (facts["in_progress"], facts["broken_off_calls"]) == (2, 1)
+        assert (facts["in_progress"], facts["broken_off"]) == (2, 1)
     assert run.returncode == -signal.SIGKILL
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json as json_
 import os
-from collections.abc import Sequence
 from functools import partial
 from typing import Annotated, Literal
 
@@ -20,11 +19,10 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.format import texts
 from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.questions.forks import RARE, fork_rows, fork_said, fork_table
-from lockprobe.report.rows import Estimate
 from lockprobe.report.section import without_rare
 from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.rules import Rules
-from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
+from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
@@ -64,25 +62,35 @@ def branch(
     """
     options.permit(allow)
     study = read_study(directory)
+    places, arms = ([one.strip() for one in words.split(",")] for words in (at, told))
     asked = branching(
-        study,
-        load(directory),
-        keys=keys or (),
-        at=[one.strip() for one in at.split(",")],
-        told=[one.strip() for one in told.split(",")],
-        truthful=then == "truth",
-        times=times,
+        study, load(directory), keys=keys or (), at=places, told=arms, truthful=then == "truth", times=times
     )
-    if estimate:
-        _estimate(asked, json=json)
+    plans = {agent: [*asked.plans(agent)] for agent in asked.agents}
+    if estimate:  # --budget bounds what they cost
+        for agent, own in plans.items():
+            steps = sum(study.max_steps - plan.fork.name.at for plan in own if plan.fork is not None)
+            facts = {"agent": study.label_of(agent), "forks": len(own), "steps": steps}
+            said = f"{facts['agent']}: {count(len(own), 'fork')}, at most {count(steps, 'step')}"
+            print(json_.dumps(facts) if json else printable(said))
         return
     access = Access(connections=connections, timeout=timeout, retries=retries)
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
     allowed = None if budget is None else Budget(study, budget)
-    planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
-    lines = partial(_lines, asked, len(planned))
+    planned = {plan.key for own in plans.values() for plan in own}
+
+    def begin(owed: int) -> list[str]:
+        done = f"{len(planned) - owed} of {count(len(planned), 'fork')} are done already"
+        what = (
+            f"{count(len(planned), 'fork')} of {count(len(asked.trials), 'trial')} on {study.boxes_in_words}: "
+            f"after {', '.join(asked.at)}; arms {', '.join(asked.arms)}; {count(times, 'continuation')} each; "
+            f"later reports {'true' if asked.truthful else 'as in the condition'}"
+        )
+        where = f"Records: {directory / FORKS} (the same command resumes it)"
+        return [what, where, *([done] if owed < len(planned) else [])]
+
     with Journal.open(directory / FORKS, study) as journal:
-        progress = Progress(study, journal, json=json, budget=allowed, forks=lines)
+        progress = Progress(study, journal, json=json, budget=allowed, forks=begin)
         if allowed is not None:
             journal.calls.limit(allowed)
         reached = progress.watch(partial(play_forks, asked, journal, limits=limits, observer=progress))
@@ -90,47 +98,14 @@ def branch(
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
     rows = fork_rows(branch_effects(forks, asked.trials, asked.at), study)
     progress.tell("effects", effects=[row.plain() for row in rows])
-    if not json:
-        _print_effects(rows, rules_broken_said(*Rules(*study.boxes).broken(forks)))
+    if not (json or rows):
+        print("No effect can be estimated: that takes at least two trials forked at the same step.")
+    elif not json:
+        print_rows(texts(without_rare(fork_table(rows), RARE)))
+        print()
+        for said in filter(None, (fork_said(rows), rules_broken_said(*Rules(*study.boxes).broken(forks)))):
+            print(printable(said))
+        several = "; P and intervals for the number of agents" if any(row.corrected_for > 1 for row in rows) else ""
+        print(f"P is corrected for all effects on success of one agent (Holm){several}. --json has every interval.")
     if status := progress.end(reached, owed, len(planned)):
         raise typer.Exit(status)
-
-
-def _lines(asked: Branching, planned: int, journal: Journal, owed: int) -> list[str]:
-    """What is forked, where the forks go, and what of them is done."""
-    what = (
-        f"{count(planned, 'fork')} of {count(len(asked.trials), 'trial')} on {asked.study.boxes_in_words}: "
-        f"after {', '.join(asked.at)}; arms {', '.join(asked.arms)}; {count(asked.times, 'continuation')} each; "
-        f"later reports {'true' if asked.truthful else 'as in the condition'}"
-    )
-    lines = [what, f"Records: {journal.directory} (the same command resumes it)"]
-    if owed < planned:
-        lines.append(f"{planned - owed} of {count(planned, 'fork')} are done already")
-    return lines
-
-
-def _estimate(asked: Branching, *, json: bool) -> None:
-    """Print how many forks there are, and their steps at most; --budget bounds what they cost."""
-    steps = asked.study.max_steps
-    found = {
-        asked.study.label_of(agent): [steps - plan.fork.name.at for plan in asked.plans(agent) if plan.fork is not None]
-        for agent in asked.agents
-    }
-    if json:
-        for one, most in found.items():
-            print(json_.dumps({"agent": one, "forks": len(most), "steps": sum(most)}))
-        return
-    for one, most in found.items():
-        print(printable(f"{one}: {count(len(most), 'fork')}, at most {count(sum(most), 'step')}"))
-
-
-def _print_effects(rows: Sequence[Estimate], rules: str) -> None:
-    if not rows:
-        print("No effect can be estimated: that takes at least two trials forked at the same step.")
-        return
-    print_rows(texts(without_rare(fork_table(rows), RARE)))
-    print()
-    for said in filter(None, (fork_said(rows), rules)):
-        print(printable(said))
-    several = "; P and intervals for the number of agents" if any(row.corrected_for > 1 for row in rows) else ""
-    print(f"P is corrected for all effects on success of one agent (Holm){several}. --json has every interval.")

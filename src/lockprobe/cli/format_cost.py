@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from math import floor, log10
 from pathlib import Path
 
@@ -63,7 +63,7 @@ def estimate_lines(found: Estimate) -> list[str]:
 def estimate_facts(found: Estimate) -> dict[str, object]:
     """The estimated cost of an agent's trials, for JSON."""
     sides = {
-        side: {name: getattr(usage, name) for name in ("calls", "input_tokens", "output_tokens")} | {"dollars": dollars}
+        side: asdict(usage) | {"dollars": dollars}
         for side, usage, dollars in zip(
             ("low", "high"), (found.low, found.high), found.dollars() or (None, None), strict=True
         )
@@ -113,22 +113,6 @@ def spent_in_words(spent: Spending) -> str:
 
 
 def spent_facts(spent: Spending) -> dict[str, object]:
-    """The cost of calls, for JSON."""
-    usage = spent.usage
-    return {
-        "calls": usage.calls,
-        "failed_calls": spent.failed,
-        "broken_off_calls": spent.broken_off,
-        "unpriced_attempts": spent.unpriced,
-        "claimed_calls": spent.claimed,
-        "retries": spent.retries,
-        "input_tokens": usage.input_tokens,
-        "cached_tokens": usage.cached_tokens,
-        "output_tokens": usage.output_tokens,
-        "reasoning_tokens": usage.reasoning_tokens,
-        "dollars": spent.dollars,
-        "dollars_unknown": spent.dollars_unknown,
-        "price_date": None if spent.price is None else spent.price.date,
-        "served": dict(spent.served),
-        "seconds_of_calls": round(spent.seconds, 1),
-    }
+    """The cost of calls, for JSON: every number of it and of its usage by its name, and of the price its date."""
+    found = {one.name: getattr(spent, one.name) for one in fields(spent) if one.name not in ("usage", "price")}
+    return asdict(spent.usage) | found | {"price_date": spent.price and spent.price.date}

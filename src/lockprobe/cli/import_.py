@@ -21,7 +21,7 @@ from lockprobe.foundation.storage.database import Damaged
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import make_private, read_diaries, take_diaries
 from lockprobe.people.experiment import EXPERIMENT, TEXTS
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
+from lockprobe.studies import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.merge import check_source, gather, save_sound_rows
 from lockprobe.studies.records.store import ALBUM
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
+from lockprobe.studies import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.store import ALBUM, STORE
 
 _OF_STUDY = {SETTINGS, "results.json", "report.html", ALBUM, PEOPLE_DIRECTORY, "forks"}

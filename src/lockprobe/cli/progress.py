@@ -29,7 +29,7 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.executor import Observer
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call
-from lockprobe.trial.record import Step, Trial, in_words
+from lockprobe.trial.record import Step, Trial
 
 BROKE = 1
 """The exit status if something outside the agents broke trials, which are owed again, or no trial ended validly."""
@@ -79,9 +79,8 @@ def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
         if reading := [study.label_of(one) for one in study.agents if study.modalities_of(one) != study.modalities]:
             yield f"Reports only, since they look at no pictures: {', '.join(reading)}"
     if study.invited:
-        played = sum(not trial.owed_again for trial in journal.trials.values() if trial.player)
-        said = f"People: {played} of {count(study.invited, 'trial')} played; they are not run but invited, by"
-        yield f"{said} lockprobe serve {journal.directory}"
+        said = f"People: {done_of(journal) - done} of {count(study.invited, 'trial')} played; they are not run"
+        yield f"{said} but invited, by lockprobe serve {journal.directory}"
     if run:
         yield f"Records: {journal.directory} (the same command resumes it)"
         yield settings_line(read_study(journal.directory).settings_hash)
@@ -95,14 +94,12 @@ def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
 class Progress(Observer):
     """Tells how a run goes, every news once: as lines for people, or as an event for programs.
 
-    Lines have the steps of the first trial of every slow agent, events those of all its trials.
-
     Args:
-        study: The study. Where its plant asks questions at this terminal, the person who answers must not see reports.
+        study: The study. Where its plant asks questions at this terminal, no line covers them.
         journal: Where trials are written.
         json: Whether programs read it. What agents print then goes to standard error, so that every line is JSON.
         budget: The budget of the study.
-        forks: Of forks, a function of their journal and of how many are owed, to what is said; None of a study.
+        forks: Of forks, a function of how many are owed to what is said of them at the beginning; None of a study.
 
     Attributes:
         ended: Trials of this run that ended, over all agents.
@@ -117,7 +114,7 @@ class Progress(Observer):
         *,
         json: bool = False,
         budget: Budget | None = None,
-        forks: Callable[[Journal, int], Sequence[str]] | None = None,
+        forks: Callable[[int], Sequence[str]] | None = None,
     ) -> None:
         self._study, self._journal = study, journal
         self.ended, self._first_error = 0, ""
@@ -126,30 +123,24 @@ class Progress(Observer):
         self._json, self._budget, self._forks = json, budget, forks
         self._out = sys.stdout
         self._ledger: Ledger | None = None
-        self._agent, self._slow, self._shown = "", False, ""
+        self._agent = ""
         self._owed = self._before = self._played = self._steps = self._solved = self._valid = 0
         self._errors: Counter[str] = Counter()
         self._began = self._due = 0.0
         self._live: Live | None = None
-        if sys.stdout.isatty() and not (json or study.attended):  # it would cover the questions of a plant
+        if sys.stdout.isatty() and not (json or study.attended):
             shown, console = lambda: Text(printable(self._agent and self.line())), Console(emoji=False, highlight=False)
             self._live = Live(get_renderable=shown, console=console, refresh_per_second=4)
 
-    def watch(self, play: Callable[[], None], more: Callable[[], Sequence[str]] = tuple) -> BudgetReached | None:
-        """Tell of what is played, and return what ended it early if the budget did; Ctrl-C is told and raised again.
-
-        Args:
-            play: Plays, and tells this observer.
-            more: What is said besides after Ctrl-C.
-        """
+    def watch(self, play: Callable[[], None]) -> BudgetReached | None:
+        """Tell of what is played, and return what ended it early if the budget did; Ctrl-C is told and raised again."""
         try:
             with redirect_stdout(sys.stderr) if self._json else self._live or nullcontext():
                 play()
         except KeyboardInterrupt:
-            what, where = "trial" if self._forks is None else "fork", str(self._journal.directory)
-            first = f"Stopped. Every finished {what} is in {where}; run the same command again to go on."
-            facts = {"directory": where, "finished": done_of(self._journal), **self.cost()}
-            self.tell("interrupted", first, *self.spent(), *more(), **facts)
+            where, facts = str(self._journal.directory), {"finished": done_of(self._journal), **self.cost()}
+            first = f"Stopped. Every finished trial is in {where}; run the same command again to go on."
+            self.tell("interrupted", first, *self.spent(), directory=where, **facts)
             raise
         except BudgetReached as reached:
             return reached
@@ -179,26 +170,18 @@ class Progress(Observer):
             self._ledger = Ledger(study, read_calls(journal.directory))
             journal.calls.listener = self.call
         if self._forks is not None:
-            lines = self._forks(journal, owed)
-            self.tell("begin", *lines, directory=where, owed=owed, message=" ".join(lines))
+            self.tell("begin", *self._forks(owed), directory=where, owed=owed)
             return
-        self.tell(
-            "begin",
-            *_begin_lines(study, journal, owed),
-            directory=where,
-            trials=study.size - study.invited,
-            owed=owed,
-            done=done_of(journal, study),
-            settings=study.settings(),
-            settings_hash=read_study(journal.directory).settings_hash,
-        )
+        facts = {"owed": owed, "done": done_of(journal, study), "settings": study.settings()}
+        facts |= {"trials": study.size - study.invited, "settings_hash": read_study(journal.directory).settings_hash}
+        self.tell("begin", *_begin_lines(study, journal, owed), directory=where, **facts)
         if not hosted(study):
             return
         found, limit = estimates(study, journal.trials), dict[str, float]()
         lines = [line for one in found for line in estimate_lines(one)]
         if self._budget is not None:
             spent, limit = self._budget.spent, {"budget": self._budget.allowed, "spent": self._budget.spent}
-            before = f", of which {self._at_most(spent)} is spent" if spent else ""
+            before = f", of which {money(spent)} is spent" if spent else ""
             lasts = self._budget.allowed - spent >= sum((one.dollars() or (0.0, 0.0))[1] for one in found)
             doubt = "" if lasts else "; it may not last: the study then stops, and goes on with a larger one"
             lines.append(f"Budget: {money(self._budget.allowed)}{before}{doubt}")
@@ -207,48 +190,35 @@ class Progress(Observer):
     def agent(self, source: AgentSource, owed: int) -> None:
         """Tell that an agent's turn comes; trials of an earlier run count, but not for the time that is left."""
         self._agent = self._study.label_of(source.spec)
-        self._slow = source.engine != "inline" or self._study.simulated
         done = [trial for trial in self._journal.trials.values() if trial.agent == source.spec and not trial.owed_again]
         self._owed, self._before, self._played, self._steps = owed, len(done), 0, 0
         self._solved, self._valid = sum(one.solved for one in done), sum(one.ending != "error" for one in done)
         self._errors.clear()
         self._began = time.monotonic()
-        self._shown, self._due = "" if self._slow and not self._study.attended else "none", self._began + _FIRST
+        self._due = self._began + _FIRST
         self.tell("agent", f"{self._agent}: {count(owed, 'trial')} to play", agent=self._agent, owed=owed)
 
     def step(self, key: str, step: Step) -> None:
-        """Count a step; tell it if its agent is slow."""
+        """Count a step."""
         self._steps += 1
-        if self._slow:
-            self._shown = self._shown or key * (step.step == 1)
-            lie = f" (told: {in_words(step.told_moved)})" if step.told_falsely else ""
-            said = f"  {key}  step {step.step:2}  {step.joint} {in_words(step.moved)}{lie}"
-            facts = {"joint": step.joint, "moved": step.moved, "told_moved": step.told_moved}
-            self.tell("step", *([said] if self._shown == key else []), key=key, step=step.step, **facts)
 
     def trial(self, trial: Trial, seconds: float) -> None:
         """Count a trial; tell of it, and how it goes."""
-        error = trial.error
+        error, lines = trial.error, list[str]()
         self._played += 1
         self._valid += error is None
         self._solved += trial.solved
         if error is not None:
             self._errors[error.boundary] += 1
+            lines.append(f"  {trial.key}  error at {error.boundary}: {error.message}")
         if error is not None and trial.owed_again:
             self.broken[trial.group] += 1
             self._first_error = self._first_error or f"{error.boundary}: {error.message}"
         else:
             self.ended += 1
-        self.tell(
-            "trial",
-            *([] if error is None else [f"  {trial.key}  error at {error.boundary}: {error.message}"]),
-            key=trial.key,
-            ending=trial.ending,
-            steps=len(trial.steps),
-            seconds=round(seconds, 3),
-            error=None if error is None else {"boundary": error.boundary, "message": error.message},
-            **self.cost(),
-        )
+        why = None if error is None else {"boundary": error.boundary, "message": error.message}
+        facts = {"steps": len(trial.steps), "seconds": round(seconds, 3), "error": why, **self.cost()}
+        self.tell("trial", *lines, key=trial.key, ending=trial.ending, **facts)
         self._say_state(now=self._played == self._owed and self._study.until is None)
 
     def call(self, call: Call) -> None:
@@ -277,19 +247,18 @@ class Progress(Observer):
 
     def line(self) -> str:
         """The state of the present agent in one short line."""
-        seconds, left, calls = max(time.monotonic() - self._began, 1e-9), "…", self._journal.calls
+        seconds, left, waited = max(time.monotonic() - self._began, 1e-9), "…", self._journal.calls.longest_wait
         if self._played:
             needed = seconds / self._played * (self._owed - self._played)
             left = f"{needed / 60:.0f} min" if needed > 90 else f"{needed:.0f} s"
+        way = f"{count(self._journal.calls.on_their_way, 'call')} on the way, the oldest for {waited:.0f} s"
         parts = [
             f"{self._agent}  {self._before + self._played}/{self._before + self._owed} trials",
-            f"{self._solved} of {self._valid} solved" if self._valid and self._forks is None else "",
+            f"{self._solved} of {self._valid} solved" * bool(self._valid),
             f"{self._steps / seconds:.1f} steps/s",
             f"{left} left",
             spent_in_words(self._ledger.total) if self._ledger is not None else "",
-            f"{count(calls.on_their_way, 'call')} on the way, the oldest for {calls.longest_wait:.0f} s"
-            if calls.longest_wait >= _LONG
-            else "",
+            way * (waited >= _LONG),
             in_boundaries(self._errors),
         ]
         return " · ".join(filter(None, parts))
@@ -303,11 +272,6 @@ class Progress(Observer):
         said = "" if self._ledger is None else spent_in_words(self._ledger.total)
         return [f"All calls: {said}"] if said else []
 
-    def _at_most(self, spent: float) -> str:
-        """What counts against the budget, which takes calls of unknown cost at their upper bound."""
-        counted = None if self._ledger is None else self._ledger.total.dollars
-        return f"{'at most ' * (counted is not None and money(counted) != money(spent))}{money(spent)}"
-
     def end(self, reached: BudgetReached | None, owed: int, trials: int) -> int:
         """Tell what broke, which agents were given up, whether the budget is spent, and how to go on.
 
@@ -319,15 +283,13 @@ class Progress(Observer):
         Returns:
             The exit status.
         """
-        broken, lines = self.broken.total(), list[str]()
+        broken, lines, mended = self.broken.total(), list[str](), "when that is mended"
         if broken:
             of = f"{broken} of {broken + self.ended} trials broke and are owed, of {', '.join(self.broken)}"
-            lines.append(
-                f"{of}; the first at {self._first_error}; the same command plays them again when that is mended"
-            )
+            lines.append(f"{of}; the first at {self._first_error}; the same command plays them again {mended}")
         if self.abandoned:
             said = "; ".join(f"{why} ({count(left, 'trial')} owed)" for why, left in self.abandoned.values())
-            lines.append(f"Given up: {said}; nothing finished is lost, the same command goes on when that is mended")
+            lines.append(f"Given up: {said}; nothing finished is lost, the same command goes on {mended}")
         if lines:
             given_up = {agent: {"owed": left, "why": why} for agent, (why, left) in self.abandoned.items()}
             facts = {"agents": dict(self.broken), "first": self._first_error, "given_up": given_up}
@@ -335,14 +297,10 @@ class Progress(Observer):
         if reached is None:
             return BROKE if owed or self.abandoned else 0
         spent = reached.spent if self._budget is None else self._budget.spent  # of the calls that came back since, too
-        self.tell(
-            "budget",
-            f"Budget reached: {self._at_most(spent)} of {money(reached.budget)} spent, too little is left for a call; "
-            f"{owed} of {trials} trials are owed; the same command with a larger --budget goes on",
-            spent=spent,
-            budget=reached.budget,
-            needed=reached.needed,
-            owed=owed,
-            trials=trials,
+        line = (
+            f"Budget reached: {money(spent)} of {money(reached.budget)} spent, too little is left for a call; "
+            f"{owed} of {trials} trials are owed; the same command with a larger --budget goes on"
         )
+        money_of = {"spent": spent, "budget": reached.budget, "needed": reached.needed}
+        self.tell("budget", line, **money_of, owed=owed, trials=trials)
         return BUDGET_REACHED

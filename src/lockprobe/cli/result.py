@@ -63,41 +63,26 @@ def found(results: Results, directory: Path) -> Said:
     from lockprobe.report.answer import known_of_broken, said_lines
     from lockprobe.report.primary import primary_lines
 
-    steps, primary = [], primary_lines(results)
-    if mends := _mends(results):
-        steps, primary = [(mends, "plays the broken trials again, when the cause is mended")], []
+    steps, primary = dict[str, str](), primary_lines(results)
+    broken = [row for row in results.where("broken", condition="") if row.agent in results.subjects]
+    if broken and {row.agent for row in results.where("success") if row.n}.isdisjoint(results.subjects):
+        of = [row.of for row in broken if results.fact(f"{row.agent}, broken at {row.of}", "will be replayed") == "no"]
+        again = " and then ".join(f"--again {boundary}" for boundary in dict.fromkeys(of))
+        mends, primary = f"the same command{f' with {again}' * bool(again)}", []
+        steps[mends] = "plays the broken trials again, when the cause is mended"
     elif trial := results.fact("trials", "first"):
         where, played = quote(str(directory)), [row for row in results.where("success") if row.n]
-        steps = [(f"lockprobe replay {where} {quote(trial)}", "one trial, the truth beside what was told")]
+        steps[f"lockprobe replay {where} {quote(trial)}"] = "one trial, the truth beside what was told"
         flipped = any("flip.p" in one.doses for one in results.design.conditions)
         if flipped and any(spec_kind(row.agent) not in (PEOPLE, MCP) for row in played):
-            steps.append((f"lockprobe branch {where}", "what one false report does, from a recorded step on"))
+            steps[f"lockprobe branch {where}"] = "what one false report does, from a recorded step on"
     broke = [f"{agent}: {said}" for agent, said in known_of_broken(results)]
     numbers = [f"  {line}" for line in (*said_lines(primary), *broke[:_LINES])]
     numbers += [f"  and {len(broke) - _LINES} more, in the report"] * (len(broke) > _LINES)
-    widest = max((len(command) for command, _ in steps), default=0)
-    following = [f"{'' if i else 'Next:':6}{command:{widest}}  {shows}" for i, (command, shows) in enumerate(steps)]
+    widest = max(map(len, steps), default=0)
+    following = [f"{'' if i else 'Next:':6}{one:{widest}}  {shows}" for i, (one, shows) in enumerate(steps.items())]
     lines = [f"Answer: {results.answer}", *numbers, *following] if results.answer else following
-    agents = []
-    for line in primary:
-        rows = {"first": line.first, "second": line.second, "change": line.change}
-        size = ("value", "low", "high", "n", "p_value")
-        numbers_of = {of: {name: getattr(row, name) for name in size} for of, row in rows.items() if row}
-        asked = {"contrast": line.cause} if line.cause else {}
-        named = {"control": line.control, "under": line.under, **numbers_of, "verdict": line.verdict}
-        agents.append({"agent": line.label, **asked, **named})
-    following_facts = [{"command": command, "shows": shows} for command, shows in steps]
-    return lines, {"answer": results.answer, "agents": agents, "broke": broke, "next": following_facts}
-
-
-def _mends(results: Results) -> str:
-    """What plays the trials again, if no trial of an agent that the study is about ended; empty if one did."""
-    broken = [row for row in results.where("broken", condition="") if row.agent in results.subjects]
-    ended = {row.agent for row in results.where("success") if row.n}
-    if not broken or ended & {*results.subjects}:
-        return ""
-    final = [row.of for row in broken if results.fact(f"{row.agent}, broken at {row.of}", "will be replayed") == "no"]
-    return f"the same command{' with another --out' * bool(final)}"
+    return lines, {"answer": results.answer, "broke": broke, "next": [*steps]}
 
 
 def decided(study: Study, trials: Iterable[Trial]) -> tuple[list[str], list[dict[str, object]]]:
@@ -116,11 +101,9 @@ def decided(study: Study, trials: Iterable[Trial]) -> tuple[list[str], list[dict
     for agent, own in by_agent.items():
         for i, one in enumerate(own):
             course, halves = one.course, ""
-            facts.append(
-                {"agent": agent, "difference": one.question.name, "verdict": one.verdict, "block": one.at}
-                | {"blocks": course.n, "value": course.value if course.n else None, "p_value": course.p_value}
-                | {"low": course.low, "high": course.high, "halves": None if course.n < 2 else course.halves}
-            )
+            fact = {"agent": agent, "difference": one.question.name, "verdict": one.verdict, "block": one.at}
+            size = {name: getattr(course, name) for name in ("value", "low", "high", "p_value")}
+            facts.append(fact | {"blocks": course.n, **(size if course.n else {})})
             where = f" (block {one.at})" if one.at else f" after {count(course.n, 'block')}"
             if not one.question.of_share and course.n > 1:
                 whole, first, second = map(points, (course.value, *course.halves))

@@ -90,5 +90,4 @@ def run(
             print_estimates(planned, directory, json=json)
             return
         allowed = None if budget is None else Budget(planned, budget)
-        if status := play_study(planned, directory, limits, allowed, report=report, json=json):
-            raise typer.Exit(status)
+        play_study(planned, directory, limits, allowed, report=report, json=json)

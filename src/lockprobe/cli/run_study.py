@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import typer
+
 from lockprobe.cli.progress import BROKE, Progress, done_of
-from lockprobe.cli.result import decided, read_result, write
+from lockprobe.cli.result import decided, write
+from lockprobe.studies import SETTINGS
 from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.decisions import planned_now
-from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.options.study_options import read_options
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import extended, read_study
@@ -42,12 +43,6 @@ def planned_study(name: str, asked: Mapping[str, object], out: Path | None) -> t
     return extended(planned.ordered_as(there), directory), directory
 
 
-class _NothingKept(Exception):
-    """Ends a run of which nothing was kept, so that its directory is not left behind."""
-
-    status = 0
-
-
 def play_study(
     planned: Study,
     directory: Path,
@@ -56,8 +51,8 @@ def play_study(
     *,
     report: bool = True,
     json: bool = False,
-) -> int:
-    """Play the trials that a study owes, write its report, and return the exit status.
+) -> None:
+    """Play the trials that a study owes, and write its report.
 
     Args:
         planned: The study.
@@ -66,25 +61,20 @@ def play_study(
         budget: The budget of the study.
         report: Whether to write the report after the run.
         json: Whether to print events as JSON.
+
+    Raises:
+        Exit: With the exit status, if that is not 0. Of a run of which nothing was kept no directory is left behind.
     """
-    nothing = _NothingKept()
-    with suppress(_NothingKept), Journal.open(directory, planned) as journal:
+    with Journal.open(directory, planned) as journal:
         progress = Progress(planned, journal, json=json, budget=budget)
         if budget is not None:
             journal.calls.limit(budget)
-
-        def old_report() -> list[str]:
-            finished, found = done_of(journal), read_result(directory)
-            old = "No report yet" if found is None else f"The report has {found.progress.finished} of {finished} trials"
-            return [f"{old}; lockprobe report {directory} renews it"] if report and finished else []
-
-        play = partial(play_trials, planned, journal, limits=limits, observer=progress)
-        reached = progress.watch(play, old_report)
+        reached = progress.watch(partial(play_trials, planned, journal, limits=limits, observer=progress))
         if planned.until and journal.trials:
             lines, answers = decided(planned, load(directory))
             progress.tell("decided", *lines, message=lines[0], answers=answers)
         if planned.size == planned.invited and not journal.trials:
-            return 0  # people have yet to be invited
+            return  # people have yet to be invited
         _tell_results(journal, progress, report=report, ended=reached is None)
         valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
         if not (valid or progress.broken):
@@ -96,29 +86,28 @@ def play_study(
         if reached is not None or progress.broken or progress.abandoned:
             plans = next_plans(planned, journal)
             owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in plans(agent))
-        nothing.status = progress.end(reached, owed, planned.size - planned.invited) or (0 if valid else BROKE)
-        if reached is not None and not journal.trials:
-            raise nothing
-    return nothing.status
+        status = progress.end(reached, owed, planned.size - planned.invited) or (0 if valid else BROKE)
+        if status and not journal.trials:
+            raise typer.Exit(status)
+    if status:
+        raise typer.Exit(status)
 
 
 def _tell_results(journal: Journal, progress: Progress, *, report: bool, ended: bool) -> None:
     """Tell the hash of the records, write the report, and tell what it has cost and found."""
-    directory, facts, page = journal.directory, dict[str, object](), None
+    directory, facts, path = journal.directory, dict[str, object](), None
     if journal.trials:
         there, finished = read_study(directory), done_of(journal)
         records = results_hash(there, stored_records(journal.store))
-        hashes = {"settings_hash": there.settings_hash, "results_hash": records}
         planned = planned_now(there, load(directory) if there.until else ())
         so_far = "" if finished == planned else f" so far, {finished} of {planned} trials"
-        end = f"(for a paper{so_far}; lockprobe verify DIR --results HASH checks it)"
-        progress.say(f"Results: {records} {end}")
-        facts |= hashes
+        progress.say(f"Results: {records} (for a paper{so_far}; lockprobe verify DIR --results HASH checks it)")
+        facts = {"settings_hash": there.settings_hash, "results_hash": records}
     if not report:
         lines = [f"No report, as asked; lockprobe report {directory} writes it"]
     elif not (journal.trials or ended):
         lines = ["No report: no trial has ended"]
     else:
         page, (lines, found) = write(directory)
-        facts |= found
-    progress.tell("report", *progress.spent(), *lines, path=page and str(page), **facts, **progress.cost())
+        facts, path = facts | found, str(page)
+    progress.tell("report", *progress.spent(), *lines, path=path, **facts, **progress.cost())

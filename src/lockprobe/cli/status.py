@@ -27,7 +27,6 @@ from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import Tally, load, tally
 from lockprobe.studies.records.store import read, trials_in
 from lockprobe.studies.study import Study
-from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Trial
 
 
@@ -38,21 +37,21 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         records = tally(store, study)
         steps, seconds = store.one("select total(steps), total(seconds) from trial where not current")
         errors = {one.boundary: next(trials_in(store, "id = ?", one.first)).error for one in records if one.boundary}
-        finished = (
-            {key for (key,) in store.rows("select key from trial where current and not owed")} if logged else set()
-        )
+        over = {key for (key,) in store.rows("select key from trial where current and not owed")} if logged else set()
     steps, seconds = steps + sum(one.steps for one in records), seconds + sum(one.seconds for one in records)
     trials = load(directory, study) if study.until else []
     report, flow = read_result(directory), flow_of(read_diaries(directory), withdrawn(directory))
+    kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in over}
+    begun = {call.key for call in logged if call.broken_off and call.key not in over} | kept.keys()
     facts: dict[str, Any] = {
         "study": study.name,
         "time": time_said(),
         **_played(study, records, trials),
         "first_errors": {name: error.message for name, error in errors.items() if error is not None},
-        **_in_progress(logged, finished),
+        "in_progress": len(begun),
+        "in_progress_calls": sum(kept.values()),
         "steps": int(steps),
         "seconds_playing": round(seconds, 1),
-        "steps_per_minute": round(60 * steps / seconds, 1) if seconds else None,
         "forks": sum(not fork.owed_again for fork in read_forks(directory)),
         "reported": None if report is None else report.progress.finished,
         "participants": flow
@@ -64,28 +63,20 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         said, facts["decided"] = decided(study, trials)
         facts["until"] = str(study.until)
     ledger, forks = Ledger(study, logged), Ledger(study, read_calls(directory / FORKS))
-    both = total([*ledger.by_agent.values(), *forks.by_agent.values()])
     if json:
         agents = {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()}
-        of_forks = {"spent_on_forks": spent_facts(forks.total), "spent_with_forks": spent_facts(both)}
-        print(json_.dumps(facts | spent_facts(ledger.total) | {"agents": agents} | of_forks))
+        more = {"agents": agents, "spent_on_forks": spent_facts(forks.total)}
+        print(json_.dumps(facts | spent_facts(ledger.total) | more))
         return
     lines = [*_lines(directory, facts), *(("decided" * (not i), line.strip()) for i, line in enumerate(said))]
     for name, line in lines:
         print(printable(f"{name:<12}{line}"))
     if ledger.by_agent or forks.by_agent:
         print()
-        print_rows(_table(study, ledger, forks, both))
+        print_rows(_table(study, ledger, forks))
         print()
-        for name, line in _about_calls(both):
+        for name, line in _about_calls(total([*ledger.by_agent.values(), *forks.by_agent.values()])):
             print(printable(f"{name:<12}{line}"))
-
-
-def _in_progress(logged: Sequence[Call], finished: set[str]) -> dict[str, object]:
-    """The trials that were begun and are owed, and the replies that are kept for them."""
-    kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in finished}
-    begun = {call.key for call in logged if call.broken_off and call.key not in finished} | kept.keys()
-    return {"in_progress": len(begun), "in_progress_calls": sum(kept.values())}
 
 
 def _played(study: Study, records: Sequence[Tally], trials: Sequence[Trial]) -> dict[str, object]:
@@ -93,59 +84,59 @@ def _played(study: Study, records: Sequence[Tally], trials: Sequence[Trial]) -> 
 
     People's trials are counted apart from the others.
     """
-    run, people = ([one for one in records if bool(one.player) == of] for of in (False, True))
-    done, by_people = (sum(one.number for one in own if not one.owed_again) for own in (run, people))
-    errors, planned = Counter[str](), planned_now(study, trials)
+    numbers, errors, planned = Counter[str](), Counter[str](), planned_now(study, trials)
     for one in records:
+        of = "people_" * bool(one.player)
+        numbers[f"{of}done"] += one.number * (not one.owed_again)
+        numbers[f"{of}solved"] += one.number * (one.ending == "solved")
         errors.update({one.boundary: one.number} if one.boundary else {})
+    finished = numbers["done"] + numbers["people_done"]
     return {
         "trials": planned - study.invited,
-        "done": done,
-        "owed": planned - study.invited - done,
+        "owed": planned - study.invited - numbers["done"],
+        **{name: numbers[name] for name in ("done", "solved", "people_done", "people_solved")},
         "people_trials": study.invited,
-        "people_done": by_people,
-        "people_solved": sum(one.number for one in people if one.ending == "solved"),
-        "people": len({one.player for one in people}),
+        "people": len({one.player for one in records if one.player}),
         "planned": planned,
-        "finished": done + by_people,
-        "partial": done + by_people < planned,
-        "solved": sum(one.number for one in run if one.ending == "solved"),
+        "finished": finished,
+        "partial": finished < planned,
         "errors": errors,
     }
 
 
-def _lines(directory: Path, facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Of every fact that there is its name, empty where it goes on, and what is said."""
-    people = facts["participants"] or {}
-    who = f" by {facts['people']}" * bool(facts["people"])
-    behind = facts["finished"] - (facts["reported"] or 0)
-    renew = f", {behind} behind; lockprobe report {directory} makes it anew" if behind else ""
-    played = f"{facts['people_done']} of {facts['people_trials']} played{who}, {facts['people_solved']} solved"
-    kept = f"{count(facts['in_progress'], 'trial')} unfinished, {facts['in_progress_calls']} replies kept for them"
-    trials = f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved"
-    said = [
-        (True, "study", f"{facts['study']} in {directory}, at {facts['time']}"),
-        (facts["trials"] or not facts["people_trials"], "trials", trials),
-        (facts["people_trials"], "people", f"{played} (lockprobe serve {directory})"),
-        (people, "", ", ".join(f"{number} {what}" for what, number in people.items())),
-        (facts["forks"], "forks", f"{facts['forks']} done (lockprobe branch {directory})"),
-        (facts["in_progress"], "open", kept),
-        (True, "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, summed over parallel trials"),
-        (facts["reported"] is not None, "report", f"of {facts['reported']} of {facts['planned']} trials{renew}"),
-        (True, "errors", in_boundaries(facts["errors"]) or "none"),
-    ]
-    firsts = [f"first at {at}: {' '.join(why.split())[:200]}" for at, why in sorted(facts["first_errors"].items())]
-    verify = f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
-    shown = [(name, line) for there, name, line in said if there]
-    return [*shown, *(("", first) for first in firsts), ("settings", verify)]
+    yield "study", f"{facts['study']} in {directory}, at {facts['time']}"
+    if facts["trials"] or not facts["people_trials"]:
+        yield "trials", f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved"
+    if facts["people_trials"]:
+        by = f" by {facts['people']}" * bool(facts["people"])
+        played = f"{facts['people_done']} of {facts['people_trials']} played{by}, {facts['people_solved']} solved"
+        yield "people", f"{played} (lockprobe serve {directory})"
+    if facts["participants"]:
+        yield "", ", ".join(f"{number} {what}" for what, number in facts["participants"].items())
+    if facts["forks"]:
+        yield "forks", f"{facts['forks']} done (lockprobe branch {directory})"
+    if facts["in_progress"]:
+        unfinished = count(facts["in_progress"], "trial")
+        yield "open", f"{unfinished} unfinished, {facts['in_progress_calls']} replies kept for them"
+    yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, summed over parallel trials"
+    if facts["reported"] is not None:
+        behind = facts["finished"] - facts["reported"]
+        renew = f", {behind} behind; lockprobe report {directory} makes it anew" if behind else ""
+        yield "report", f"of {facts['reported']} of {facts['planned']} trials{renew}"
+    yield "errors", in_boundaries(facts["errors"]) or "none"
+    yield from (
+        ("", f"first at {at}: {' '.join(of.split())[:200]}") for at, of in sorted(facts["first_errors"].items())
+    )
+    yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
 
 
-def _table(study: Study, ledger: Ledger, forks: Ledger, both: Spending) -> list[tuple[str, ...]]:
+def _table(study: Study, ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]:
     """What the calls of each agent have cost; --json has the rest."""
     rows: list[tuple[str, ...]] = [("calls of", "replies", "failed", "retries", "tokens in", "out", "cost")]
     parts = [(study.label_of(agent), spent) for agent, spent in ledger.by_agent.items()]
-    parts += [("all", ledger.total)] * (len(parts) > 1)
-    parts += [("forks", forks.total), ("study and forks", both)] * bool(forks.by_agent)
+    parts += [("all", ledger.total)] * (len(parts) > 1) + [("forks", forks.total)] * bool(forks.by_agent)
     for agent, spent in parts:
         usage, failed = spent.usage, spent.failed + spent.broken_off
         numbers = (usage.calls, failed, spent.retries, usage.input_tokens, usage.output_tokens)

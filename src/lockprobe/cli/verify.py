@@ -15,7 +15,7 @@ from lockprobe.cli.printing import time_left
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.file_names import SETTINGS
+from lockprobe.studies import SETTINGS
 from lockprobe.studies.records.store import STORE
 
 Settings = Annotated[

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
 from lockprobe.foundation.inputs import is_there, parse_json, read_input, read_toml
 from lockprobe.foundation.validation import plain
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY
+from lockprobe.studies import PEOPLE_DIRECTORY
 
 EXPERIMENT = "experiment.json"
 """The file of these settings, in the directory of people."""

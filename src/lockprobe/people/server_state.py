@@ -33,7 +33,7 @@ from lockprobe.people.scenes import ActRefused, Scene, Scenes
 from lockprobe.people.session import OpenStudy, Session
 from lockprobe.people.withdrawal import delete_unnamed_pictures, has_withdrawn, keyed_digest, withdraw, withdrawn
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
+from lockprobe.studies import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.directory import read_study, write_settings
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.playable import PERSON, check_playable

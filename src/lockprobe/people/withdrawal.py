@@ -14,7 +14,7 @@ from pathlib import Path
 from lockprobe.agents.outside import participant_spec
 from lockprobe.foundation.inputs import is_there, read_input
 from lockprobe.foundation.storage.atomic_file import write_private
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY
+from lockprobe.studies import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.store import ALBUM, STORE, read, unpacked
 from lockprobe.trial.pictures.picture import PICTURE_NAME

@@ -22,9 +22,9 @@ from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.outcomes import NO_ORDERS
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Rules
+from lockprobe.studies import PEOPLE_DIRECTORY
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.decisions import Decision, answers_by_agent, block_orders, broken_by_agent, counted
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load, replaced_records
 from lockprobe.studies.records.store import has_joined

@@ -1,1 +1,7 @@
 """Studies: their settings, the journal of finished trials, and the runner between them."""
+
+SETTINGS = "study.json"
+"""The name of the file in the directory of a study that holds its settings."""
+
+PEOPLE_DIRECTORY = "people"
+"""The directory in it with the texts and settings with which people take part; what they do is in the store."""

@@ -9,7 +9,6 @@ from scipy.stats import ttest_1samp
 from stored import records
 
 import lockprobe
-from lockprobe.cli.result import found as said_of
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.report.page import Page, parts_of, tables_of
 from lockprobe.report.primary import primary_lines
@@ -57,10 +56,10 @@ def test_a_contrast_is_a_mean_over_blocks_of_equal_luck(asked):
 
 
 def test_the_first_screen_has_the_first_in_its_list_and_the_others_in_its_table(asked):
-    directory, found = asked
+    _, found = asked
     table = Page(found=found).text().partition('class="changes"')[2].partition("</section>")[0]
     assert (table.count(">any odd report<"), table.count(">a lie that stays<")) == (3, 0)
-    assert {one["contrast"] for one in said_of(found, directory)[1]["agents"]} == {"a lie that stays"}
+    assert {line.cause for line in primary_lines(found)} == {"a lie that stays"}
 
 
 def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):

@@ -19,7 +19,7 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import refuse_links, write_file
 from lockprobe.foundation.storage.database import Database
-from lockprobe.studies.file_names import PEOPLE_DIRECTORY, SETTINGS
+from lockprobe.studies import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.store import STORE, has_joined, holds_records, last_rows, written
 from lockprobe.studies.study import SIZES, EarlierSize, Study, settings_of, study_from
 

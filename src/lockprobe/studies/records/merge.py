@@ -22,8 +22,8 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.database import Database
+from lockprobe.studies import SETTINGS
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.file_names import SETTINGS
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal

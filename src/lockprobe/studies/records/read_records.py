@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Database
-from lockprobe.studies.file_names import SETTINGS
+from lockprobe.studies import SETTINGS
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.store import COLUMNS, OnRecord, read, row_of, trial_in, trials_in, unpacked
 from lockprobe.studies.study import Study
