@@ -27,7 +27,8 @@ def look_by_look(asked, whole, until):
     bought = dict.fromkeys(whole, 0)
     for start in range(0, size, LOOK_EVERY):
         known = {label: (solved[:start], broke[:start]) for label, (solved, broke) in seen.items()}
-        kept = wanted(decisions(asked, known, until), start)
+        if not (kept := wanted(decisions(asked, known, until), start)):
+            break
         for label in kept:
             part = slice(start, start + LOOK_EVERY)
             for mine, all_of_it in zip(seen[label], whole[label], strict=True):
@@ -44,6 +45,9 @@ PARTS = [
 ]
 
 
+WHY = study("why", agent="human-inspired")
+
+
 @pytest.mark.parametrize(
     ("asked", "success", "until", "broken", "blocks"),
     [
@@ -58,6 +62,7 @@ def test_what_is_decided_stays_whatever_the_later_blocks_hold(asked, success, un
     whole = outcomes(success, blocks, 0, broken)
     found, bought = look_by_look(asked, whole, until)
     assert len({*bought.values()}) > 1
+    assert {one.verdict for one in found} <= ({None, "narrow"} if until == WIDTH else {None, "effect", "small"})
     for label, end in bought.items():
         whole[label][0][end:] = 0
     assert look_by_look(asked, whole, until) == (found, bought)
@@ -84,17 +89,49 @@ def test_the_runner_decides_and_buys_what_follows_from_the_rule(tmp_path):
     assert len({*bought.values()}) > 1
 
 
-def test_a_study_of_controls_stops_when_a_mechanism_is_named():
-    """Only a last statement that is false raises success; four contrasts stay open, and no arm is played for them."""
-    solved = {"truth": 0, "lie": 1, "truth-truth": 0, "lie-truth": 0, "truth-lie": 1, "lie-lie": 1, "remark": 0}
-    arms = {arm: (np.full(40, float(of)), np.zeros(40, dtype=bool)) for arm, of in solved.items()}
-    asked = families(study("why", agent="human-inspired"), "human-inspired")
-    course, bought = look_by_look(asked, arms, DECIDED)
+LAST = ("false last after true", "false last after false")
+
+
+@pytest.mark.parametrize(
+    ("solved", "needed"),  # truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark
+    [
+        ("0100110", LAST),
+        ("1011001", LAST),  # lies hurt
+        ("0101010", ("false first before true", "false first before false")),
+        ("0100010", ("both false", "false last after false", "false first before false", "interaction")),
+        ("0101110", ("false first before true", "false last after true", "interaction")),
+        ("0111111", ("true correction", "remark")),
+    ],
+)
+@pytest.mark.parametrize("alike", [0, 2])
+def test_a_study_of_controls_stops_when_a_mechanism_is_named(solved, needed, alike):
+    """Contrasts that it does not need stay open, and no arm is played for them. A few blocks in front are alike."""
+    names = [one.label for one in WHY.conditions]
+    arms = {arm: (np.repeat([0.0, float(of)], [alike, 32]), np.zeros(alike + 32, dtype=bool))
+            for arm, of in zip(names, solved, strict=True)}  # fmt: skip
+    course, bought = look_by_look(families(WHY, "human-inspired"), arms, DECIDED)
     found = {one.question.name: (one.verdict, one.at) for one in course}
-    last = max(found[name][1] for name in ("total", "false last after true", "false last after false"))
-    assert found["total"][0] == "effect"
-    assert {verdict for verdict, at in found.values() if at == last} >= {"not needed"}
-    assert max(bought.values()) == -(-last // LOOK_EVERY) * LOOK_EVERY < 20
+    last = max(found[name][1] for name in ("total", *needed))
+    assert [found[name][0] for name in ("total", *needed)] == ["effect"] * (1 + len(needed))
+    assert max(at for _, at in found.values()) == last
+    assert {verdict for verdict, _ in found.values()} == {"effect", "not needed"}
+    assert max(bought.values()) == -(-last // LOOK_EVERY) * LOOK_EVERY < 32
+
+
+def test_without_a_total_effect_there_is_nothing_to_explain():
+    arms = {one.label: (np.zeros(150), np.zeros(150, dtype=bool)) for one in WHY.conditions}
+    found = decisions(families(WHY, "human-inspired"), arms, DECIDED)
+    assert {(one.verdict, one.at) for one in found} == {("small", found[0].at)}
+
+
+@pytest.mark.parametrize("until", [DECIDED, WIDTH])
+def test_of_a_single_condition_its_success_is_asked_for(until):
+    planned = study("flips", agent="random", p=[0], until=str(until))
+    assert [one.name for family in families(planned, "random") for one in family.questions] == ["truth"]
+    (one,) = decisions(families(planned, "random"), {"truth": (np.ones(80), np.zeros(80, dtype=bool))}, until)
+    assert (one.verdict, one.course.value) == ("narrow", 1)
+    width = one.course.highs[one.course.blocks == one.at] - one.course.lows[one.course.blocks == one.at]
+    assert width <= 4 * until.points
 
 
 def test_what_breaks_could_have_made_decides_nothing():

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import product
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.conditions import interventions_in, interventions_of
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.misread_flip import takes_rates
 from lockprobe.interventions.told import Correction
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies.costs.call_log import read_calls
@@ -76,9 +74,7 @@ class Branching:
         """
         unseeded = resolve(agent).engine == "network"
         of = [trial for trial in self.trials.values() if trial.agent == agent]
-        places = [
-            (trial, at) for trial in of for at in sorted({at for rule in self.at for at in fork_steps(trial, rule)})
-        ]
+        places = [(one, at) for one in of for at in sorted({at for rule in self.at for at in fork_steps(one, rule)})]
         for time, (trial, at), arm in product(range(1, self.times + 1), places, self.arms):
             false = false_reports(trial)[at - 1 :]
             as_recorded = arm == ("lie" if false[0] else TRUTH) and not (self.truthful and any(false[1:]))
@@ -90,8 +86,7 @@ class Branching:
 def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:
     """The plan of a fork of a recorded trial."""
     plan = study.plan(trial.agent, study.labelled(trial.condition), trial.repetition, trial.trial)
-    changes = _changed if takes_rates(plan.condition.specs) else _changed_for_all
-    acting, changed = changes(plan.condition, name.arm, name.at)
+    acting, changed = _changed(plan.condition, name.arm, name.at)
     fork = Fork(name=name, condition=trial.condition, acting=acting, recorded=trial.steps)
     return replace(plan, condition=changed, fork=fork)
 
@@ -125,10 +120,6 @@ def _changed(condition: Condition, arm: str, at: int) -> tuple[tuple[Interventio
     elif flips and not forgetful:
         acting = (like.at_rate(0.0), *acting)
     return acting, replace(condition, interventions=(*own, *acting), name=f"fork: {arm}")
-
-
-_changed_for_all = lru_cache(maxsize=1024)(_changed)
-"""The same, made once; not for conditions that are equal and yet have their rates under other labels in each."""
 
 
 def branching(

@@ -27,7 +27,7 @@ from lockprobe.statistics.outcomes import BlockOrder
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.why import CONTRASTS, NEEDS, PART, TOTAL
 from lockprobe.studies.records.store import OnRecord
-from lockprobe.studies.study import EarlierSize, Study, Until, design_of, trials_planned
+from lockprobe.studies.study import Study, Until, design_of
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 
@@ -184,10 +184,13 @@ def wanted(found: Iterable[Decision], blocks: int) -> frozenset[str]:
 def block_orders(study: Study) -> dict[str, BlockOrder]:
     """Agent -> the order of its blocks, for what must hold at every look; people have none, who come in any order."""
     margin = study.until.margin if study.until else None
-    plans: tuple[Study | EarlierSize, ...] = (*study.earlier, study)
     return {
         study.label_of(agent): BlockOrder(
-            plans=tuple((one.repetitions, trials_planned(agent, one)) for one in plans), margin=margin
+            plans=(
+                *((one.repetitions, study.trials_of(agent, one)) for one in study.earlier),
+                (study.repetitions, study.trials_of(agent)),
+            ),
+            margin=margin,
         )
         for agent in study.run_agents
     }
@@ -284,11 +287,10 @@ def outcomes_of(study: Study, agent: str, trials: Iterable[Finished]) -> Outcome
     """The outcomes of an agent's trials under each condition, in the order of the blocks."""
     ranks, name = _ranks(study, agent), study.label_of(agent)
     own = counted(study, (one for one in trials if one.group == name and not one.owed_again))
-    places = [(ranks[one.repetition, one.trial], one) for one in own]
-    size = 1 + max((place for place, _ in places), default=-1)
+    size = len(ranks)
     found = {one.label: (np.full(size, np.nan), np.zeros(size, bool)) for one in study.conditions_of(agent)}
-    for place, one in places:
-        solved, broken = found[one.condition]
+    for one in own:
+        place, (solved, broken) = ranks[one.repetition, one.trial], found[one.condition]
         broken[place] = one.ending == "error"
         solved[place] = np.nan if broken[place] else one.solved
     return found

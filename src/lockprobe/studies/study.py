@@ -234,16 +234,11 @@ class Study:
         return len(self.flip_axis) == len(self.conditions)
 
     @property
-    def flip(self) -> OutcomeFlip:
-        """What a false report is in those conditions: a flip at rate 0."""
-        return next(
-            (flip.at_rate(0) for one in self.flip_axis if one.specs and (flip := flip_alone(one))), OutcomeFlip()
-        )
-
-    @property
     def flip_kind(self) -> str:
         """What a false report is in those conditions, in the words of the field: ``memoryless state noise``."""
-        return self.flip.reading if any(map(tells_positions, self.modalities)) else "outcomes without positions"
+        flips = (flip for one in self.flip_axis if one.specs and (flip := flip_alone(one)))
+        found = next(flips, OutcomeFlip()).reading
+        return found if any(map(tells_positions, self.modalities)) else "outcomes without positions"
 
     def plant_of(self, condition: Condition) -> str:
         """The spec of the plant on which a condition is played: the study's, with the options that it changes."""
@@ -278,15 +273,13 @@ class Study:
             if {*there} == {*here} if name == "conditions" else there == here:
                 continue
             if name == "boxes":
-                name = "box"  # noqa: PLW2901 - as its option is called
                 there, here = (", ".join(box.name for box in boxes) for boxes in (there, here))
                 here = f"{'another ' * (there == here)}{here}"
             elif name == "conditions":
-                called = {one: f"{one.name}={one.spec}" if one.name else one.spec for one in (*there, *here)}
-                there, here = ("; ".join(map(called.__getitem__, own)) for own in (there, here))
+                there, here = ("; ".join(f"{one.name}={one.spec}".lstrip("=") for one in own) for own in (there, here))
             elif name == "until":
                 there, here = (str(one or "never") for one in (there, here))
-            found[name] = there, here
+            found["box" if name == "boxes" else name] = there, here
         for agent in {*self.agents} & {*other.agents}:
             if other.label_of(agent) != self.label_of(agent):
                 found[f"name of {agent}"] = other.label_of(agent), self.label_of(agent)
@@ -359,9 +352,10 @@ class Study:
         shown, spared = self.modalities_of(agent), () if is_strategy(agent) else self.strategy_conditions
         return tuple(one for one in self.conditions if one.modality in shown and one.label not in spared)
 
-    def trials_of(self, agent: str) -> int:
-        """Trials per repetition and condition that an agent plays."""
-        return trials_planned(agent, self)
+    def trials_of(self, agent: str, size: EarlierSize | None = None) -> int:
+        """Trials per repetition and condition that an agent plays, or played when the study had an earlier size."""
+        of = size or self
+        return of.strategy_trials if of.strategy_trials is not None and is_strategy(agent) else of.trials
 
     @property
     def box(self) -> Lockbox:
@@ -496,13 +490,12 @@ def _check_sizes(study: Study) -> None:
 
 def _check_conditions(study: Study, labels: Sequence[str]) -> None:
     """Refuse what people cannot play and no curve can be fitted to, and unknown labels."""
-    named = {"strategy_conditions": study.strategy_conditions}
-    named |= {f"the contrast {name}": (*one.of, *one.minus) for name, one in study.contrasts.items()}
-    for what, known in named.items():
+    for name, contrast in study.contrasts.items():
+        known = [*contrast.of, *contrast.minus]
         if unknown := [label for label in known if label not in labels]:
-            raise UnknownName(f"condition of {what}", unknown[0], labels)
+            raise UnknownName(f"condition of the contrast {name}", unknown[0], labels)
         if len({*known}) < len(known):
-            raise BadValue(what, list(known), "every condition once, and on one side alone")
+            raise BadValue(f"the contrast {name}", known, "every condition once, and on one side alone")
     for one in study.conditions:
         if unfit := {name: dose for name, dose in one.doses.items() if not can_be_fitted(dose)}:
             raise BadValue(f"a dose of {one.label}", unfit, DOSES_SAID)
@@ -543,11 +536,6 @@ def arms_of(conditions: Iterable[Condition]) -> tuple[SeriesArm, ...]:
         specs, of = tuple(spec for spec, _ in parts), tuple(names for _, names in parts)
         found.append(SeriesArm(label=one.label, specs=specs, doses=of, modality=shown))
     return tuple(found)
-
-
-def trials_planned(agent: str, plan: Study | EarlierSize) -> int:
-    """Trials per repetition and condition that a plan has for an agent."""
-    return plan.strategy_trials if plan.strategy_trials is not None and is_strategy(agent) else plan.trials
 
 
 @cache

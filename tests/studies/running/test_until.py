@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from lockprobe.studies.decisions import answers, counted, due
+from lockprobe.studies.decisions import answers, broken_by_agent, counted, due, planned_now
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather
-from lockprobe.studies.records.read_records import replaced_records
+from lockprobe.studies.records.read_records import load, replaced_records
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.runner import next_plans, run, run_study
 from lockprobe.studies.study import EarlierSize
@@ -143,3 +143,7 @@ def test_trials_that_broke_are_played_again_before_the_next_look_as_long_as_othe
         run(down, journal)
         assert len(journal.trials) == 8
         assert len(next_plans(down, journal)(down.agents[0])) == 8
+    broken = load(tmp_path / "down")
+    assert broken_by_agent(down, broken) == {down.agents[0]: 8}
+    assert broken_by_agent(down, broken[1:]) == broken_by_agent(planned, trials) == {}
+    assert (planned_now(down, broken), planned_now(planned, trials)) == (8, len(trials))
