@@ -5,7 +5,7 @@ import re
 
 from stored import records
 
-from lockprobe.interfaces.mcp.session import CallRefused
+from lockprobe.interfaces.mcp import CallRefused
 from lockprobe.trial.record import Decision
 
 SPEC = "python:tool_player:Scripted"
@@ -95,7 +95,7 @@ def calls(session):
 
     async def call(tool, given):
         try:
-            return (await session.call(tool, given, FACTS)).text
+            return (await session.call(tool, given, FACTS))[0].text
         except CallRefused:
             return None
 

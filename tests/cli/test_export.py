@@ -9,7 +9,7 @@ import pytest
 from builders import make_trial, small_study, write_study
 from stored import sql
 
-from lockprobe.interfaces.export.table import Table
+from lockprobe.interfaces.export import Table
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import in_order, load, results_hash
 

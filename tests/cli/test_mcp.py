@@ -21,7 +21,7 @@ from stored import contents
 from tool_player import SPEC, Player, plain_records
 
 from lockprobe.cli.mcp import records_directory
-from lockprobe.interfaces.mcp.server import LONGEST_LINE
+from lockprobe.interfaces.mcp import LONGEST_LINE
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import STORE, read
@@ -33,7 +33,7 @@ STUDY = {"p": [0.0, 0.3], "trials": 3, "repetitions": 1, "max_steps": 12}
 OPTIONS = ["flips", "--p", "0,0.3", "--trials", "3", "--repetitions", "1", "--max-steps", "12"]
 PAGE = (Path(__file__).parents[2] / "docs" / "tools.md").read_text("utf-8")
 
-FIRST = "import lockprobe.cli.mcp, lockprobe.interfaces.mcp.server"
+FIRST = "import lockprobe.cli.mcp, lockprobe.interfaces.mcp"
 """What takes seconds to import, and is the same for every server."""
 
 HELLO = {

@@ -15,9 +15,7 @@ from taking_part import START, take_part
 
 import lockprobe
 from lockprobe.interfaces import export
-from lockprobe.interfaces.export import tidy, trial_rows
-from lockprobe.interfaces.export.study_tables import TABLES, steps_table, table_of, trials_table
-from lockprobe.interfaces.export.table import Table
+from lockprobe.interfaces.export import TABLES, Table, steps_table, table_of, tidy, trial_rows, trials_table
 from lockprobe.people.diary import Answers, Did, read_diaries, write_entry
 from lockprobe.studies.records.store import written as opened
 

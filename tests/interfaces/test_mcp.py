@@ -16,9 +16,8 @@ from tool_player import AGENT, FACTS, SPEC, Player, calls, plain_records
 from lockprobe.agents.outside import SAME_IN_ALL_TRIALS
 from lockprobe.agents.prompt import conversation
 from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.interfaces.mcp import session as module
-from lockprobe.interfaces.mcp.server import make_server
-from lockprobe.interfaces.mcp.session import CallRefused, ToolSession
+from lockprobe.interfaces import mcp as module
+from lockprobe.interfaces.mcp import CallRefused, ToolSession, make_server
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.options.studyfile import study
@@ -33,7 +32,13 @@ def planned(agent=AGENT, **more):
 
 
 def opened(directory, a_study=None, agent=AGENT, **options):
-    return ToolSession.open(directory, a_study or planned(), agent, **{"together": 0.0, **options})
+    return ToolSession.open(directory, a_study or planned(), agent, **options)
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch):
+    """One call waits for no other."""
+    monkeypatch.setattr(module, "TOGETHER", 0.0)
 
 
 async def observe(session, **facts):
@@ -194,9 +199,11 @@ def test_any_client_plays_what_a_model_is_asked(tmp_path, mode, asked):
         assert plain_records(tmp_path / "tools") == plain_records(tmp_path / "alone")
 
 
-def test_calls_at_once_are_one_call_and_refusals(tmp_path):
+def test_calls_at_once_are_one_call_and_refusals(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "TOGETHER", 0.01)
+
     async def play():
-        async with opened(tmp_path, together=0.01) as session:
+        async with opened(tmp_path) as session:
             await observe(session)
             many = [attempt(session, joint) for joint in "ABCD" * 5]
             got = await asyncio.gather(*many, observe(session), return_exceptions=True)
@@ -219,7 +226,7 @@ def test_a_client_that_stops_waiting_interrupts_no_attempt(tmp_path):
                 await asyncio.sleep(0)
                 waiting.cancel()
                 await asyncio.sleep(0.1)
-            assert "You attempted A." in (await observe(session)).text
+            assert "You attempted A." in (await observe(session))[0].text
         return lost
 
     assert asyncio.run(play()) == []
@@ -265,7 +272,7 @@ def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
                 with pytest.raises(CallRefused, match="did nothing"):
                     await attempt(session, "A")
             assert contents(tmp_path) == before
-            assert "goes on" not in (await observe(session)).text
+            assert "goes on" not in (await observe(session))[0].text
 
     asyncio.run(play())
 
@@ -289,7 +296,7 @@ def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(t
             player = Player(calls(session))
             await player.begin()
             await player.step()
-            assert (await attempt(session, "A", "moved")).text.startswith("The box broke")
+            assert (await attempt(session, "A", "moved"))[0].text.startswith("The box broke")
             assert await player.play() == 7
             with pytest.raises(CallRefused, match="1 broke and are owed"):
                 await observe(session)
@@ -304,7 +311,7 @@ def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(t
 @pytest.mark.parametrize(("modality", "pictures"), [("rgb", 1), ("rgbd", 2)])
 def test_pictures_are_image_content_and_kept(tmp_path, monkeypatch, modality, pictures):
     source = catalogue.PlantSource(spec="fast-twin", make=lambda box, labels, rng: PhotographedPlant(box))
-    for room in ("plants.catalogue", "interfaces.mcp.session"):
+    for room in ("plants.catalogue", "interfaces.mcp"):
         monkeypatch.setattr(f"lockprobe.{room}.resolve_plant", lambda spec: source)
 
     async def play(session, client):
@@ -327,8 +334,8 @@ def test_a_report_that_is_dropped_is_no_empty_text(tmp_path):
         async with opened(tmp_path, dropping) as session:
             assert [*session.schemas["attempt"]["properties"]] == ["joint", "last_action"]
             for _ in dropping.conditions:
-                assert "hypothesis" not in (await observe(session)).text
-                told.append((await attempt(session, "A")).text)
+                assert "hypothesis" not in (await observe(session))[0].text
+                told.append((await attempt(session, "A"))[0].text)
                 await attempt(session, "A", "moved")
         assert told[-1] == "(no report)"
 

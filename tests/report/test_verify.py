@@ -23,7 +23,7 @@ from lockprobe import run_study, study
 from lockprobe.agents.llm.settings import Access
 from lockprobe.agents.local import LocalModel
 from lockprobe.cli import build
-from lockprobe.interfaces.mcp.session import ToolSession
+from lockprobe.interfaces.mcp import ToolSession
 from lockprobe.report.verify import NOT_SHOWN, verify
 from lockprobe.report.write import write_report
 from lockprobe.studies.branch import FORKS, branching, play_forks
@@ -85,7 +85,7 @@ def local(directory):
 def client(directory):
     async def played():
         planned = study("flips", agent=[AGENT], p=[0.0, 0.3], trials=2, repetitions=1, max_steps=6)
-        async with ToolSession.open(directory, planned, AGENT, together=0.0) as session:
+        async with ToolSession.open(directory, planned, AGENT) as session:
             await Player(calls(session)).play()
 
     asyncio.run(played())

@@ -15,7 +15,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.storage.atomic_file import atomic_files
-from lockprobe.interfaces.export.study_tables import TableName, table_of
+from lockprobe.interfaces.export import TableName, table_of
 from lockprobe.studies.records.read_records import stored_records
 from lockprobe.studies.records.store import read
 

@@ -19,7 +19,6 @@ from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadValue, Missing
 from lockprobe.foundation.spec import MCP
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.interfaces.mcp.session import ToolSession
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import extended, read_study
 from lockprobe.studies.study import Study
@@ -71,7 +70,7 @@ def records_directory(planned: Study) -> Path:
 
 
 async def _serve(planned: Study, agent: str, directory: Path, trials_each: int | None) -> None:
-    from lockprobe.interfaces.mcp.server import serve_stdio
+    from lockprobe.interfaces.mcp import ToolSession, serve_stdio
 
     async with ToolSession.open(directory, planned, agent, trials_each=trials_each) as session:
         most = f"at most {planned.size}" if planned.until else f"{planned.size}"

@@ -15,6 +15,6 @@ ENVIRONMENT = "lockprobe/Lockbox-v0"
 if ENVIRONMENT not in registration.registry:
     registration.register(
         id=ENVIRONMENT,
-        entry_point="lockprobe.interfaces.gymnasium.single:LockboxEnv",
+        entry_point="lockprobe.interfaces.gymnasium.environment:LockboxEnv",
         vector_entry_point="lockprobe.interfaces.gymnasium.vector:LockboxVectorEnv",
     )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
-from lockprobe.interfaces.gymnasium.settings import BLOCKED, EnvironmentSettings, EpisodeKey, Vector
+from lockprobe.interfaces.gymnasium.environment import BLOCKED, EnvironmentSettings, EpisodeKey, Vector
 from lockprobe.simulation.kernel import Boxes
 from lockprobe.trial.luck import numbers
 from lockprobe.trial.plan import drawn_orders
@@ -26,25 +26,24 @@ Flags = NDArray[np.bool_]
 class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]):
     """Independent boxes under the same settings; the default of ``gymnasium.make_vec``.
 
-    Spaces, reward and luck are those of :class:`lockprobe.interfaces.gymnasium.single.LockboxEnv`: environment ``i``
-    after ``reset(seed=s)`` is a single environment after ``reset(seed=s + i)``. After the end of an episode, the next
-    step begins the next episode and ignores its action (``AutoresetMode.NEXT_STEP``).
+    Spaces, reward and luck are those of ``LockboxEnv``: environment ``i`` after ``reset(seed=s)`` is a single one after
+    ``reset(seed=s + i)``. After the end of an episode, the next step begins the next episode and ignores its action
+    (``AutoresetMode.NEXT_STEP``).
 
     Args:
         num_envs: Number of environments.
-        render_mode: None; many boxes have no picture.
-        settings: As in :class:`lockprobe.interfaces.gymnasium.settings.EnvironmentSettings`. Only flips may act, on
-            reports of a symbolic plant; all else needs ``vectorization_mode="sync"``.
+        settings: As of the single environment. Only flips may act, on reports of a symbolic plant; all else needs
+            ``vectorization_mode="sync"``.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
-    def __init__(self, num_envs: int = 1, *, render_mode: str | None = None, **settings: Any) -> None:
+    def __init__(self, num_envs: int = 1, **settings: Any) -> None:
         check_whole("num_envs", num_envs, 1)
         self.num_envs = num_envs
         self.settings = EnvironmentSettings(settings)
-        if self.settings.flips is None or render_mode is not None:
-            given = render_mode or f"{self.settings.study.conditions[0].label} on {self.settings.study.plant}"
+        if self.settings.flips is None:
+            given = f"{self.settings.study.conditions[0].label} on {self.settings.study.plant}"
             expected = 'flips alone on a symbolic plant, without pictures; vectorization_mode="sync" plays all else'
             raise BadValue("make_vec", given, expected)
         self._flips, box, joints = self.settings.flips, self.settings.box, self.settings.box.joints
@@ -74,18 +73,14 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
             UserMistake: If an option is unknown, or the number of seeds is wrong.
         """
         super().reset(seed=seed if isinstance(seed, int) else None)
-        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
-        if seeds is None:
-            seeds = [None] * self.num_envs
-        if not isinstance(seeds, Sequence) or len(seeds) != self.num_envs:
+        seeds = (
+            seed if isinstance(seed, Sequence) else [None if seed is None else seed + i for i in self._rows.tolist()]
+        )
+        if len(seeds) != self.num_envs:
             raise BadValue("seed", seed, f"a whole number, or {self.num_envs} of them")
-        before = self._next or [
-            EpisodeKey(seed=own) for own in self.np_random.integers(2**31, size=self.num_envs).tolist()
-        ]
-        self._next = [
-            (key if own is None else EpisodeKey(seed=own)).chosen(options)
-            for own, key in zip(seeds, before, strict=True)
-        ]
+        before = self._next or map(EpisodeKey, self.np_random.integers(2**31, size=self.num_envs).tolist())
+        now = [key if own is None else EpisodeKey(own) for own, key in zip(seeds, before, strict=True)]
+        self._next = [key.chosen(options) for key in now]
         self._begin(self._rows)
         return self._observed()
 
@@ -123,7 +118,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         """Begin the next trials in the given rows."""
         keys = [self._next[row] for row in rows.tolist()]
         for row, key in zip(rows.tolist(), keys, strict=True):
-            self._next[row] = key.next
+            self._next[row] = key._replace(trial=key.trial + 1)
         seed, repetition, trial = np.array(keys, object).reshape(-1, 3).T
         study, joints = self.settings.study, self.settings.box.joints
         luck_of = partial(numbers, study.box.name, seed=seed, repetition=repetition, trial=trial)

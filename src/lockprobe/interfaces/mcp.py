@@ -1,25 +1,31 @@
-"""The trials of a study as a client with tools plays them: one after another, one call at a time.
+"""A study as two tools of the Model Context Protocol, ``observe`` and ``attempt``, over standard input and output.
 
-Every attempt is on disk before its report leaves (:mod:`lockprobe.studies.records.attempt_log`). A client that goes
-away leaves its trial where it is: whoever begins next goes on with it. A refused call changes nothing. The instruction
-is the one that language models get, but for how to reply. The end of a trial says neither whether the box opened nor
-what the last report was, because agents that chat are told neither.
+A client plays the trials one after another, one call at a time. It starts the server, which ends with it. Every attempt
+is on disk before its report leaves (:mod:`lockprobe.studies.records.attempt_log`). A client that goes away leaves its
+trial where it is: whoever begins next goes on with it. A refused call changes nothing, and is a result that the model
+reads, marked as an error. The instruction is the one that language models get, but for how to reply. The end of a trial
+says neither whether the box opened nor what the last report was, because agents that chat are told neither. Results
+hold text and pictures and no structured content: some clients show a model that in place of the text.
 """
 
 from __future__ import annotations
 
 import asyncio
+import base64
 import json
+import logging
+import sys
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, nullcontext
+from importlib.metadata import version
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from lockprobe.agents.outside import SAME_IN_ALL_TRIALS
 from lockprobe.agents.prompt import INSTRUCTIONS, fingerprint, instructions
 from lockprobe.agents.reply import CLAIMS, LONGEST_HYPOTHESIS
-from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError
+from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, needing
 from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.plants.catalogue import resolve_plant
@@ -32,17 +38,38 @@ from lockprobe.studies.running.runner import next_plans
 from lockprobe.studies.running.trial_setup import own_thread
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, here
-from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import LABELS, Plan
 from lockprobe.trial.record import Fact, Outcome, Situation
+
+with needing("agents with tools", "mcp"):
+    import mcp_types as types
+    from mcp.server.context import ServerRequestContext
+    from mcp.server.lowlevel import Server
+    from mcp.server.stdio import stdio_server
+
+Reply = list[types.TextContent | types.ImageContent]
+"""What a call tells the client: words, and pictures if the modality has them."""
 
 OVER, NO_REPORT = "The trial is over.", "(no report)"
 
 TOGETHER = 0.01
 """Seconds for which a call blocks others after its work: calls sent together arrive within this time."""
 
+LONGEST_LINE = 64 * 1024
+"""Bytes of the longest message. A longer one is answered as malformed, and never kept as a whole."""
+
 _LONGEST_FACT = 100
 """Characters of what a client says of itself."""
+
+_INSTRUCTIONS = (
+    "A lockbox to open, one trial after another. Call observe for a trial and its instruction, then attempt, one "
+    "call at a time, until the trial is over."
+)
+
+_DESCRIPTIONS = {
+    "observe": "Begin the next trial, or read the one under way: its instruction, its steps and what is seen.",
+    "attempt": "Attempt one joint, and read what follows. Every call is one step of the trial.",
+}
 
 _ASKED: Mapping[str, str] = {
     "joint": "In every step call the tool attempt once. joint is the joint to attempt.",
@@ -58,16 +85,11 @@ _SAID: Mapping[Outcome | None, str] = {
     None: "",
 }
 
+_log = logging.getLogger(__name__)
+
 
 class CallRefused(LockprobeError):
     """A refused call, which changed nothing. The client reads the message."""
-
-
-class Reply(NamedTuple):
-    """The reply to a client: words, and pictures if the modality has them."""
-
-    text: str
-    pictures: tuple[Picture, ...] = ()
 
 
 class ToolSession:
@@ -77,21 +99,22 @@ class ToolSession:
         schemas: The arguments of each tool as a JSON schema.
     """
 
-    def __init__(
-        self, study: Study, agent: str, journal: Journal, place: Executor, trials_each: int | None, together: float
-    ) -> None:
+    def __init__(self, study: Study, agent: str, journal: Journal, place: Executor, trials_each: int | None) -> None:
         self.study, self.agent = study, agent
-        self._journal, self._log, self._place = journal, AttemptLog(journal.store), place
-        self._most, self._together = trials_each, together
-        joints, words = [*LABELS[: len(study.box.joints)]], LONGEST_HYPOTHESIS
-        arguments: dict[str, object] = {"joint": _text("The joint to attempt.", enum=joints)}
+        self._journal, self._log, self._place, self._most = journal, AttemptLog(journal.store), place, trials_each
+        arguments: dict[str, dict[str, Any]] = {
+            "joint": {"enum": [*LABELS[: len(study.box.joints)]], "description": "The joint to attempt."}
+        }
         if study.assessment:
-            arguments["last_action"] = _text("What your last action did, from step 2 on.", enum=[*CLAIMS])
+            described = "What your last action did, from step 2 on."
+            arguments["last_action"] = {"enum": [*CLAIMS], "description": described}
         if study.hypothesis != "off":
-            arguments["hypothesis"] = _text("How the box works, in a sentence.", maxLength=words)
+            described = "How the box works, in a sentence."
+            arguments["hypothesis"] = {"maxLength": LONGEST_HYPOTHESIS, "description": described}
+        texts = {name: {"type": "string", **about} for name, about in arguments.items()}
         self.schemas: dict[str, dict[str, Any]] = {
             tool: {"type": "object", "properties": own, "required": [*own][:1], "additionalProperties": False}
-            for tool, own in (("observe", {}), ("attempt", arguments))
+            for tool, own in (("observe", {}), ("attempt", texts))
         }
         self._how = " ".join([*map(_ASKED.__getitem__, arguments), "Wait for the result before the next call."])
         self._trial: PausedTrial | None = None
@@ -103,12 +126,11 @@ class ToolSession:
     @classmethod
     @asynccontextmanager
     async def open(
-        cls, directory: Path, study: Study, agent: str, *, trials_each: int | None = None, together: float = TOGETHER
+        cls, directory: Path, study: Study, agent: str, *, trials_each: int | None = None
     ) -> AsyncIterator[ToolSession]:
         """Open a study for an agent in a directory, new or existing.
 
-        ``trials_each`` is the most trials of the session; None for any number. ``together`` are the seconds for which a
-        call blocks others after its work.
+        ``trials_each`` is the most trials of the session; None for any number.
 
         Raises:
             SettingsChanged: If the directory holds another study.
@@ -125,7 +147,7 @@ class ToolSession:
             Journal.open(directory, study) as journal,
             own_thread() if study.simulated else nullcontext(here) as place,
         ):
-            session = cls(study, agent, journal, place, trials_each, together)
+            session = cls(study, agent, journal, place, trials_each)
             try:
                 yield session
             finally:
@@ -172,9 +194,10 @@ class ToolSession:
                     raise CallRefused(f"{name}: expected text, got {kind}. This call did nothing.")
             return await (self._observe(facts) if tool == "observe" else self._attempt(texts))
         except (BadFile, BadValue) as error:  # said without the path
+            _log.error("%s", error)  # for whoever started the server
             raise CallRefused("The server cannot write or read its records, so this call did nothing.") from error
         finally:
-            await asyncio.sleep(self._together)
+            await asyncio.sleep(TOGETHER)
             self._busy = False
 
     async def _observe(self, said: Mapping[str, str]) -> Reply:
@@ -197,39 +220,33 @@ class ToolSession:
                 raise CallRefused(f"No trial is left{left}. There is nothing more to do.")
             # the one left unfinished by the last client or server, or the first
             plan = next((plan for plan in playable if plan.key in self._log.times_begun), playable[0])
-            if self._most is not None and self._begun >= self._most and plan.key not in self._log.times_begun:
-                played = f"This session has played its trials ({self._most})"
-                raise CallRefused(f"{played}. Start the server anew for more.")
-            await self._open(plan, facts)
+            resumed = self._log.times_begun[plan.key]
+            if self._most is not None and self._begun >= self._most and not resumed:
+                raise CallRefused(f"This session has played its trials ({self._most}). Start the server anew for more.")
+            if not resumed or not self._begun:
+                self._begun += 1
+            trial = await PausedTrial.begin(
+                plan,
+                self._log.attempts.get(plan.key, ()),
+                facts={**facts, "position": self._begun, **({"resumed": resumed} if resumed else {})},
+                pictures=self._journal.directory / ALBUM,
+                place=self._place,
+            )
+            if trial.trial is not None:  # it was over and had not been recorded, or its box broke
+                self._record(trial)
+                continue
+            self._trial = trial
+            try:
+                self._log.begin(plan.key)
+            except BadFile:
+                await self._let_go()
+                raise
         assert self._trial.situation is not None
         return _reply(self._trial.situation, self._instruction(self._trial.situation))
 
     def _due(self) -> dict[str, Plan]:
-        """The trials that are owed; of a study that stops when it is decided, those before the next look."""
         plans = next_plans(self.study, self._journal)(self.agent)
         return {plan.key: plan for plan in plans if self._journal.owes(plan.key)}
-
-    async def _open(self, plan: Plan, facts: Mapping[str, Fact]) -> None:
-        """Open a trial, unless it is over: it had not been recorded, or its box broke."""
-        resumed = self._log.times_begun[plan.key]
-        if not resumed or not self._begun:
-            self._begun += 1
-        trial = await PausedTrial.begin(
-            plan,
-            self._log.attempts.get(plan.key, ()),
-            facts={**facts, "position": self._begun, **({"resumed": resumed} if resumed else {})},
-            pictures=self._journal.directory / ALBUM,
-            place=self._place,
-        )
-        if trial.trial is not None:
-            self._record(trial)
-            return
-        try:
-            self._log.begin(plan.key)
-        except BadFile:
-            await trial.close()
-            raise
-        self._trial = trial
 
     async def _attempt(self, given: Mapping[str, Any]) -> Reply:
         trial = self._trial
@@ -259,9 +276,11 @@ class ToolSession:
             return _reply(trial.situation)
         self._trial = None
         self._record(trial)
-        if not trial.sound:
-            return Reply(text="The box broke, so this trial does not count. Call observe to go on.")
-        return Reply(text=f"{OVER} {'Call observe for the next one.' if self.owed else 'No trial is left.'}")
+        after = "Call observe for the next one." if self.owed else "No trial is left."
+        end = (
+            f"{OVER} {after}" if trial.sound else "The box broke, so this trial does not count. Call observe to go on."
+        )
+        return [types.TextContent(text=end)]
 
     def _record(self, trial: PausedTrial) -> None:
         """Write a finished trial, unless it is on record."""
@@ -293,12 +312,77 @@ class ToolSession:
         return "\n\n".join(filter(None, (text, "\n".join(filter(None, lines)))))
 
 
-def _text(about: str, **limits: object) -> dict[str, object]:
-    return {"type": "string", **limits, "description": about}
-
-
 def _reply(situation: Situation, before: str = "") -> Reply:
     """The current report. Pictures get a caption, because providers refuse results without words."""
     now = " ".join(filter(None, (situation.percept.text, situation.briefing.remark))) or NO_REPORT
-    pictures = tuple(picture for picture in situation.percept.pictures if picture.shown)
-    return Reply("\n\n".join(filter(None, (before, now))), pictures)
+    shown = [base64.b64encode(picture.png).decode() for picture in situation.percept.pictures if picture.shown]
+    text = types.TextContent(text="\n\n".join(filter(None, (before, now))))
+    return [text, *(types.ImageContent(data=picture, mime_type="image/png") for picture in shown)]
+
+
+def make_server(session: ToolSession) -> Server[Any]:
+    """The server of a session."""
+
+    async def list_tools(
+        context: ServerRequestContext[Any, Any], params: types.PaginatedRequestParams | None
+    ) -> types.ListToolsResult:
+        schemas = session.schemas.items()
+        return types.ListToolsResult(
+            tools=[types.Tool(name=name, description=_DESCRIPTIONS[name], input_schema=one) for name, one in schemas]
+        )
+
+    async def call_tool(
+        context: ServerRequestContext[Any, Any], params: types.CallToolRequestParams
+    ) -> types.CallToolResult:
+        client = context.session.client_params
+        facts = {
+            "protocol": f"MCP tools {context.protocol_version}",
+            "client": "" if client is None else client.client_info.name,
+            "client_version": "" if client is None else client.client_info.version,
+        }
+        try:
+            return types.CallToolResult(content=[*await session.call(params.name, params.arguments or {}, facts)])
+        except CallRefused as refused:
+            return types.CallToolResult(content=[types.TextContent(text=str(refused))], is_error=True)
+
+    return Server(
+        "lockprobe",
+        version=version("lockprobe"),
+        instructions=_INSTRUCTIONS,
+        on_list_tools=list_tools,
+        on_call_tool=call_tool,
+    )
+
+
+async def serve_stdio(session: ToolSession) -> None:
+    """Serve one client until it closes standard input. Nothing else may be printed to standard output.
+
+    Raises:
+        BadValue: If standard input is a file.
+    """
+    reader = asyncio.StreamReader(limit=LONGEST_LINE)  # its reading can be cancelled, unlike that of a thread
+    try:
+        await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    except ValueError:
+        raise BadValue("standard input", "a file", "a pipe from the client that starts this command") from None
+    server, lines = make_server(session), _lines(reader)
+    async with stdio_server(stdin=lines) as (reading, writing):  # type: ignore[arg-type] # it is only iterated over
+        await server.run(reading, writing, server.create_initialization_options())
+
+
+async def _lines(reader: asyncio.StreamReader) -> AsyncIterator[str]:
+    """The messages, one per line."""
+    while True:
+        try:
+            line = await reader.readline()
+        except ValueError:  # longer than the limit
+            line = b"too long\n"
+        if not line:
+            return
+        text = line.decode("utf-8", "replace")
+        try:  # a client may send the arguments of a call as the text of an object
+            message = json.loads(text)
+            message["params"]["arguments"] = json.loads(message["params"]["arguments"])
+            yield json.dumps(message)
+        except (ValueError, LookupError, TypeError, RecursionError):
+            yield text

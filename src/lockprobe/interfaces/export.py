@@ -1,14 +1,23 @@
-"""The tables of a study: a row per step or trial, for any statistics package, calls of models, and what people did."""
+"""Trials for other tools: the tables of a study as CSV, JSON lines or Parquet, each with its data dictionary.
+
+``columns.toml`` describes the columns. A table has a row per step or trial, for any statistics package, per call of a
+model, or for what people did.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import csv
+import json
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, get_args
+from typing import IO, Any, Literal, get_args
 
-from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.interfaces.export.table import Cell, Table
+from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.foundation.storage.atomic_file import atomic_files
+from lockprobe.foundation.terminal_text import one_line, readable
 from lockprobe.people.diary import Answers, Attempt, Diary, Did, acts_of_steps, read_diaries, seconds_of_trials
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.statistics.loops import cover
@@ -26,7 +35,146 @@ TABLES: tuple[TableName, ...] = get_args(TableName)
 Row = dict[str, object]
 """The values of a row by column; None where one is missing."""
 
+Cell = str | int | float
+"""An empty text where a value is missing."""
+
+_COLUMNS: Mapping[str, Mapping[str, Any]] = tomllib.loads(Path(__file__).with_name("columns.toml").read_text("utf-8"))
+
+_DATATYPES: Mapping[str, dict[str, Any]] = {
+    "text": {"base": "string"},
+    "bits": {"base": "string"},
+    "mark": {"base": "integer", "minimum": 0, "maximum": 1},
+    "count": {"base": "integer", "minimum": 1},
+    "number": {"base": "number", "minimum": 0},
+}
+"""Kind of a column -> the type of its cells (W3C, CSV on the Web), if it says nothing else."""
+
+_FORMULA = ("=", "+", "-", "@", "\t", "\n")
+"""Beginnings of cells that a spreadsheet reads as formulas."""
+
 _NONE: Mapping[Any, Any] = MappingProxyType({})
+
+
+class Table:
+    """A table: columns over rows.
+
+    Args:
+        name: Its name in ``columns.toml``.
+        rows: Gives all rows, as often as it is called.
+        more: Further columns, described as there.
+
+    Attributes:
+        columns: Its columns, each with what describes it; optional ones without a value in any row are left out.
+    """
+
+    def __init__(
+        self, name: str, rows: Callable[[], Iterable[Row]], more: Mapping[str, Mapping[str, Any]] = _NONE
+    ) -> None:
+        self._about, self._rows = f"A row is {_COLUMNS['rows'][name]}.", rows
+        shared = ("trial", name, "person") if name in ("steps", "trials") else (name,)
+        columns = {column: facts for part in shared for column, facts in _COLUMNS[part].items()} | {**more}
+        left = {column for column, facts in columns.items() if facts.get("optional")}
+        for row in rows() if left else ():
+            left -= {column for column in left if _cell(row.get(column)) != ""}
+        self.columns: dict[str, dict[str, Any]] = {}
+        for column, facts in columns.items():
+            if column not in left:
+                kind, means = facts.get("kind", "text"), facts["meaning"]
+                meaning = f"1 or 0: {means}" if kind == "mark" else means
+                self.columns[column] = {"kind": kind, **facts, "meaning": meaning}
+
+    def rows(self) -> Iterator[dict[str, Cell]]:
+        """The cells of each row by column: a mark as 1 or 0, a text without what would steer a terminal."""
+        return ({column: _cell(row.get(column)) for column in self.columns} for row in self._rows())
+
+    def write(self, path: Path, kind: Literal["csv", "jsonl", "parquet"]) -> list[Path]:
+        """Write the table and its data dictionary (``NAME-metadata.json``), both or neither, and return both paths.
+
+        Raises:
+            Missing: If Parquet is asked for and pyarrow is not installed.
+            BadFile: If a file cannot be written, or is no regular file.
+        """
+        beside = path.parent / f"{path.name}-metadata.json"
+        described = [
+            {
+                "name": column,
+                "titles": column,
+                "dc:description": facts["meaning"],
+                "datatype": _DATATYPES[facts["kind"]]
+                | {bound: facts[bound] for bound in ("minimum", "maximum") if bound in facts},
+            }
+            | ({"schema:unitText": facts["unit"]} if "unit" in facts else {})
+            for column, facts in self.columns.items()
+        ]
+        dictionary = {
+            "@context": "http://www.w3.org/ns/csvw",
+            "url": path.name,
+            "dc:description": self._about,
+            "tableSchema": {"columns": described},
+        }
+        with atomic_files(beside, path) as (beside_draft, draft):
+            beside_draft.write_text(f"{json.dumps(dictionary, indent=2, ensure_ascii=False)}\n", "utf-8")
+            if kind == "parquet":
+                self._write_parquet(draft)
+            else:
+                with draft.open("w", encoding="utf-8", newline="") as file:
+                    self.write_text(file, kind)
+        return [path, beside]
+
+    def write_text(self, file: IO[str], kind: Literal["csv", "jsonl"]) -> None:
+        """Write CSV or one JSON object per line into a file that is open for text.
+
+        CSV has a header line, configurations with ``b`` in front (``b0110``), so that no program reads them as numbers,
+        and no cell that a spreadsheet takes for a formula.
+        """
+        if kind == "jsonl":
+            lines = (json.dumps(row, ensure_ascii=False).encode() for row in self.rows())
+            file.writelines(one_line(line).decode() + "\n" for line in lines)
+            return
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(self.columns)
+        kinds = [facts["kind"] for facts in self.columns.values()]
+        writer.writerows(map(_for_csv, kinds, row.values()) for row in self.rows())
+
+    def _write_parquet(self, draft: Path) -> None:
+        try:
+            arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
+        except ImportError:
+            raise Missing("Parquet needs the package pyarrow", "pip install 'lockprobe[parquet]'") from None
+        kinds = {"integer": arrow.int64(), "number": arrow.float64(), "string": arrow.string()}
+        bases = {column: _DATATYPES[facts["kind"]]["base"] for column, facts in self.columns.items()}
+        fields = [
+            arrow.field(
+                column, kinds[bases[column]], metadata={"description": facts["meaning"], "unit": facts.get("unit", "")}
+            )
+            for column, facts in self.columns.items()
+        ]
+        rows = [
+            {column: None if cell == "" and bases[column] != "string" else cell for column, cell in row.items()}
+            for row in self.rows()
+        ]
+        parquet.write_table(arrow.Table.from_pylist(rows, schema=arrow.schema(fields)), draft)
+
+
+def _cell(value: Any) -> Cell:
+    if isinstance(value, str):
+        return readable(value)
+    return "" if value is None else int(value) if isinstance(value, bool) else value
+
+
+def _for_csv(kind: str, cell: Cell) -> Cell:
+    if kind == "bits":
+        return f"b{cell}" if cell else ""
+    if not isinstance(cell, str):
+        return cell
+    plain = cell.replace("\r\n", "\n").replace("\r", "\n")
+    if not plain.startswith(_FORMULA):
+        return plain
+    try:
+        float(plain)
+    except ValueError:
+        return f"'{plain}"
+    return plain
 
 
 def steps_table(trials: Sequence[Trial], acts: Mapping[tuple[str, int], Did] = _NONE) -> Table:

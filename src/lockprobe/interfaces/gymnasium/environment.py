@@ -1,17 +1,32 @@
-"""One lockbox as a Gymnasium environment.
+"""One lockbox as a Gymnasium environment, the trials that its episodes are, and what an agent outside observes of them.
 
-Its episodes are the trial loop, held at each decision (:class:`HeldEpisode`). Where nothing but flips acts on the
-reports of a symbolic plant, a :class:`PlainEpisode` says the same a few times faster.
+An episode is a trial of a study with one condition: the trial loop, held at each decision (:class:`HeldEpisode`). Where
+nothing but flips acts on the reports of a symbolic plant, a :class:`PlainEpisode` says the same a few times faster.
+
+Reports are a vector of whole numbers. With ``n`` joints, numbered as they are listed to the agent, it holds:
+
+=========================  ============  ==================================================================
+entry                      values        meaning
+=========================  ============  ==================================================================
+0                          0 to n - 1    the target joint
+1                          0 to n        the joint just attempted, plus one; 0 before the first attempt
+2                          0, 1, 2       nothing reported, reported as blocked, reported as moved; always 0 if reports
+                                         tell only positions (``symbolic?tell=state``)
+3 to n + 2                 0, 1 (, 2)    reported position of each joint, 2 if a report is missing; absent if no report
+                                         tells positions
+=========================  ============  ==================================================================
+
+Pictures are arrays of colours, or ``{"rgb": colours, "depth": metres}``.
 """
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from types import coroutine
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import gymnasium
 import numpy as np
@@ -19,20 +34,127 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from lockprobe.foundation.errors import BadValue, ChannelFault, PlantFault
-from lockprobe.interfaces.gymnasium.settings import BLOCKED, FARTHEST, EnvironmentSettings, EpisodeKey, Vector
-from lockprobe.interventions.flip import told_by
-from lockprobe.plants.catalogue import plant_of
+from lockprobe.boxes.state_space import space_of
+from lockprobe.foundation.errors import BadValue, ChannelFault, PlantFault, UnknownName
+from lockprobe.foundation.spec import spec_name
+from lockprobe.foundation.validation import check_whole
+from lockprobe.interventions.conditions import says_modality
+from lockprobe.interventions.flip import OutcomeFlip, told_by
+from lockprobe.interventions.words import TextChannel
+from lockprobe.plants.catalogue import plant_of, resolve_plant
+from lockprobe.studies.modality import interventions_for
+from lockprobe.studies.options.studyfile import trial_study
+from lockprobe.trial.condition import Condition, place_of, spec_of
 from lockprobe.trial.loop import PLANT, play
 from lockprobe.trial.pictures.frame import from_png
-from lockprobe.trial.pictures.picture import PictureKind
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.protocols import Channel, InterventionTraits
 from lockprobe.trial.record import Decision, Ending, Fact, Moment, Percept, Situation, Step, Task, Trial
 
+Vector = NDArray[np.int64]
 Images = NDArray[np.uint8] | dict[str, NDArray[np.uint8] | NDArray[np.float32]]
 """Colours, shape (height, width, 3), or with metres of depth, shape (height, width, 1), 0 where there is no reading."""
 
+BLOCKED = 1
+"""Entry 2 of the vector; one more if the joint is reported as moved."""
+
 _UNTOLD = 2
 """Position of a joint if a report is missing."""
+
+_FARTHEST = 4.0
+"""Largest depth with a reading, metres."""
+
+_KNOWN = ("box", "p", "flip", "condition", "modality", "plant", "layout", "shuffle", "max_steps", "info")
+
+
+class EpisodeKey(NamedTuple):
+    """The trial of a study that an episode plays: the seed of the study, and repetition and trial from 1."""
+
+    seed: int
+    repetition: int = 1
+    trial: int = 1
+
+    def chosen(self, options: Mapping[str, Any] | None) -> EpisodeKey:
+        """The trial of ``reset(options={"repetition": r, "trial": t})``; each option may be left out."""
+        for name, value in (options or {}).items():
+            if name not in ("repetition", "trial"):
+                raise UnknownName("option of reset", str(name), ("repetition", "trial"))
+            check_whole(name, value, 1)
+        return self._replace(**{name: int(value) for name, value in (options or {}).items()})
+
+
+class EnvironmentSettings:
+    """The trials that episodes play, and their observations.
+
+    Args:
+        given: Of the options of a trial ``box``, ``p``, ``flip``, ``condition``, ``modality``, ``plant``, ``layout``,
+            ``shuffle`` and ``max_steps``; here ``shuffle`` defaults to ``never``, and ``modality`` to ``symbolic``,
+            which tells outcomes too. ``info`` is None or ``"truth"``.
+
+    Attributes:
+        study: A study with one condition. Its seed is not used.
+        truth: Whether ``info`` holds the truth.
+        chain: The interventions in order.
+        flips: The flips of all attempts alike, if nothing else acts on the reports of a symbolic plant; else None. With
+            them the rules and the law of false reports are the whole trial, and the trial loop is not needed.
+        shown: ``symbolic``, ``rgb`` or ``rgbd``.
+        outcomes, positions: Whether reports tell them.
+        box: The configurations of the box.
+        space: The space of observations.
+
+    Raises:
+        UserMistake: If a name does not exist, a value is out of range, or two options conflict.
+    """
+
+    def __init__(self, given: Mapping[str, Any]) -> None:
+        for name in given:
+            if name not in _KNOWN:
+                raise UnknownName("setting of the environment", name, _KNOWN)
+        asked = {name: value for name, value in given.items() if value is not None}
+        if (info := asked.pop("info", None)) not in (None, "truth"):
+            raise BadValue("info", info, "None or 'truth'")
+        condition = asked.get("condition")
+        if not (isinstance(condition, Condition) or (isinstance(condition, str) and says_modality(condition))):
+            asked = {"modality": "symbolic"} | asked
+        self.truth = info == "truth"
+        self.study = trial_study("gymnasium", name="lockbox", **({"shuffle": "never"} | asked))
+        self.box, joints = space_of(self.study.box), len(self.study.box.joints)
+        (plant,) = self.study.plants  # with what the condition changes of it
+        source = resolve_plant(plant)
+        source.check(self.study.box)
+        self.chain = interventions_for(self.study.conditions[0])
+        for one in self.chain:
+            if place_of(type(one)) not in ("told", "done"):
+                expected = "interventions on reports or actions: an observation holds no words and no memory"
+                raise BadValue("condition", spec_of(one), expected)
+        self.shown = spec_name(self.study.conditions[0].modality)
+        flips = tuple(one for one in self.chain if type(one) is OutcomeFlip and one == one.at_rate(one.p))
+        words = [one for one in self.chain if type(one) is TextChannel]
+        alone = len(flips) + len(words) == len(self.chain) and (self.shown, plant) == ("symbolic", "symbolic")
+        self.flips: tuple[OutcomeFlip, ...] | None = flips if alone else None
+        self.outcomes = all(one.tell != "state" for one in words)
+        self.positions = all(one.tell != "outcome" for one in words)
+        self.space: spaces.Space[Any]
+        if self.shown == "symbolic":
+            gaps = any(isinstance(one, Channel) and not InterventionTraits.of(one).always_tells for one in self.chain)
+            told = [2 + gaps] * joints if self.positions else []
+            self.space = spaces.MultiDiscrete([joints, joints + 1, 3 if self.outcomes else 1, *told])
+            return
+        if source.picture_size is None:
+            raise BadValue("modality", self.shown, f"symbolic with {plant}, whose pictures have no size known before")
+        width, height = source.picture_size
+        self.space = rgb = spaces.Box(0, 255, (height, width, 3), np.uint8)
+        if self.shown == "rgbd":
+            depth = spaces.Box(0.0, _FARTHEST, (height, width, 1), np.float32)
+            self.space = spaces.Dict({"rgb": rgb, "depth": depth})
+
+    def plan(self, key: EpisodeKey) -> Plan:
+        """The trial of an episode."""
+        return self.study.plan("gymnasium", self.study.conditions[0], key.repetition, key.trial, key.seed)
+
+    def listing(self, plan: Plan) -> list[int]:
+        """The joints of the study's box, by index, as a trial lists them."""
+        return [self.study.box.names.index(plan.box.names[at]) for at in plan.names.order]
 
 
 class PlainEpisode:
@@ -46,17 +168,12 @@ class PlainEpisode:
     def __init__(self, settings: EnvironmentSettings, key: EpisodeKey) -> None:
         self.ending: Ending | None = None
         self.actions: list[int] = []
-        self._settings, plan = settings, settings.plan(key)
+        self.key, self._settings, plan = key, settings, settings.plan(key)
         self._flips = settings.flips or ()
-        self._luck = [
-            functools.partial(plan.luck.at, f"{flip.stream}-{place}") for place, flip in enumerate(self._flips)
-        ]
+        self._luck = [partial(plan.luck.at, f"{flip.stream}-{place}") for place, flip in enumerate(self._flips)]
         self._listing = settings.listing(plan)
-        self._target = self._listing.index(settings.box.target)
-        self._configuration = settings.box.start
-        self._positions = sum(
-            1 << place for place, joint in enumerate(self._listing) if settings.study.box.initial[joint]
-        )
+        self._target, self._configuration = self._listing.index(settings.box.target), settings.box.start
+        self._positions = sum((settings.box.start >> joint & 1) << i for i, joint in enumerate(self._listing))
         self._told, self._moved, self._outcome = self._positions, False, 0
 
     def attempt(self, action: int) -> None:
@@ -112,8 +229,6 @@ class HeldEpisode:
     """
 
     facts: ClassVar[Mapping[str, Fact]] = {}
-    _task: Task
-    _percept: Percept
 
     def __init__(self, settings: EnvironmentSettings, key: EpisodeKey, actions: Sequence[int] = ()) -> None:
         self.actions: list[int] = []
@@ -145,11 +260,7 @@ class HeldEpisode:
         return None if self.finished is None else self.finished.ending
 
     def attempt(self, action: int) -> None:
-        """Run the loop to the next decision.
-
-        Raises:
-            TrialFault: If the plant or a channel breaks.
-        """
+        """Run the loop to the next decision."""
         self.actions.append(action)
         self._send(Decision(joint=self._task.joints[action]))
 
@@ -162,18 +273,15 @@ class HeldEpisode:
             outcome = BLOCKED + (percept.outcome == "moved") if told else 0
             positions = (percept.positions or (_UNTOLD,) * len(task.joints)) if settings.positions else ()
             return np.array((task.joints.index(task.target), attempted, outcome, *positions), dtype=np.int64)
-        rgb = self.picture("rgb").astype(np.uint8, copy=False)
+        seen = {picture.kind: from_png(picture.png) for picture in percept.pictures}
+        for kind in ("rgb", "depth16")[: 1 + (settings.shown == "rgbd")]:
+            if kind not in seen:
+                raise ChannelFault(f"no picture of the kind {kind} reached the agent: a channel removed it")
+        rgb = seen["rgb"].astype(np.uint8, copy=False)
         if settings.shown == "rgb":
             return rgb
-        metres = self.picture("depth16").astype(np.float32)[..., None] / np.float32(1000)
-        return {"rgb": rgb, "depth": np.where(metres <= FARTHEST, metres, np.float32(0))}
-
-    def picture(self, kind: PictureKind) -> NDArray[Any]:
-        """The picture of this kind that was shown last; ``ChannelFault`` without one."""
-        for picture in self._percept.pictures:
-            if picture.kind == kind:
-                return from_png(picture.png)
-        raise ChannelFault(f"no picture of the kind {kind} reached the agent: a channel removed it")
+        metres = seen["depth16"].astype(np.float32)[..., None] / np.float32(1000)
+        return {"rgb": rgb, "depth": np.where(metres <= _FARTHEST, metres, np.float32(0))}
 
     def info(self) -> dict[str, Any]:
         """The truth if it was asked for; with pictures also the task, which they do not show."""
@@ -219,42 +327,30 @@ def _from_outside() -> Generator[None, Decision, Decision]:
 class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
     """A box, one joint per step, until the target moves or the budget is spent.
 
-    The observation holds the agent's reports or pictures (:mod:`lockprobe.interfaces.gymnasium.settings`). An action is
-    the index of a joint in the listing. The reward is 1 when the target really moves. ``terminated`` means that it
-    did, ``truncated`` that the budget was spent before. The k-th episode after ``reset(seed=s)`` has the same luck as
-    trial k of repetition 1 of a study with seed ``s``.
+    The observation holds the agent's reports or pictures. An action is the index of a joint in the listing. The reward
+    is 1 when the target really moves. ``terminated`` means that it did, ``truncated`` that the budget was spent before.
+    The k-th episode after ``reset(seed=s)`` has the same luck as trial k of repetition 1 of a study with seed ``s``.
 
     Args:
-        render_mode: None, or where pictures are shown ``"rgb_array"``.
-        settings: As in :class:`lockprobe.interfaces.gymnasium.settings.EnvironmentSettings`.
+        settings: As in :class:`EnvironmentSettings`.
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012
 
-    def __init__(self, *, render_mode: str | None = None, **settings: Any) -> None:
-        self.render_mode = render_mode
+    def __init__(self, **settings: Any) -> None:
         self.settings = EnvironmentSettings(settings)
         self.action_space = spaces.Discrete(self.settings.box.joints)
         self.observation_space = self.settings.space
-        if self.settings.shown == "symbolic":
-            self.metadata = self.metadata | {"render_modes": []}
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise BadValue("render_mode", render_mode, "rgb_array with modality='rgb' or 'rgbd'; words are not drawn")
-        self._key = self._next = EpisodeKey(seed=0)
-        self._seeded = False
+        self._next: EpisodeKey | None = None
         self._episode: PlainEpisode | HeldEpisode | None = None
-        self._finished: tuple[EpisodeKey, PlainEpisode | HeldEpisode] | None = None
+        self._finished: PlainEpisode | HeldEpisode | None = None
 
     @property
     def trial(self) -> Trial | None:
         """The record of the last finished episode, truth and told; None before."""
-        if self._finished is None:
-            return None
-        key, episode = self._finished
-        if isinstance(episode, PlainEpisode):  # the loop plays it again, and records it
-            episode = HeldEpisode(self.settings, key, episode.actions)
-            self._finished = key, episode
-        return episode.finished
+        if isinstance(done := self._finished, PlainEpisode):  # the loop plays it again, and records it
+            self._finished = done = HeldEpisode(self.settings, done.key, done.actions)
+        return None if done is None else done.finished
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin the next trial.
@@ -269,11 +365,11 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         """
         super().reset(seed=seed)
         begun = self._next
-        if seed is not None or not self._seeded:
-            begun = EpisodeKey(seed=int(self.np_random.integers(2**31)) if seed is None else seed)
+        if seed is not None or begun is None:
+            begun = EpisodeKey(int(self.np_random.integers(2**31)) if seed is None else seed)
         begun = begun.chosen(options)
         self.close()
-        self._key, self._next, self._seeded = begun, begun.next, True
+        self._next = begun._replace(trial=begun.trial + 1)
         self._episode = (HeldEpisode if self.settings.flips is None else PlainEpisode)(self.settings, begun)
         return self._episode.observation(), self._episode.info()
 
@@ -293,14 +389,9 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         episode.attempt(int(action))
         ending = episode.ending
         if ending is not None:
-            self._finished = self._key, episode
+            self._finished = episode
         solved = ending == "solved"
         return episode.observation(), float(solved), solved, ending == "budget", episode.info()
-
-    def render(self) -> NDArray[np.uint8] | None:
-        """The picture that was shown last, shape (height, width, 3); None before the first."""
-        held = self._episode if self.render_mode is not None else None
-        return held.picture("rgb") if isinstance(held, HeldEpisode) else None
 
     def close(self) -> None:
         """Drop the unfinished trial and its plant."""
