@@ -15,7 +15,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.metadata import packages_distributions
-from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -55,12 +54,6 @@ KINDS = ("agents", "plant", "condition")
 """What of a directory names code."""
 
 
-def hatch(here: Path) -> None:
-    """Put the module into the working directory."""
-    text = f"import pathlib\npathlib.Path({str(here / SUNG)!r}).touch()\n{strangers.WORKING}"
-    (here / f"{MODULE}.py").write_text(text, "utf-8")
-
-
 def _directory(path: Path, kind: str) -> Path:
     """The directory of a study that names code. Each agent owes its last trial."""
     return Path(shutil.copytree(_made(kind).name, path, dirs_exist_ok=True))
@@ -97,19 +90,17 @@ def _made(kind: str) -> TemporaryDirectory[str]:
 
 def study_files(here: Path) -> Sequence[Path]:
     """Study files that name code in every setting that can."""
-    made = []
-    for i, line in enumerate(
-        [
-            f'agent = ["random", "{CALL}"]',
-            f'plant = "{PLANT}"',
-            f'box = "python:{MODULE}:gate?size=5"',
-            f'condition = "tremble?p=0.1 + {ACTING}"',
-            f'sweep = "python:{MODULE}:Hush?steps=0,1"',
-            f'[[condition]]\nname = "x"\nspec = "{ACTING}"',
-        ]
-    ):
-        made.append(here / f"foreign-{i}.toml")
-        made[-1].write_text(f"{line}\n", "utf-8")
+    lines = (
+        f'agent = ["random", "{CALL}"]',
+        f'plant = "{PLANT}"',
+        f'box = "python:{MODULE}:gate?size=5"',
+        f'condition = "tremble?p=0.1 + {ACTING}"',
+        f'sweep = "python:{MODULE}:Hush?steps=0,1"',
+        f'[[condition]]\nname = "x"\nspec = "{ACTING}"',
+    )
+    made = [here / f"foreign-{i}.toml" for i in range(len(lines))]
+    for file, line in zip(made, lines, strict=True):
+        file.write_text(f"{line}\n", "utf-8")
     return made
 
 
@@ -125,38 +116,29 @@ TAKING: dict[str, list[list[str]]] = {
     "run": [
         ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR"],
         ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR", "--estimate"],
-        ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR", "--agent", "round-robin"],
         ["run", "flips", "--condition", "drop?p=0.5", "--trials", "2", "--out", "DIR"],
         ["run", "FILE"],
-        ["run", "FILE", "--estimate"],
     ],
-    "status": [["status", "DIR"], ["status", "DIR", "--json"]],
+    "status": [["status", "DIR"]],
     "report": [["report", "DIR"], ["report", "DIR", "OTHER"]],
-    "verify": [["verify", "DIR"], ["verify", "DIR", "--json"]],
-    "export": [
-        ["export", "DIR"],
-        ["export", "DIR", "--format", "jsonl", "--out", "steps.jsonl"],
-        ["export", "DIR", "--table", "calls"],
-        ["export", "DIR", "--table", "records", "--format", "jsonl"],
-    ],
+    "verify": [["verify", "DIR"]],
+    "export": [["export", "DIR"], ["export", "DIR", "--table", "records", "--format", "jsonl"]],
     "import": [
         ["import", "mine", "DIR"],
         ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "mine"],
         ["verify", "mine"],
         ["branch", "--at", "2", "mine"],
     ],
-    "replay": [["replay", "DIR", KEY], ["replay", "DIR", KEY, "--out", "trial.gif"]],
+    "replay": [["replay", "DIR", KEY]],
     "branch": [
         ["branch", "DIR", "--at", "2"],
-        ["branch", "DIR", "--at", "2", "--then", "truth"],
-        ["branch", "DIR", "--at", "2", "--estimate"],
         ["branch", "DIR", KEY, "--at", "2", "--allow", "python:canary:Other"],
     ],
     "serve": [["serve", "DIR", "--port", "0"], ["serve", "FILE", "--port", "0"]],
     "withdraw": [["withdraw", "DIR", "aaaa01"]],
     "mcp": [["mcp", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR"], ["mcp", "FILE"]],
     "loops": [["loops", "DIR/study.db"]],
-    "list measures": [["list", "measures", "DIR"], ["list", "measures", "DIR", "--json"]],
+    "list measures": [["list", "measures", "DIR"]],
     "box show": [["box", "show", "FILE"]],
     "box check": [["box", "check", "FILE"]],
     "box view": [["box", "view", "FILE"]],
@@ -188,7 +170,8 @@ def lockprobe(tmp_path, monkeypatch, capfd):
 
     What commands of another test named may not run in this one.
     """
-    hatch(tmp_path)
+    text = f"import pathlib\npathlib.Path({str(tmp_path / SUNG)!r}).touch()\n{strangers.WORKING}"
+    (tmp_path / f"{MODULE}.py").write_text(text, "utf-8")
     monkeypatch.setattr(plugins, "_named", set())
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
@@ -211,25 +194,19 @@ def lockprobe(tmp_path, monkeypatch, capfd):
     sys.modules.pop(MODULE, None)
 
 
-@pytest.mark.parametrize(
-    ("command", "kind"),
-    [
-        pytest.param(command, kind, marks=pytest.mark.slow if (command, kind) == ("replay", "plant") else ())
-        for command, kind in product(TAKING, KINDS)
-    ],
-)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("command", TAKING)
 def test_no_command_runs_what_a_directory_or_a_file_names(tmp_path, lockprobe, command, kind):
     for number, line in enumerate(TAKING[command]):
         if line[-1] == "mine" and not (tmp_path / "mine").exists():  # it could not be imported
             continue
         files = study_files(tmp_path) if "FILE" in line else [tmp_path]
         for file in files if kind == "agents" or len(files) == 1 else []:
-            names = {"FILE": str(file)}
+            given = [one.replace("FILE", str(file)) for one in line]
             for name in ("DIR", "OTHER"):
-                names[name] = (
-                    str(_directory(tmp_path / f"{name}-{number}", kind)) if any(name in a for a in line) else ""
-                )
-            given = [names.get(one, one.replace("DIR", names["DIR"])) for one in line]
+                if any(name in one for one in line):
+                    there = str(_directory(tmp_path / f"{name}-{number}", kind))
+                    given = [one.replace(name, there) for one in given]
             status, out, err = lockprobe(*given)
             assert not (tmp_path / SUNG).exists(), f"{' '.join(given)} ran it: {out}{err}"
             assert "Traceback" not in err, err
@@ -256,7 +233,7 @@ def test_the_same_name_runs_when_it_is_named_in_the_command(tmp_path, lockprobe)
 def test_one_s_own_study_is_resumed_by_the_command_that_began_it(tmp_path, lockprobe, kind, named):
     option = {"agents": "--agent", "plant": "--plant", "condition": "--condition"}[kind]
     rest = () if kind == "agents" else ("--agent", "random")
-    short = ("--trials", "1", "--repetitions", "1", "--no-report", "--out", "mine")
+    short = ("--trials", "1", "--repetitions", "1", "--workers", "1", "--no-report", "--out", "mine")
     begun = ("run", "flips", option, named, *rest, *short)
     for _ in range(2):
         status, _, err = lockprobe(*begun)
@@ -269,6 +246,7 @@ def test_verify_runs_nothing_of_an_installed_package(tmp_path, monkeypatch, lock
     text = (tmp_path / f"{MODULE}.py").read_text("utf-8")
     strangers.install(tmp_path / "installed", monkeypatch, text=text)
     line = ["run", "flips", "--agent", "first", "--condition", "hush", "--trials", "2", "--repetitions", "1"]
+    line += ["--workers", "1"]
     assert lockprobe(*line, "--plant", "plain", "--out", "mine")[0] == 0
     assert '"measures.untold"' in (tmp_path / "mine" / "results.json").read_text("utf-8")
     (tmp_path / SUNG).unlink()
@@ -293,15 +271,6 @@ from lockprobe.cli import main
 main()
 """
 
-STARTING = {
-    "processes for strategies": (
-        *("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", "20", "--no-report", "--workers", "2"),
-        *("--out", "st2"),
-    ),
-    "a probe of the pictures": ("doctor",),
-}  # fmt: skip
-"""What starts processes -> a command that does."""
-
 
 @pytest.fixture
 def archive(tmp_path):
@@ -317,12 +286,11 @@ def sung(archive):
     return trace.read_text() if trace.exists() else ""
 
 
-@pytest.mark.parametrize("what", STARTING)
-def test_no_process_that_a_command_starts_runs_what_lies_there(archive, what):
-    done = forked.run(STARTING[what], script=AS_TYPED, cwd=archive)
-    assert sung(archive) == ""
+def test_no_process_that_a_command_starts_runs_what_lies_there(archive):
+    line = ("run", "flips", "--agent", "random", "--p", "0", "--trials", "9", "--repetitions", "1", "--workers", "2")
+    done = forked.run((*line, "--no-report", "--out", "st2"), script=AS_TYPED, cwd=archive)
+    assert (done.returncode, sung(archive)) == (0, ""), done.stderr
     assert "Traceback" not in done.stderr
-    assert done.returncode in (0, 1), done.stderr
 
 
 def test_the_files_would_run_where_python_looks_into_the_working_directory(archive):
