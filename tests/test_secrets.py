@@ -6,7 +6,6 @@ import io
 import json
 import os
 import sqlite3
-import typing
 import zipfile
 import zlib
 from collections import Counter
@@ -199,8 +198,6 @@ def test_a_url_with_user_password_and_token_reaches_the_provider_and_no_file(
 
 
 def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch, capfd):
-    from lockprobe.cli.export import export
-
     study = tmp_path / "study"
     encoded = base64.b64encode(f"user:{PASSWORD}".encode()).decode()
     echo = (
@@ -215,9 +212,8 @@ def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch
         printed += [command(capfd, *run, "--connections", "2", "--out", study, *more) for more in ways]
     assert any(KEY in line for line in server.headers)
     printed += [command(capfd, "status", study), command(capfd, "status", study, "--json")]
-    kinds = typing.get_args(typing.get_args(typing.get_type_hints(export, include_extras=True)["format"])[0])
-    out = [("--format", kind, "--out", tmp_path / f"export.{kind}") for kind in kinds]
-    printed += [command(capfd, "export", study, *more) for more in out]
+    for kind in ("csv", "jsonl"):
+        printed.append(command(capfd, "export", study, "--format", kind, "--out", tmp_path / f"export.{kind}"))
     printed.append(command(capfd, "export", study, "--table", "records", "--format", "jsonl"))
     printed.append(command(capfd, "replay", study, records(study)[-1]["key"]))
     written = dict(everything(tmp_path))
