@@ -67,7 +67,7 @@ def test_a_picture_or_a_model(tmp_path, ending, start):
 
 
 def test_generated_files_are_boxes(tmp_path):
-    said = ask("generate", "--joints", 5, "--layout", "zigzag", "--deal", "--count", 3, "--out", tmp_path)
+    said = ask("generate", "--family", "random-5", "--layout", "zigzag", "--deal", "--count", 3, "--out", tmp_path)
     files = sorted(tmp_path.iterdir())
     assert len(files) == 3
     assert len(said.stdout.splitlines()) == 3
@@ -75,7 +75,7 @@ def test_generated_files_are_boxes(tmp_path):
         found = read_box(file)
         assert f"{file}  optimum {optimum(found)}, random" in said.stdout
         assert json.loads(ask("show", file, "--json").stdout)["name"] == found.name == file.stem
-    again = ask("generate", "--joints", 5, "--layout", "zigzag", "--deal", "--count", 3, "--out", tmp_path)
+    again = ask("generate", "--family", "random-5", "--layout", "zigzag", "--deal", "--count", 3, "--out", tmp_path)
     assert again.stdout == said.stdout
 
 
@@ -89,7 +89,7 @@ def test_a_file_of_another_box_is_left_alone(tmp_path):
 
 
 def test_what_was_refused_is_told():
-    done = ask("generate", "--joints", 5, "--shortest", 6, "--count", 4)
+    done = ask("generate", "--family", "random-5", "--shortest", 6, "--count", 4)
     assert len(done.stdout.splitlines()) == 4
     assert re.search(r"^refused: .*\d+ too short", done.stderr)
 
@@ -102,7 +102,7 @@ def test_what_was_refused_is_told():
         (["show", "none.toml"], BadFile, "none.toml: cannot be read"),
         (["show", "--out", "x.pdf"], BadValue, "in .svg, .png or .xml"),
         (["show", "--arm", "--out", "x.svg"], BadValue, "--arm: got True, expected --out FILE.xml with it"),
-        (["generate", "--family", "chain", "--joints", "9"], BadValue, "joints of chain: got 9"),
+        (["generate", "--family", "chain"], UnknownName, "no family is called 'chain'"),
         (["generate", "--family", "chian"], UnknownName, "no family is called 'chian'"),
         (
             ["generate", "--family", "fork", "--shortest", 9],

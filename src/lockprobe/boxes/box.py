@@ -32,10 +32,7 @@ Shuffle = Literal["trial", "study", "never"]
 
 def bits(configuration: Configuration) -> str:
     """A configuration as a bit string in panel order, for example ``"0010"``."""
-    return "".join(map(_DIGITS.__getitem__, configuration))
-
-
-_DIGITS: Mapping[bool, str] = {False: "0", True: "1"}
+    return "".join(["01"[position] for position in configuration])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,10 +76,9 @@ class Lockbox:
         if len(self.initial) != len(names):
             raise BadValue("initial", bits(self.initial), f"one position for each of {len(names)} joints")
         self._check_interlock(names)
-        clauses_of = [self.interlock.get(name, ({},)) for name in names]
         rules = (
             tuple(tuple((names.index(other), at) for other, at in clause.items()) for clause in clauses)
-            for clauses in clauses_of
+            for clauses in (self.interlock.get(name, ({},)) for name in names)
         )
         object.__setattr__(self, "_rules", tuple(rules))
 

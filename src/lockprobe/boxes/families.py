@@ -34,22 +34,6 @@ def named_boxes() -> tuple[str, ...]:
     return tuple(STRUCTURES)
 
 
-def sized(family: str, joints: int | None) -> str:
-    """The name of a family's box of a given size, for example ``chain-5`` for ``chain`` and 5.
-
-    The family has its number or none, and may be ``random``; by default it has that number of joints, or else 4.
-    """
-    known = {name: len(STRUCTURES[name]().joints) for name in STRUCTURES}
-    known |= {f"random-{n}": n for n in range(2, MAX_JOINTS + 1)}
-    if family in known and joints in (None, known[family]):
-        return family
-    sizes = {n: name for name, n in known.items() if family in (name, name.rpartition("-")[0])}
-    wanted = 4 if joints is None else joints
-    if sizes and wanted not in sizes:
-        raise BadValue(f"joints of {family}", wanted, f"one of {', '.join(map(str, sorted(sizes)))}")
-    return sizes.get(wanted, family)
-
-
 def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
     """A box from a name, the path of a TOML file, or a :class:`Lockbox`.
 
@@ -72,16 +56,12 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
     name = spec_name(asked)
     if name in STRUCTURES or name.startswith("random-") or (plugin := find_plugin("box", asked)) is None:
         return box(asked)
-    found = plugin.make(is_one=_is_box, expected=_EXPECTED)
+    found = plugin.make(is_one=lambda one: isinstance(one, Lockbox) or is_own_function(one), expected=_EXPECTED)
     if not isinstance(found, Lockbox):
         raise BadValue("box", asked, _EXPECTED)
     if fault := fault_of(found):
         raise BadValue("box", asked, f"one that can be played ({fault})")
     return found
-
-
-def _is_box(found: object) -> bool:
-    return isinstance(found, Lockbox) or is_own_function(found)
 
 
 def box(name: str = DEFAULT_BOX) -> Lockbox:

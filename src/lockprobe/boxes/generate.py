@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -105,15 +105,10 @@ def _random_interlock(size: int, name: str, rng: np.random.Generator) -> Lockbox
                 if free := [other for other in others if other not in clause]:  # near joints more often, for depth
                     clause[free[int(rng.random() ** 2 * len(free))]] = position
             clauses.append(clause)
-        interlock[joint] = _needed(clauses)
+        kept: list[Clause] = []  # without those that a weaker one makes superfluous
+        for one in sorted(clauses, key=len):
+            if not any(weaker.items() <= one.items() for weaker in kept):
+                kept.append(one)
+        alone = {item for one in kept if len(one) == 1 for item in one.items()}
+        interlock[joint] = [] if any((other, not position) in alone for other, position in alone) else kept  # free
     return assemble(name, joints, interlock)
-
-
-def _needed(clauses: Sequence[Mapping[str, bool]]) -> list[Clause]:
-    """The clauses without those that a weaker one makes superfluous; none if the joint is always free."""
-    kept: list[Clause] = []
-    for clause in sorted(clauses, key=len):
-        if not any(set(weaker.items()) <= set(clause.items()) for weaker in kept):
-            kept.append(clause)
-    alone = {item for clause in kept if len(clause) == 1 for item in clause.items()}
-    return [] if any((other, not position) in alone for other, position in alone) else kept

@@ -62,13 +62,6 @@ def _gray_code(size: int, name: str) -> Lockbox:
     return assemble(name, paper_joints(size), interlock)
 
 
-def _four(name: str, interlock: Mapping[str, Clause]) -> Lockbox:
-    """A box of the paper's joints: target, j2, j1 and j0 from the left."""
-    names = dict(zip(("target", "j2", "j1", "j0"), (joint for joint, _ in paper_joints(4)), strict=True))
-    clauses = {names[j]: [{names[o]: position for o, position in c.items()}] for j, c in interlock.items()}
-    return assemble(name, paper_joints(4), clauses)
-
-
 def _room(name: str, levers: int) -> Lockbox:
     """A door and levers, of which the first is the common cause of the others, or their common effect."""
     names = ["door", *(f"lever-{i}" for i in range(levers))]
@@ -93,16 +86,24 @@ def _branched() -> Lockbox:
     return assemble("branched", joints, interlock)
 
 
-_FORK: Mapping[str, Clause] = {"target": {"j1": True, "j2": True}}
-_CONVERGE: Mapping[str, Clause] = {"target": {"j2": True}, "j2": {"j0": True, "j1": True}}
-_RESET: Mapping[str, Clause] = {"j1": {"j0": True}, "j2": {"j1": True}, "target": {"j2": True, "j0": False}}
+_FOUR: Mapping[str, Mapping[str, Clause]] = {
+    "fork": {"revolute-left": {"slider-2": True, "slider-1": True}},
+    "converge": {"revolute-left": {"slider-1": True}, "slider-1": {"revolute-right": True, "slider-2": True}},
+    "reset": {
+        "slider-2": {"revolute-right": True},
+        "slider-1": {"slider-2": True},
+        "revolute-left": {"slider-1": True, "revolute-right": False},
+    },
+}
+"""Boxes of the paper's joints, each of which is free or has one clause."""
 
 STRUCTURES: Mapping[str, Callable[[], Lockbox]] = {
     **{f"chain-{n}": partial(_chain, n) for n in SIZES},
     **{f"bichain-{n}": partial(_bichain, n) for n in SIZES},
-    "fork": partial(_four, "fork", _FORK),
-    "converge": partial(_four, "converge", _CONVERGE),
-    "reset": partial(_four, "reset", _RESET),
+    **{
+        name: partial(assemble, name, paper_joints(4), {joint: [clause] for joint, clause in clauses.items()})
+        for name, clauses in _FOUR.items()
+    },
     "gray-code": partial(_gray_code, 4, "gray-code"),
     **{f"gray-code-{n}": partial(_gray_code, n, f"gray-code-{n}") for n in SIZES},
     **{f"{name}-{n}": partial(_room, name, n) for name in ("common-cause", "common-effect") for n in (3, 4)},

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.boxes.families import DEFAULT_BOX, box, find_box, named_boxes, sized
+from lockprobe.boxes.families import DEFAULT_BOX, box, find_box, named_boxes
 from lockprobe.boxes.generate import Recipe
 from lockprobe.boxes.generate import generate as make
 from lockprobe.boxes.layouts import LayoutName
@@ -136,8 +136,7 @@ def view(
 
 @app.command("generate")
 def generate(
-    family: Annotated[str, typer.Option(help="A named box, with or without its size, or random.")] = "random",
-    joints: Annotated[int | None, typer.Option(help=options.with_brackets(options.JOINTS, "4"))] = None,
+    family: Annotated[str, typer.Option(help="A named box, or random-N: an interlock of N joints.")] = "random-4",
     layout: Annotated[LayoutName, typer.Option(help=options.LAYOUT)] = "serial",
     deal: Annotated[
         bool, typer.Option("--deal", help="Assign places, kinds and names to the joints at random.")
@@ -152,7 +151,7 @@ def generate(
     """Generate boxes, from --seed on. Seeds that give no valid box are skipped and counted, with the reasons."""
     from lockprobe.boxes.boxfile import toml_of
 
-    recipe = Recipe(family=sized(family, joints), layout=layout, dealt=deal, shortest=shortest, seed=seed)
+    recipe = Recipe(family=family, layout=layout, dealt=deal, shortest=shortest, seed=seed)
     made, refused = 0, Counter[str]()
     for tried in range(seed, seed + _TRIES * count):
         found = make(replace(recipe, seed=tried))

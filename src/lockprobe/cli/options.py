@@ -19,7 +19,6 @@ from lockprobe.foundation.spec import spec_kind
 ACTIONS = "Number of different actions."
 BOX = "A box by name, random-N-SEED, or a TOML file."
 HOST = "Host name or IP address."
-JOINTS = "Number of joints."
 LAYOUT = "Where joints lie on the panel."
 OUT = "Where the result is written."
 PLANT = "What is acted on: a plant that lockprobe list plants lists, with options as in twin?looks=varied."

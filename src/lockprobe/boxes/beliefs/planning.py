@@ -34,26 +34,21 @@ SAME = 1e-9
 """Steps closer than this are equal."""
 
 
-def expected_steps(belief: Belief) -> NDArray[np.float64]:
-    """Expected steps to solve the box for each joint if it is attempted next, shape (n,).
-
-    Exact for a naive observer, and a ``BadValue`` if there are too many interlocks for that; QMDP's lower bound for
-    others.
-    """
-    if belief.noise.naive:
-        return np.array(planner(belief.interlocks).values(belief.alive, belief.likeliest))
-    known, configuration = belief.interlocks, belief.configuration
-    moves = known.may_move(configuration)
-    after = configuration[:, None] ^ (moves << np.arange(known.joints))
-    left = known.distance[np.arange(len(known))[:, None], after & ~1]
-    left[:, 0] *= ~moves[:, 0]
-    values: NDArray[np.float64] = 1.0 + belief.weights @ left
-    return values
-
-
 def best_joints(belief: Belief) -> NDArray[np.bool_]:
-    """The joints whose attempt takes the fewest expected steps, within rounding, shape (n,)."""
-    values = expected_steps(belief)
+    """The joints whose attempt takes the fewest expected steps, within rounding, shape (n,).
+
+    The steps are exact for a naive observer, with a ``BadValue`` if there are too many interlocks for that; QMDP's
+    lower bound for others.
+    """
+    known, configuration = belief.interlocks, belief.configuration
+    if belief.noise.naive:
+        values = np.array(planner(known).values(belief.alive, belief.likeliest))
+    else:
+        moves = known.may_move(configuration)
+        after = configuration[:, None] ^ (moves << np.arange(known.joints))
+        left = known.distance[np.arange(len(known))[:, None], after & ~1]
+        left[:, 0] *= ~moves[:, 0]
+        values = 1.0 + belief.weights @ left
     chosen: NDArray[np.bool_] = values <= values.min() + SAME
     return chosen
 
