@@ -15,16 +15,16 @@ from __future__ import annotations
 import ast
 import importlib
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from inspect import cleandoc, getsource, isclass, isroutine
 from operator import attrgetter
 from pathlib import Path
 from textwrap import dedent
 from types import BuiltinFunctionType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from lockprobe.foundation.errors import (
     BadFile,
@@ -35,10 +35,8 @@ from lockprobe.foundation.errors import (
     UserMistake,
     kind_and_words,
 )
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec, arguments_from, spec_kind, spec_name, split_specs
-
-if TYPE_CHECKING:
-    from importlib.metadata import EntryPoints
 
 Kind = Literal["agent", "box", "command", "intervention", "measure", "plant", "plant source", "tool"]
 
@@ -97,7 +95,7 @@ def runs_foreign_code() -> bool:
     return not _closing
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Plugin:
     """A class, function or object of another package, not imported yet.
 
@@ -173,6 +171,50 @@ class Plugin:
             raise BrokenPlugin(self.kind, self.name, self.package, error) from error
 
 
+@lru_cache(maxsize=32)
+def _added(kind: Kind, path: tuple[str, ...]) -> Mapping[str, Sequence[Plugin]]:
+    """What packages on an import path add under each name, sorted; cached because the search takes 15 ms.
+
+    Nobody replaces what ships.
+    """
+    from importlib.metadata import entry_points  # a tenth of a second, which most commands need not wait for
+
+    points = [(one, one.dist) for one in entry_points(group=GROUPS[kind])]
+    found = (
+        Plugin(kind, one.name, one.value, f"{of.name} {of.version}" if of else "another package") for one, of in points
+    )
+    named = sorted(grouped(found, lambda one: one.name).items())
+    return {name: [one for one in those if one.ships] or those for name, those in named}
+
+
+def plugin_names(kind: Kind) -> tuple[str, ...]:
+    """The names that packages of others add, sorted. Nothing is imported."""
+    return tuple(name for name, those in _added(kind, tuple(sys.path)).items() if not those[0].ships)
+
+
+def find_plugin(kind: Kind, spec: str) -> Plugin | None:
+    """Find ``python:module:Name`` or an entry point by its spec, without an import; None if it does not exist."""
+    name = spec_name(spec)
+    if name.startswith(_DIRECT):
+        return Plugin(kind, name, name.removeprefix(_DIRECT), spec=spec)
+    those = _added(kind, tuple(sys.path)).get(name, ())
+    if len({one.value for one in those}) > 1:
+        packages = " and ".join(one.package for one in those)
+        raise BadValue(kind, name, f"a name from only one package, not from {packages}")
+    return replace(those[0], spec=spec) if those else None
+
+
+def robot_plugin(kind: Kind, name: str, what: str) -> Plugin:
+    """What lockprobe-robot adds under a name, or a spec that begins with it, which is never that of another package.
+
+    ``what`` needs it, with its verb, for the message: ``films need``.
+    """
+    plugin = find_plugin(kind, name)
+    if plugin is None or not plugin.ships:
+        raise Missing(f"{what} the package {ROBOT}", "pip install 'lockprobe[twin]'")
+    return plugin
+
+
 class Listed(NamedTuple):
     """A plug-in of an installed package in a list: what it says of itself; unused, without ``found``, why that is."""
 
@@ -182,10 +224,43 @@ class Listed(NamedTuple):
     found: Any = None
 
 
-def plugin_names(kind: Kind) -> tuple[str, ...]:
-    """The names that packages of others add, sorted. Nothing is imported."""
-    points = _points(kind)
-    return tuple(sorted({point.name for point in points} - {point.name for point in points if _ships(point)}))
+def listed_plugins(
+    kind: Kind, own: Collection[str] = (), check: Callable[[str, Any], object] = lambda name, found: None
+) -> list[Listed]:
+    """All plug-ins of one kind, imported; unusable ones are included with the reason.
+
+    No package can add Lockprobe's ``own`` names. ``check`` raises a user's mistake if an object cannot be used.
+    """
+    rows = []
+    for name, those in _added(kind, tuple(sys.path)).items():
+        if those[0].ships:
+            continue
+        package = " and ".join(sorted({one.package for one in those}))
+        try:
+            if name in own or (plugin := find_plugin(kind, name)) is None:
+                raise BadValue(kind, name, "a different name: Lockprobe itself uses this one")
+            check(name, found := plugin.load())
+            rows.append(Listed(name, package, first_line(found), found))
+        except UserMistake as mistake:
+            rows.append(Listed(name, package, f"Cannot be used. {mistake}"))
+    return rows
+
+
+def plugin_name_of(kind: Kind, found: type[Any]) -> str:
+    """The name under which an installed package has a class; ``python:module:Name`` if none has it."""
+    for one in (one for those in _added(kind, tuple(sys.path)).values() for one in those):
+        if one.value.partition(":")[0].partition(".")[0] == found.__module__.partition(".")[0]:  # it may re-export it
+            with suppress(UserMistake):
+                if one.load() is found:
+                    return one.name
+    return f"{_DIRECT}{found.__module__}:{found.__qualname__}"
+
+
+def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
+    """Refuse ``python:`` specs in a file, which would run code, also within conditions."""
+    for spec in specs:
+        if isinstance(spec, str) and any(spec_kind(part) == "python" for part in split_specs(spec)):
+            raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")
 
 
 def docstring(thing: object) -> str:
@@ -216,85 +291,3 @@ def has_methods(found: object, *names: str) -> bool:
 def is_own_function(found: object) -> bool:
     """Whether something is a function that somebody wrote in Python, no class and no function of Python itself."""
     return callable(found) and not isinstance(found, type | BuiltinFunctionType)
-
-
-def find_plugin(kind: Kind, spec: str) -> Plugin | None:
-    """Find ``python:module:Name`` or an entry point by its spec, without an import; None if it does not exist."""
-    name = spec_name(spec)
-    if name.startswith(_DIRECT):
-        return Plugin(kind=kind, name=name, value=name.removeprefix(_DIRECT), spec=spec)
-    points = [point for point in _points(kind) if point.name == name]
-    points = [point for point in points if _ships(point)] or points
-    if len({point.value for point in points}) > 1:
-        raise BadValue(kind, name, f"a name from only one package, not from {' and '.join(map(_package, points))}")
-    if not points:
-        return None
-    return Plugin(kind=kind, name=name, value=points[0].value, package=_package(points[0]), spec=spec)
-
-
-def robot_plugin(kind: Kind, name: str, what: str) -> Plugin:
-    """What lockprobe-robot adds under a name, or a spec that begins with it, which is never that of another package.
-
-    ``what`` needs it, with its verb, for the message: ``films need``.
-    """
-    plugin = find_plugin(kind, name)
-    if plugin is None or not plugin.ships:
-        raise Missing(f"{what} the package {ROBOT}", "pip install 'lockprobe[twin]'")
-    return plugin
-
-
-def listed_plugins(
-    kind: Kind, own: Collection[str] = (), check: Callable[[str, Any], object] = lambda name, found: None
-) -> list[Listed]:
-    """All plug-ins of one kind, imported; unusable ones are included with the reason.
-
-    No package can add Lockprobe's ``own`` names. ``check`` raises a user's mistake if an object cannot be used.
-    """
-    rows = []
-    for name in plugin_names(kind):
-        package = " and ".join(sorted({_package(point) for point in _points(kind) if point.name == name}))
-        try:
-            if name in own or (plugin := find_plugin(kind, name)) is None:
-                raise BadValue(kind, name, "a different name: Lockprobe itself uses this one")
-            check(name, found := plugin.load())
-            rows.append(Listed(name, package, first_line(found), found))
-        except UserMistake as mistake:
-            rows.append(Listed(name, package, f"Cannot be used. {mistake}"))
-    return rows
-
-
-def plugin_name_of(kind: Kind, found: type[Any]) -> str:
-    """The name under which an installed package has a class; ``python:module:Name`` if none has it."""
-    for point in _points(kind):
-        if point.value.partition(":")[0].partition(".")[0] == found.__module__.partition(".")[0]:  # it may re-export it
-            with suppress(UserMistake):
-                if Plugin(kind=kind, name=point.name, value=point.value, package="?").load() is found:
-                    return str(point.name)
-    return f"{_DIRECT}{found.__module__}:{found.__qualname__}"
-
-
-def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
-    """Refuse ``python:`` specs in a file, which would run code, also within conditions."""
-    for spec in specs:
-        if isinstance(spec, str) and any(spec_kind(part) == "python" for part in split_specs(spec)):
-            raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")
-
-
-def _points(kind: Kind) -> EntryPoints:
-    return _points_on(kind, tuple(sys.path))
-
-
-@lru_cache(maxsize=32)
-def _points_on(kind: Kind, path: tuple[str, ...]) -> EntryPoints:
-    """The entry points of a kind on an import path, cached because the search takes 15 ms."""
-    from importlib.metadata import entry_points  # a tenth of a second, which most commands need not wait for
-
-    return entry_points(group=GROUPS[kind])
-
-
-def _ships(point: Any) -> bool:
-    return point.dist is not None and str(point.dist.name) == ROBOT
-
-
-def _package(point: Any) -> str:
-    return "another package" if point.dist is None else f"{point.dist.name} {point.dist.version}"
