@@ -61,7 +61,6 @@ ONE_READING = {
     f"```\n{OBJECT}\n```\n{json.dumps(FIELDS, indent=1)}": ("text",),
     f'{OBJECT[:-1]}, "joint": "B"}}': ("syntax",),
     f"{OBJECT[:-1]},}}": ("syntax",),
-    json.dumps(OBJECT): ("syntax",),
     f'{{"reply": {OBJECT}}}': ("text",),
     f'{{"name": "reply", "arguments": {OBJECT}}}': ("text",),
     f'<tool_call>\n{{"name": "reply", "arguments": {OBJECT}}}\n</tool_call>': ("text",),
@@ -70,7 +69,6 @@ ONE_READING = {
     f"<analysis>Perhaps {OTHER}</analysis>{OBJECT}": ("marks",),
     f"<reason>Perhaps {OTHER}</reason>{OBJECT}": ("marks",),
     "{'last_action': 'moved', 'hypothesis': 'B\\'s lock', 'joint': 'B'}": ("syntax",),
-    '{last_action: "moved", hypothesis: "B\'s lock", joint: B,}': ("syntax",),
     OBJECT.replace("last_action", "lastAction").replace("joint", "Joint"): ("spelling",),
 }
 
@@ -111,6 +109,9 @@ def test_a_text_with_one_reading_is_a_decision_and_what_was_tidied_is_named(text
         ("[" * 100_000, "not one JSON object"),
         ('{"a":' * 50_000 + "1" + "}" * 50_000, "not one JSON object"),
         ('["moved", "B"]', "not one JSON object"),
+        ("{'joint': 'B', 'joint': 'C'}", "joint: two values"),
+        ("{'joint': 'B', **FIELDS}", "not one JSON object"),
+        (json.dumps(FIELDS | {"hypothesis": "x" * 4001}), "hypothesis: 4001 characters, at most 4000"),
         ('{"joint": "B"}', "last_action: Field required"),
         ('{"last_action": null, "joint": "B"}', "last_action: Field required"),
         ('{"last_action": "moved", "joint": null}', "joint: Field required"),
@@ -138,14 +139,14 @@ def read(now=LATER, **fields):
         *(("claimed", value, "blocked") for value in ("did not move.", "Did_Not-Move", "didn't move", "didn\u2019t move")),
         *(("claimed", value, "blocked") for value in ("It did not move!", "Joint A did not move", "not moved")),
         ("hypothesis", None, ""),
-        ("hypothesis", ["A", "B"], '["A", "B"]'),
+        ("hypothesis", ["A", "B"], "['A', 'B']"),
         ("hypothesis", "it\ud83d opens", "it? opens"),
     ],
 )  # fmt: skip
 def test_another_spelling_is_read_and_noted(name, value, meant):
     decision = read(**{"last_action" if name == "claimed" else name: value})
     assert (getattr(decision, name), decision.tidied) == (meant, ("spelling",))
-    assert read().tidied == ()
+    assert read(hypothesis="x" * 4000).tidied == ()
 
 
 @pytest.mark.parametrize(
@@ -153,7 +154,6 @@ def test_another_spelling_is_read_and_noted(name, value, meant):
     [
         *(("joint", value) for value in ("A or B", "A, B", "AB", "", "D", ["A", "B"], {"A": "B"}, True, 1.5, "\u0410")),
         *(("last_action", value) for value in ("moved or did not move", "B moved", "none", True, "true", "yes", 1, "")),
-        ("hypothesis", "x" * 4001),
     ],
 )
 def test_a_value_that_has_no_reading_or_two_is_refused_by_its_name(name, value):

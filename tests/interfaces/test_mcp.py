@@ -13,7 +13,7 @@ from seen import PhotographedPlant
 from stored import contents, records, sql, timings
 from tool_player import AGENT, FACTS, SPEC, Player, calls, plain_records
 
-from lockprobe.agents.outside import SAME_IN_ALL_TRIALS
+from lockprobe.agents.catalogue import SAME_IN_ALL_TRIALS
 from lockprobe.agents.prompt import conversation
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.interfaces import mcp as module

@@ -1,23 +1,18 @@
-"""The catalogue of agents by spec. Heavy modules are imported only when an agent needs them.
+"""The catalogue of agents by spec (:data:`KNOWN`). Heavy modules are imported only when an agent needs them.
 
-Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``right-to-left``, ``human-inspired[:preset]``,
-``ideal-observer``, ``cognitive:MODEL``, ``viewer[:STRATEGY]`` (reads pictures and plays a strategy by them),
-``llm:local`` (the embedded model), ``llm:gguf:PATH`` (any GGUF file), ``llm:PROVIDER/MODEL`` (any model that is
-served), ``participant`` (people), ``mcp:NAME`` (an agent with tools), ``python:module:Name`` (your class), and what
-installed packages add by an entry point in the group ``lockprobe.agents``. Options follow a question mark:
-``human-inspired:proximity?lapse=0.1``. Those of a viewer and of its strategy stand side by side:
-``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
+Options follow a question mark: ``human-inspired:proximity?lapse=0.1``. Those of a viewer and of its strategy stand side
+by side: ``viewer:human-inspired:proximity?acuity=40&lapse=0.1``.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from inspect import iscoroutinefunction
 from typing import Any, Literal
 
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
-from lockprobe.agents.outside import check_outside
 from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import (
     CHARACTERS,
@@ -60,6 +55,18 @@ _STRATEGIES: Mapping[str, tuple[type[Policy[Any]], Mapping[str, object]]] = {
 """Name -> class and settings; the ideal observer is not among them, as its arrays take long to import."""
 
 _OBSERVER = "ideal-observer"
+
+SAME_IN_ALL_TRIALS = ("client", "wording")
+"""Facts of a client that may not change under its name: records that differ in them are different conditions."""
+
+_OUTSIDE = {
+    PEOPLE: (r"(:[a-z0-9]{4,32})?", "participant, or participant:ID with 4 to 32 lower-case letters and digits"),
+    MCP: (
+        r":[A-Za-z0-9][A-Za-z0-9._-]{0,63}",
+        "mcp:NAME with at most 64 letters, digits, dots, hyphens and underscores",
+    ),
+}
+"""Agents outside of the loop, whom a server waits for: how their specs go on after the kind, and the same in words."""
 
 _KINDS = {spec_kind(name) for name in _STRATEGIES} | {_OBSERVER, "viewer"}
 
@@ -116,13 +123,12 @@ def description(spec: str) -> str:
     >>> description("llm:local")
     'SmolLM2-135M-Instruct, a very small language model.'
     """
-    asked, name = Spec.parse(spec), spec_name(spec)
+    asked = Spec.parse(spec)
     if asked.kind == "cognitive" and asked.name in CHARACTERS and not asked.options:
         return CHARACTERS[asked.name][0]
-    if name in _STRATEGIES:
-        return f"{first_line(_STRATEGIES[name][0]).partition('. ')[0].removesuffix('.')}."
-    form = {"viewer": "viewer[:STRATEGY]", MCP: "mcp:NAME"}.get(asked.kind, "llm:local" if name == "llm:local" else "")
-    return f"{KNOWN[form].partition('. ')[0].removesuffix('.')}." if form else ""
+    forms = {"human-inspired": "human-inspired[:PRESET]", "viewer": "viewer[:STRATEGY]", MCP: "mcp:NAME", PEOPLE: ""}
+    said = KNOWN.get(forms.get(asked.kind, spec_name(spec)), "")
+    return f"{said.partition('. ')[0].removesuffix('.')}." if said else ""
 
 
 def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
@@ -140,14 +146,12 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
     if not text.isprintable():
         raise BadValue("agent", printable(text), "a name without control characters")
     spec = spec if isinstance(spec, Spec) else Spec.parse(spec)
-    if spec.kind == "viewer":
-        viewer = _viewer(spec)
-        return AgentSource(spec=text, engine="inline", senses="pictures", make=lambda: viewer)
     if is_strategy(text):
-        agent = _strategy(spec)
-        return AgentSource(spec=text, engine="inline", make=lambda: agent)
-    if spec.kind in (PEOPLE, MCP):
-        check_outside(text)
+        agent = _viewer(spec) if spec.kind == "viewer" else _strategy(spec)
+        sees: Senses = "pictures" if spec.kind == "viewer" else "reports"
+        return AgentSource(spec=text, engine="inline", senses=sees, make=lambda: agent)
+    if spec.kind in _OUTSIDE:
+        check_outside(text, spec.kind)
 
         def make() -> Agent:
             raise BadValue("agent", text, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
@@ -169,6 +173,20 @@ def is_strategy(spec: str) -> bool:
     (True, False)
     """
     return spec_kind(spec) in _KINDS
+
+
+def check_outside(spec: str, kind: str) -> str:
+    """A spec that names a person (of the kind ``participant``) or a client with tools (``mcp``).
+
+    A client connects to ``lockprobe mcp``, and whoever starts that server chooses its name.
+
+    Raises:
+        BadValue: If it names none.
+    """
+    form, expected = _OUTSIDE[kind]
+    if not re.fullmatch(f"{kind}{form}", spec):
+        raise BadValue("agent", spec, expected)
+    return spec
 
 
 def _strategy(spec: Spec) -> Policy[Any]:

@@ -59,7 +59,6 @@ _CONTEXT = 4096
 
 _CLAIMS = {f" {words}": outcome for words, outcome in CLAIMS.items() if outcome}
 
-
 _PULL = 100.0
 """Added to the logits of allowed tokens; any other is then e^100 times less likely than it was."""
 
@@ -166,20 +165,17 @@ class Engine:
     cached prefix, evaluated in one piece, so probabilities are bit-identical whatever was played before: llama.cpp
     gives slightly different numbers when the same tokens are evaluated in pieces of another size.
 
-    Args:
-        path: A GGUF file.
-        context: Tokens that a prompt may have.
-
     Attributes:
         tokens: The tokens of a text.
         opening: The same at the beginning of a prompt, after the initial token that some models need.
         runtime: The runtime and its version, for the record.
+        url: Where the runtime serves the model in this process, as any other server does.
 
     Raises:
         BadFile: If the file cannot be loaded.
     """
 
-    def __init__(self, path: Path, *, context: int = 4096) -> None:
+    def __init__(self, path: Path, *, context: int = _CONTEXT) -> None:
         self._path, xllamacpp = path, runtime()
         self.runtime = f"xllamacpp {xllamacpp.__version__}"
         params = xllamacpp.CommonParams()
@@ -193,6 +189,7 @@ class Engine:
             self._server = xllamacpp.Server(params)
         except RuntimeError as error:
             raise BadFile(path, f"cannot be loaded by {self.runtime} ({error})") from None
+        self.url = self._server.listening_address
         self.tokens = cache(self._tokens)
         self.opening = cache(partial(self._tokens, opening=True))
         self._constant: list[int] | None = None
@@ -200,7 +197,7 @@ class Engine:
     def _tokens(self, text: str, *, opening: bool = False) -> tuple[int, ...]:
         asked = json.dumps({"content": text, "add_special": opening, "parse_special": False}).encode()
         request = urllib.request.Request(  # noqa: S310 - the runtime's own loopback address
-            f"{self._server.listening_address}/tokenize", data=asked, headers={"Content-Type": "application/json"}
+            f"{self.url}/tokenize", data=asked, headers={"Content-Type": "application/json"}
         )
         with urllib.request.urlopen(request, timeout=60) as answer:  # noqa: S310
             return tuple(json.loads(answer.read())["tokens"])
@@ -284,7 +281,7 @@ class LocalModel:
             UserMistake: If its runtime or its file is missing or damaged.
         """
         path = locate(spec.full_name)
-        engine = Engine(path, context=_CONTEXT)
+        engine = Engine(path)
         facts = {"model": _name_of(path), "sha256": _hash_of(path), "runtime": engine.runtime}
         return cls(engine, facts, temperature_in(spec))
 

@@ -65,7 +65,6 @@ _GROUP = re.compile(r"""\{(?:[^{}"'\\]++|"(?:\\.|[^"\\])*+"|'(?:\\.|[^'\\])*+')*
 _ALTERNATIVE = re.compile(r"\bor\s*\0|\0\s*(?:or|alternatively)\b", re.IGNORECASE)
 """Words beside an object, which stands as a zero here, that say that it is one of two answers."""
 
-_NO_WIDTH = re.compile("[\ufeff\u200b\u200c\u200d\u2060]")
 _KEY = re.compile(r"""[{,]\s*["'\u201c\u2018]?([\w -]{1,40}?)["'\u201d\u2019]?\s*[:"'\u201c]""")
 """The name of a field."""
 
@@ -115,7 +114,7 @@ def parse_reply(text: str, situation: Situation, stop: str = "stop") -> Decision
     for name, allowed in asked.items():
         given = fields.get(name)
         if name == "hypothesis":
-            said = given if isinstance(given, str) else "" if given is None else json.dumps(given, ensure_ascii=False)
+            said = "" if given is None else str(given)
             read[name] = said.encode("utf-8", "replace").decode("utf-8")  # half of a character outside the basic plane
             if len(read[name]) > LONGEST_HYPOTHESIS:
                 raise ReplyFault(f"hypothesis: {len(read[name])} characters, at most {LONGEST_HYPOTHESIS}")
@@ -181,43 +180,30 @@ def object_in(text: str, names: Sequence[str]) -> Found:
         fields, tidied = _fields_of(whole, names)
         if fields or not any(isinstance(value, tuple) for _, value in whole):
             return fields, tidied
-    if isinstance(whole, str) and whole.strip():
-        fields, tidied = object_in(whole, names)
-        return fields, tidied | {"syntax"}
-    said, found, left, end = without_marks(text), list[Found](), "", 0
+    said, found, around, end = without_marks(text), list[Found](), "", 0
     if not said.strip():
         raise ReplyFault("reasoning without a reply after it" if text.strip() else "an empty reply")
     for group in _GROUP.finditer(said):
-        pairs, bent = _read(group[0])
-        fields, tidied = _fields_of(pairs, names)
+        pairs = _loaded(group[0])
+        fields, tidied = _fields_of(pairs if isinstance(pairs, tuple) else _bent(group[0]), names)
         if fields:
-            found.append((fields, tidied | {"syntax"} if bent else tidied))
-            left, end = f"{left}{said[end : group.start()]}\0", group.end()
-    left += said[end:]
-    _check_alone(left, found, names)
-    fields, tidied = found[0]
-    return fields, tidied.union(
-        ["marks"] if said != text else (), ["text"] if left.replace("\0", "").strip() or len(found) > 1 else ()
-    )
-
-
-def _check_alone(left: str, found: Sequence[Found], names: Sequence[str]) -> None:
-    """Refuse a text that has not one reading; ``left`` is what stands around the objects, with zeros in their places.
-
-    Raises:
-        ReplyFault: If it has none, or several.
-    """
-    if left.count("{") > left.count("}"):
+            found.append((fields, tidied if isinstance(pairs, tuple) else tidied | {"syntax"}))
+            around, end = f"{around}{said[end : group.start()]}\0", group.end()
+    around += said[end:]
+    if around.count("{") > around.count("}"):
         raise ReplyFault("a JSON object that does not end")
     plain = {plain_form(name) for name in names}
-    broken = any(plain_form(key) in plain for key in _KEY.findall(left))
+    broken = any(plain_form(key) in plain for key in _KEY.findall(around))
     if not found or (broken and len(found) == 1):
         raise ReplyFault("not one JSON object")
     readings = {json.dumps({name: plain_form(str(of)) for name, of in sorted(one.items())}) for one, _ in found}
     if broken or len(readings) > 1:
         raise ReplyFault("JSON objects that differ")
-    if _ALTERNATIVE.search(left):
+    if _ALTERNATIVE.search(around):
         raise ReplyFault("a JSON object and an alternative")
+    fields, tidied = found[0]
+    more = around.replace("\0", "").strip() or len(found) > 1
+    return fields, tidied.union(["marks"] if said != text else (), ["text"] if more else ())
 
 
 def spoken(text: str) -> str:
@@ -226,24 +212,19 @@ def spoken(text: str) -> str:
 
 
 def without_marks(text: str) -> str:
-    """The reply without reasoning and without tokens of a template.
+    """The reply behind the last reasoning that ends, without tokens of a template.
 
     A whole JSON object is left as it is. Of reasoning that ends nowhere, or after which nothing comes, nothing is left,
     unless one object is all that there is besides the tags.
     """
     if not any(sign in text for sign in "<[◁") or isinstance(_loaded(text), tuple):
         return text
-    said = _without_tokens(_after_reasoning(text))
+    tags = list(_TAG.finditer(text))
+    end = max((tag.end() for tag in tags if not tag["open"]), default=0)
+    said = _without_tokens(text[end : next((tag.start() for tag in tags if tag["open"] and tag.start() >= end), None)])
     if not said.strip() and isinstance(_loaded(alone := _without_tokens(_TAG.sub("", text))), tuple):
         return alone.strip()
     return text if said == text else said.strip()
-
-
-def _after_reasoning(text: str) -> str:
-    """The text behind the last reasoning that ends, up to one that does not."""
-    tags = list(_TAG.finditer(text))
-    end = max((tag.end() for tag in tags if not tag["open"]), default=0)
-    return text[end : next((tag.start() for tag in tags if tag["open"] and tag.start() >= end), None)]
 
 
 def _without_tokens(text: str) -> str:
@@ -260,35 +241,15 @@ def _loaded(text: str) -> object:
         return None
 
 
-def _read(group: str) -> tuple[_Pairs, bool]:
-    """A group in braces as an object, empty if it has no reading, and whether its JSON was bent."""
-    exact = _loaded(group)
-    if isinstance(exact, tuple):
-        return exact, False
+def _bent(group: str) -> _Pairs:
+    """A group in braces as models write it who think of Python: other quotes, or a comma before the end."""
     with suppress(ValueError, SyntaxError, MemoryError, RecursionError), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of escapes that Python does not know
-        bent = _literal(ast.parse(_NO_WIDTH.sub("", group), mode="eval").body)
-        if isinstance(bent, tuple):
-            return bent, True
-    return (), True
-
-
-def _literal(node: ast.AST | None) -> object:
-    """A value as models write it who think of Python: other quotes, none, or a comma before the end.
-
-    Raises:
-        ValueError: If it is more than a value.
-    """
-    match node:
-        case ast.Dict(keys=keys, values=values):
-            return tuple((str(_literal(key)), _literal(of)) for key, of in zip(keys, values, strict=True))
-        case ast.List(elts=parts):
-            return [_literal(part) for part in parts]
-        case ast.Constant(value=str() | int() | float() | None as value):
-            return value
-        case ast.Name(id=word):
-            return {"true": True, "false": False, "null": None}.get(word, word)
-    raise ValueError("no value")
+        tree = ast.parse(group, mode="eval").body
+        if isinstance(tree, ast.Dict):
+            said = zip(tree.keys, tree.values, strict=True)
+            return tuple((str(ast.literal_eval(key or "")), ast.literal_eval(of)) for key, of in said)
+    return ()
 
 
 def _fields_of(pairs: _Pairs, names: Sequence[str]) -> Found:

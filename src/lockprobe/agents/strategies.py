@@ -1,26 +1,11 @@
-"""Strategies: four that ignore all reports, the human-inspired one and its variants, mechanisms, an ideal observer.
+"""Strategies: four that ignore all reports, the human-inspired one and its variants, and mechanisms.
 
 The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorithm is not public. All presets are
-*reconstructions*. What they reach on ``chain-4`` when told the truth (mean steps, 80 % by, all by; exact):
-
-* ``target-first`` (default) 8.5, 9, 10: the paper's reference curve, 80 % by step 9 and 100 % by step 20.
-* ``target-last`` 5.5, 6, 7: the target only when nothing else is left to try.
-* ``target-any`` 7, 8, 10: the target like any other joint.
-* ``proximity``: after a joint has moved, the nearest on the panel that has neither moved nor failed since. This is
-  ``heuristic_proximity`` of the public code (Baum et al., IROS 2017) with its memory "also in the beginning"; where
-  that code stops, because nothing is left, ours goes on with what has not failed. The layout decides.
-* ``per-configuration``: nothing twice in the same configuration, and not the joint that moved last: half of the trials
-  by step 9, 84 % by 20.
-* ``target-first-per-configuration``: the same, but the target first after every change: 46 % by step 9, all by 13.
+*reconstructions*; ``docs/agents.md`` says what each reaches.
 
 Mechanisms may explain an agent: a softmax over a fading memory, a random map, and a loop breaker. They are models in
 the statistical sense: each gives every choice a probability, so that it can be played, and fitted to the trials of
 anyone (``examples/fit_policy.py``). All look at what is told, never at the truth.
-
-The ideal observer shows how much information reports contain: exact Bayesian inference from them under a given prior,
-and planning by the posterior (:mod:`lockprobe.boxes.beliefs`). It is ideal only under its prior and noise model: told
-the truth, ``noise=naive`` needs 8.5 steps on ``chain-4`` under ``prior=single-parent``, 5.5 if it knows that the box is
-a chain (``prior=chains``).
 """
 
 from __future__ import annotations
@@ -43,6 +28,9 @@ PRESETS: Mapping[str, Mapping[str, object]] = {
     "per-configuration": {"target": "any", "memory": "configuration", "spare": "moved"},
     "target-first-per-configuration": {"memory": "configuration", "spare": "moved"},
 }
+"""``target-first`` gives the paper's reference curve: 80 % by step 9 and 100 % by step 20. ``proximity`` is
+``heuristic_proximity`` of the public code (Baum et al., IROS 2017) with its memory "also in the beginning"; where that
+code stops, because nothing is left, ours goes on with what has not failed."""
 
 
 class RandomAgent(Policy[None]):
@@ -56,7 +44,7 @@ class RandomAgent(Policy[None]):
 
 
 class RandomNoRepeat(Policy[int]):
-    """A random choice among all joints except the one attempted last."""
+    """A random choice among all joints except that of the last report; among all before there is one."""
 
     looks = heeds_panel = False
 
@@ -65,7 +53,7 @@ class RandomNoRepeat(Policy[int]):
         return -1
 
     def remember(self, view: View, memory: int, told: Told) -> int:
-        """The joint attempted last."""
+        """The joint of the last report."""
         return told.joint
 
     def probabilities(self, view: View, memory: int) -> tuple[float, ...]:

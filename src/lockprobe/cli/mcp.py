@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.agents.outside import check_outside
+from lockprobe.agents.catalogue import check_outside
 from lockprobe.cli import options
 from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadValue, Missing
@@ -46,7 +46,7 @@ def mcp(
     """
     if find_spec("mcp") is None:
         raise Missing("lockprobe mcp needs the package mcp", "pip install 'lockprobe[mcp]'")
-    agent = check_outside(f"{MCP}:{agent_name}")
+    agent = check_outside(f"{MCP}:{agent_name}", MCP)
     planned = study(what, **{**asked, "agent": [agent]})
     if planned.attended:
         raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal, which the client uses")

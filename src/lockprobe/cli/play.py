@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 import numpy as np
 import typer
 
-from lockprobe.agents.outside import participant_spec
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.sketch import interlock_lines, panel_lines, reading_order
 from lockprobe.boxes.solve import optimum, random_curve
@@ -20,6 +19,7 @@ from lockprobe.cli.printing import say
 from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadValue, LockprobeError
 from lockprobe.foundation.formatting import count
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.running.trial_setup import play_timed
@@ -60,7 +60,7 @@ def play(asked: Mapping[str, Any]) -> None:
     if len(rates) != 1:
         raise BadValue("p", ",".join(f"{rate:g}" for rate in rates), "one number from 0 to 1")
     options = {"assessment": False, **asked, "seed": seed, "p": rates[0]}
-    study = trial_study(participant_spec("local"), **options)
+    study = trial_study(f"{PEOPLE}:local", **options)
     plan = study.plan(study.agents[0], study.conditions[0], 1, 1)
     say(f"Lockbox (--seed {seed} plays this trial again)")
     loop = asyncio.new_event_loop()  # asyncio.run would delay Ctrl-C during the wait for a key

@@ -22,7 +22,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from lockprobe.agents.outside import SAME_IN_ALL_TRIALS
+from lockprobe.agents.catalogue import SAME_IN_ALL_TRIALS
 from lockprobe.agents.prompt import INSTRUCTIONS, fingerprint, instructions
 from lockprobe.agents.reply import CLAIMS, LONGEST_HYPOTHESIS
 from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, needing

@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.agents.outside import check_outside, participant_spec
+from lockprobe.agents.catalogue import check_outside
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import PEOPLE
@@ -94,7 +94,7 @@ class Slot(StrictModel):
 
     def plan(self, study: Study, identity: str) -> Plan:
         """The trial as a participant plays it."""
-        return study.plan(participant_spec(identity), study.labelled(self.condition), self.repetition, self.trial)
+        return study.plan(f"{PEOPLE}:{identity}", study.labelled(self.condition), self.repetition, self.trial)
 
 
 class Joined(StrictModel):
@@ -293,7 +293,7 @@ def _entries(directory: Path | str) -> dict[str, list[str]]:
 def _diary(store: Path, identity: str, entries: Sequence[str]) -> Diary:
     """The diary that entries are, of which there is at least one; raises Damaged if they are none."""
     try:
-        check_outside(participant_spec(identity))
+        check_outside(f"{PEOPLE}:{identity}", PEOPLE)
         joined, *lines = entries
         diary = Diary(Joined.model_validate_json(joined), [Did.model_validate_json(line) for line in lines])
     except BadValue as mistake:
@@ -356,7 +356,7 @@ def acts_of_steps(
         diary.check_slots(study, directory)
         for box, acts in diary.steps.items():
             trial = trials.get(key := diary.key(study, box))
-            if trial is None or trial.agent != participant_spec(diary.identity):
+            if trial is None or trial.agent != f"{PEOPLE}:{diary.identity}":
                 continue
             chosen = [(one.joint, one.claimed) for did in acts if isinstance(one := did.act, Attempt)]
             played = [(step.decision.joint, step.decision.claimed) for step in trial.steps]

@@ -11,8 +11,8 @@ import re
 import secrets
 from pathlib import Path
 
-from lockprobe.agents.outside import participant_spec
 from lockprobe.foundation.inputs import is_there, read_input
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.studies import PEOPLE_DIRECTORY
 from lockprobe.studies.records.journal import Journal
@@ -54,7 +54,7 @@ def withdraw(journal: Journal, identity: str, person: str = "") -> None:
         name = _note(journal, person)
         with journal.store.transaction(sync=True) as writing:
             writing.execute("insert or ignore into note values (?, 1)", (name,))
-    journal.delete_participant(participant_spec(identity))
+    journal.delete_participant(f"{PEOPLE}:{identity}")
     journal.erase()
 
 

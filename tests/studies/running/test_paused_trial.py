@@ -7,8 +7,8 @@ import pytest
 from seated import as_played, people_study, without_page
 from seen import PhotographedPlant
 
-from lockprobe.agents.outside import participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue, ChannelFault
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.interventions.conditions import flips, read_condition
 from lockprobe.plants import catalogue
 from lockprobe.studies.options.studyfile import study
@@ -17,7 +17,7 @@ from lockprobe.studies.running.playable import CLIENT, PERSON, check_playable
 from lockprobe.trial.record import Briefing
 
 STUDY = people_study(layout="shuffled")
-PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.labelled("flip?p=0.4"), 1, 2)
+PLAN = STUDY.plan(f"{PEOPLE}:3f9a01bc", STUDY.labelled("flip?p=0.4"), 1, 2)
 
 
 def steps_of(trial):

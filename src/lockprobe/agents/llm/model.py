@@ -43,29 +43,30 @@ _WHITE_SPACE = 100
 """Blanks at the end of a reply that was cut off from which on it is said to be nothing else."""
 
 _ALIKE, _ALIKE_TRIALS = 12, 3
-"""Unusable replies in a row with the same words, and trials that got them, after which they are its server's."""
+"""Unusable replies with the same words since the last usable one, and trials that got them, after which they are its
+server's."""
 
-Verdict = Decision | ReplyFault
-"""What a reply comes to."""
-
-Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[tuple[Call, Verdict]]]
-"""From the turn, from 1, the conversation and the form of the reply to the call with its reply, and its verdict."""
+Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Call]]
+"""From the turn, from 1, the conversation and the form of the reply to the call with its reply."""
 
 
 class HostedModel:
     """A model behind a provider's interface. A malformed reply is requested again.
 
+    All its trials share one client, and the unusable replies since the last usable one: the trials that got them, by
+    their words. Under None nothing is kept, as soon as there was a usable one.
+
     Attributes:
         unseeded: Its luck is the provider's; see :class:`lockprobe.trial.protocols.Agent`.
         facts: Model name, form of requests, prompt and settings; the host, where it is not the provider's own.
-        line: The client that all its trials share.
+        line: The client.
     """
 
     unseeded = True
 
     def __init__(self, model: Model, access: Access) -> None:
-        self.line, self._alike = ModelClient(model, access), _Alike()
-        self._key = ""
+        self.line, self._key = ModelClient(model, access), ""
+        self._alike: dict[str | None, list[str]] = {}
         self._book: CallBook | None = None
         self._read: tuple[Sequence[Message], int] = (), 0  # the conversation of the step before, and its tokens
         server = self.line.server
@@ -91,11 +92,11 @@ class HostedModel:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
         step, model, book = len(situation.past) + 1, self.line.model, self._book
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
             request = fingerprint(model, messages, schema)
             if book is not None and (known := book.recall(step, turn, request)) and known.reply is not None:
                 self._note(known, messages)
-                return known, verdict_on(known, situation)
+                return known
             await self.line.pause(turn - 1)
             worst = model.at_most(messages)
             asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
@@ -106,8 +107,7 @@ class HostedModel:
                 try:
                     again = None if book is None else book.reserve
                     done = _credible(await self.line.ask(asked, messages, schema, again), worst)
-                    verdict = verdict_on(done, situation)
-                    self._check(done, verdict, messages)
+                    self._check(done, _verdict(done, situation), messages)
                 except ModelFault as fault:
                     account = {"retries": fault.retries, "unanswered": fault.unanswered, "usage": Usage(**fault.usage)}
                     spent = replace(asked, error=str(fault), seconds=time.perf_counter() - began, **account)  # type: ignore[arg-type]
@@ -116,11 +116,11 @@ class HostedModel:
                 finally:
                     if book is not None:
                         book.write(replace(done, most=None))
-            return done, verdict
+            return done
 
         return await decided(situation, model, ask)
 
-    def _check(self, answer: Call, verdict: Verdict, messages: Sequence[Message]) -> None:
+    def _check(self, answer: Call, verdict: Decision | ReplyFault, messages: Sequence[Message]) -> None:
         """Refuse a reply to half of a conversation, and words that all trials get now that had replies before.
 
         Counts that never were of the text are no evidence of a cut, nor is the count of what was added alone, which is
@@ -131,10 +131,13 @@ class HostedModel:
         """
         why, text = "", answer.reply or ""
         if isinstance(verdict, Decision):
-            self._alike.usable()
-        elif not isinstance(verdict, RefusalFault):
-            alike = self._alike.unusable(self._key, text)
-            if alike and answer.turn > self.line.model.settings.repairs:
+            self._alike.clear()
+            self._alike[None] = []
+        elif self._alike and not isinstance(verdict, RefusalFault):
+            got = self._alike.setdefault(text, [])
+            got.append(self._key)
+            last = answer.turn > self.line.model.settings.repairs
+            if last and len(got) >= _ALIKE and len(set(got)) >= _ALIKE_TRIALS:
                 why = f"all trials get the same words in the place of replies: {text[:200]!r}"
         (before, read), tokens = self._read, _counted(answer)
         old, new = (sum(len(one.text.encode(errors="surrogatepass")) for one in talk) for talk in (before, messages))
@@ -163,22 +166,6 @@ def _counted(answer: Call) -> int:
     return 0 if answer.retries or answer.claimed else answer.usage.input_tokens
 
 
-class _Alike:
-    """The trials that got unusable replies since the last usable one, as long as those have the same words."""
-
-    def __init__(self) -> None:
-        self._played, self._words, self._trials = False, "", list[str]()
-
-    def usable(self) -> None:
-        self._played, self._trials = True, []
-
-    def unusable(self, trial: str, words: str) -> bool:
-        """Note what a trial got; whether it is now the server that says so, and no model."""
-        self._trials = [*self._trials, trial] if words == self._words else [trial]
-        self._words = words
-        return self._played and len(self._trials) >= _ALIKE and len(set(self._trials)) >= _ALIKE_TRIALS
-
-
 def _credible(call: Call, worst: Usage) -> Call:
     """The call; in the place of an impossible count with the largest possible one, beside what was claimed."""
     if not call.usage.beyond(worst):
@@ -189,12 +176,8 @@ def _credible(call: Call, worst: Usage) -> Call:
 class ReplayedModel:
     """A model in a trial that has ended: it decides again by the replies on record, and no provider is asked.
 
-    Its settings are those of the record, so that each request has to be the one that was sent.
-
-    Args:
-        facts: The facts of the model, from the record.
-        spec: Its spec.
-        recall: From step, turn and request to the reply; None without one.
+    Its settings are those of the record, so that each request has to be the one that was sent. ``recall`` leads from
+    step, turn and request to the reply; None without one, which is a ``ModelFault``.
 
     Raises:
         UserMistake: If there is no model with these facts.
@@ -206,18 +189,14 @@ class ReplayedModel:
         self.facts, self._recall, self._model = facts, recall, Model.as_sent(spec, facts)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Decide as on record.
+        """Decide as on record."""
 
-        Raises:
-            ModelFault: If a reply is missing.
-        """
-        step = len(situation.past) + 1
-
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
-            known = self._recall(step, turn, fingerprint(self._model, messages, schema))
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+            request = fingerprint(self._model, messages, schema)
+            known = self._recall(len(situation.past) + 1, turn, request)
             if known is None or known.reply is None:
                 raise ModelFault("there is no such reply")
-            return known, verdict_on(known, situation)
+            return known
 
         return await decided(situation, self._model, ask)
 
@@ -229,7 +208,7 @@ def fingerprint(model: Model, messages: Sequence[Message], schema: dict[str, obj
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def verdict_on(call: Call, situation: Situation) -> Verdict:
+def _verdict(call: Call, situation: Situation) -> Decision | ReplyFault:
     """The decision in the reply of a call, or why there is none."""
     try:
         return parse_reply(call.reply or "", situation, call.stop)
@@ -249,8 +228,8 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
     replies: list[str] = []
     usage, cut_off = Usage(), 0
     while True:
-        answer, verdict = await ask(len(replies) + 1, messages, schema)
-        text = answer.reply or ""
+        answer = await ask(len(replies) + 1, messages, schema)
+        text, verdict = answer.reply or "", _verdict(answer, situation)
         replies.append(text)
         usage += answer.usage
         if isinstance(verdict, Decision):

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from lockprobe.agents.outside import check_outside
+from lockprobe.agents.catalogue import check_outside
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
