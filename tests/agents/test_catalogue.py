@@ -1,8 +1,5 @@
 """Specs and what they name."""
 
-import subprocess
-import sys
-
 import pytest
 
 from lockprobe import run_trial
@@ -127,16 +124,6 @@ def test_to_say_what_your_own_class_can_take_in_runs_none_of_its_code(tmp_path, 
         with pytest.raises(BadValue, match=said):
             resolve("python:trap:Agent").make()
         allow("python:trap:Agent")
-
-
-def test_strategies_import_no_engine():
-    """A study of strategies stays light: neither a model runtime nor a provider's library is imported."""
-    code = (
-        "import sys, lockprobe.cli; from lockprobe.agents.catalogue import resolve; resolve('random').make();"
-        "resolve('viewer').make();"
-        "print([m for m in ('xllamacpp', 'httpx2', 'matplotlib', 'PIL', 'mujoco') if m in sys.modules])"
-    )
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
 
 
 @pytest.mark.parametrize("spec", ["random\x1b[31m", "llm:openai/gpt\u202e4o", "human-inspired\n"])

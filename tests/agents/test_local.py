@@ -2,7 +2,9 @@
 
 import asyncio
 import hashlib
+import json
 import math
+from types import SimpleNamespace
 
 import forked
 import pytest
@@ -10,13 +12,16 @@ import pytest
 from lockprobe import load, run_trial
 from lockprobe.agents import local
 from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.llm.settings import Model, tokens
 from lockprobe.agents.local import CONSTANT, UNASKED, Engine, LocalModel
+from lockprobe.agents.prompt import Message, conversation, example, reply_schema
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue, Missing, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, Missing, ModelFault, UserMistake
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.running.runner import Limits, run
+from lockprobe.studies.running.runner import Limits, run, run_study
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.trial_json import trial_to_json
 
@@ -77,13 +82,10 @@ def test_two_worker_processes_write_the_records_of_one(model, tmp_path):
     assert len(here) == 2
 
 
-def test_an_instruction_of_its_own_is_refused_and_other_questions_change_nothing(model, trial, tmp_path):
+def test_an_instruction_of_its_own_is_refused(tmp_path):
     (tmp_path / "own.txt").write_text("{joints} {target} {reply}")
     with pytest.raises(BadValue, match="prompt cannot be combined with a local model"):
-        run_trial(agent=model, condition=f"prompt?file={tmp_path / 'own.txt'}", max_steps=1)
-    questions = "flip?p=0.4 + hypothesis?ask=off"
-    asked = run_trial(agent=model, condition=questions, trial=SHORT["trial"], max_steps=SHORT["max_steps"])
-    assert asked.steps == trial.steps
+        run_trial(agent=LocalModel(Recording(), {}), condition=f"prompt?file={tmp_path / 'own.txt'}", max_steps=1)
 
 
 PREFIX = "A lockbox has several joints. The target joint is: B."
@@ -96,13 +98,14 @@ def scored(model, text, *options):
 
 
 def test_a_score_is_the_softmax_over_the_allowed_answers(model):
+    """That of the whole vocabulary, as far as the allowed tokens have a share in it."""
     prompt, found = scored(model, " The next joint is:", " A", " B", " C", " D")
     answer = model._engine._server.handle_completions(
-        {"prompt": prompt, "n_predict": 1, "temperature": 1.0, "n_probs": 49152, "cache_prompt": False}
+        {"prompt": prompt, "n_predict": 1, "temperature": 1.0, "n_probs": 2000, "cache_prompt": False}
     )
     top = answer["choices"][0]["logprobs"]["content"][0]["top_logprobs"]
-    whole = {entry["id"]: math.exp(entry["logprob"]) for entry in top}
-    masses = [whole[token] for label in "ABCD" for token in model._engine.tokens(f" {label}")]
+    likely = {entry["id"]: math.exp(entry["logprob"]) for entry in top}
+    masses = [likely[token] for label in "ABCD" for token in model._engine.tokens(f" {label}")]
     expected = [mass / sum(masses) for mass in masses]
     assert len(masses) == 4
     assert found == pytest.approx(expected, abs=2e-3)
@@ -124,10 +127,13 @@ def test_a_file_that_only_looks_like_a_model_and_weights_that_give_no_probabilit
     bad.write_bytes(b"GGUF" + bytes(100))
     with pytest.raises(BadFile, match=r"bad.gguf: cannot be loaded by xllamacpp"):
         Engine(bad)
-    infinite = local.locate("llm:local").read_bytes()[:-2000] + 1000 * b"\x00\x7c"
-    bad.write_bytes(infinite)
+    broken, nothing = Engine.__new__(Engine), {"content": [{"top_probs": [{"id": 1, "prob": float("nan")}]}]}
+    broken._path, answers = bad, [{"choices": [{"logprobs": nothing}]}, {"error": "full"}]
+    broken._server = SimpleNamespace(handle_completions=lambda asked: answers.pop(0))
     with pytest.raises(BadFile, match="bad.gguf: its weights give no probabilities"):
-        Engine(bad, context=256).restart(PREFIX)
+        broken.score([1], [(1,), (2,)])
+    with pytest.raises(ModelFault, match="the runtime answered .*full"):
+        broken.score([1], [(1,), (2,)])
 
 
 class Recording:
@@ -196,6 +202,33 @@ def test_a_temperature_sharpens_the_probabilities():
     model = LocalModel(Recording(0.4, 0.3, 0.2, 0.1), {}, temperature=0.5)
     expected = [share**2 / 0.3 for share in (0.4, 0.3, 0.2, 0.1)]
     assert run_trial(agent=model, max_steps=2).steps[1].decision.probabilities == pytest.approx(expected)
+
+
+def test_no_call_is_said_to_take_less_than_it_does(model):
+    """Tokens of a byte-level tokenizer are at most the bytes; the local model's own count stands beside it."""
+    count, form = model._engine.tokens, str(reply_schema(example()))
+    texts = [*(message.text for message in conversation(example())), "}{][,,;;" * 20, "Verklemmt 🔒 锁住了 " * 20]
+    for text in texts:
+        most = Model(name="a/b").at_most([Message(role="user", text=text)])
+        assert len(count(text)) + len(count(form)) <= most.input_tokens
+    ours = "".join(texts[:3])
+    assert len(count(ours)) == pytest.approx(tokens(ours), rel=0.3)
+
+
+def test_the_client_of_all_models_can_ask_its_runtime_which_serves_it_in_this_process(model, tmp_path, monkeypatch):
+    """It enforces the schema at the first call; a model of this size would not keep to it by itself."""
+    monkeypatch.setenv("SERVED_BASE_URL", f"{model._engine.url}/v1")
+    spec = "llm:openai-api/served/smollm2?temperature=0&max_tokens=60"
+    asked = StudyOptions(agent=[spec], p=[0.4], trials=1, repetitions=1, max_steps=1)
+    (trial,) = run_study(study(asked), tmp_path, limits=Limits())
+    assert trial.facts.items() >= {"model": "openai-api/served/smollm2", "schema": "strict", "max_tokens": 60}.items()
+    for step, call in zip(trial.steps, read_calls(tmp_path), strict=True):
+        said = json.loads(call.reply)
+        claims = {"moved": "moved", "did not move": "blocked", "none": None}
+        assert (said["joint"], claims[said["last_action"]]) == (step.decision.joint, step.decision.claimed)
+        assert (call.reply,) == step.decision.replies
+        assert (call.step, call.turn, call.usage) == (step.step, 1, step.decision.usage)
+        assert call.usage.input_tokens > call.usage.output_tokens > 5
 
 
 CONTENT = b"GGUF" + bytes(3000)

@@ -16,10 +16,11 @@ from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import (
     CHARACTERS,
-    MODELS,
     PRESETS,
     HumanInspired,
+    LoopBreaker,
     RandomAgent,
+    RandomMap,
     RandomNoRepeat,
     RightToLeft,
     RoundRobin,
@@ -49,7 +50,9 @@ _STRATEGIES: Mapping[str, tuple[type[Policy[Any]], Mapping[str, object]]] = {
     "right-to-left": (RightToLeft, {}),
     "human-inspired": (HumanInspired, {}),
     **{f"human-inspired:{name}": (HumanInspired, settings) for name, settings in PRESETS.items()},
-    **{f"cognitive:{name}": (kind, {}) for name, kind in MODELS.items()},
+    "cognitive:softmax-memory": (SoftmaxMemory, {}),
+    "cognitive:random-map": (RandomMap, {}),
+    "cognitive:loop-breaker": (LoopBreaker, {}),
     **{f"cognitive:{name}": (SoftmaxMemory, settings) for name, (_, settings) in CHARACTERS.items()},
 }
 """Name -> class and settings; the ideal observer is not among them, as its arrays take long to import."""

@@ -14,7 +14,7 @@ from bisect import bisect_right
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass
 from itertools import accumulate
-from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar, final
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar, final
 
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
@@ -152,10 +152,12 @@ class Policy(Generic[Memory]):
     It caches its last recall, so that no report is read twice within a trial. The cache is used only if the
     situation continues the cached one, so it never changes a decision.
 
-    ``looks`` says whether it heeds reports. ``exact`` says whether its probabilities go into the record, and
-    ``heeds_panel`` whether it matters where the joints lie on the panel.
+    ``before`` is its memory before the first step, where that does not depend on the task. ``looks`` says whether it
+    heeds reports, ``exact`` whether its probabilities go into the record, and ``heeds_panel`` whether it matters where
+    the joints lie on the panel.
     """
 
+    before: ClassVar[Any] = None
     looks: ClassVar[bool] = True
     exact: ClassVar[bool] = False
     heeds_panel: bool = True
@@ -167,8 +169,8 @@ class Policy(Generic[Memory]):
         return asdict(self) if is_dataclass(self) and not isinstance(self, type) else {}
 
     def begin(self, view: View) -> Memory:
-        """The memory before the first step; by default there is none."""
-        return None  # type: ignore[return-value]
+        """The memory before the first step; by default :attr:`before`."""
+        return self.before  # type: ignore[no-any-return]
 
     def remember(self, view: View, memory: Memory, told: Told) -> Memory:
         """The memory after a report; by default it stays the same."""

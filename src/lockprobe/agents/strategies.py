@@ -47,10 +47,7 @@ class RandomNoRepeat(Policy[int]):
     """A random choice among all joints except that of the last report; among all before there is one."""
 
     looks = heeds_panel = False
-
-    def begin(self, view: View) -> int:
-        """No joint was attempted."""
-        return -1
+    before = -1
 
     def remember(self, view: View, memory: int, told: Told) -> int:
         """The joint of the last report."""
@@ -65,10 +62,7 @@ class RoundRobin(Policy[int]):
     """The joints in listed order, again and again; after a missing report the same one again."""
 
     looks = heeds_panel = False
-
-    def begin(self, view: View) -> int:
-        """No step was taken."""
-        return 0
+    before = 0
 
     def remember(self, view: View, memory: int, told: Told) -> int:
         """How many steps were taken, up to one round."""
@@ -125,6 +119,8 @@ class HumanInspired(Policy[Tried]):
         BadValue: If ``lapse`` is no probability.
     """
 
+    before: ClassVar[Tried] = Tried()
+
     target: Literal["first", "last", "any"] = "first"
     memory: Literal["since-move", "configuration", "none"] = "since-move"
     spare: Literal["opened", "moved", "none"] = "opened"
@@ -143,10 +139,6 @@ class HumanInspired(Policy[Tried]):
     def facts(self) -> Mapping[str, Fact]:
         """Its parameters; the default preset has none to state."""
         return {} if self == HumanInspired() else super().facts
-
-    def begin(self, view: View) -> Tried:
-        """Nothing was tried."""
-        return Tried()
 
     def remember(self, view: View, memory: Tried, told: Told) -> Tried:
         """The failed, moved and tried joints after this report."""
@@ -291,6 +283,7 @@ class RandomMap(Policy[Habits]):
         BadValue: If one of these is out of range.
     """
 
+    before: ClassVar[Habits] = Habits()
     exact: ClassVar[bool] = True
     heeds_panel = False
 
@@ -304,10 +297,6 @@ class RandomMap(Policy[Habits]):
         if self.avoid == "last" and not self.window:
             raise BadValue("avoid", self.avoid, "none or failed, because the window is 0")
         check_probability("lapse", self.lapse)
-
-    def begin(self, view: View) -> Habits:
-        """An empty map."""
-        return Habits()
 
     def remember(self, view: View, memory: Habits, told: Told) -> Habits:
         """The current state, and the joint attempted in the previous state."""
@@ -383,13 +372,6 @@ class LoopBreaker(Policy[Round]):
         barred = (memory.last,) if memory.free else memory.cycle
         return evenly([joint for joint in range(view.joints) if joint not in barred], view)
 
-
-MODELS: Mapping[str, type[SoftmaxMemory | RandomMap | LoopBreaker]] = {
-    "softmax-memory": SoftmaxMemory,
-    "random-map": RandomMap,
-    "loop-breaker": LoopBreaker,
-}
-"""The families by name, as in ``cognitive:softmax-memory?failure=5``."""
 
 CHARACTERS: Mapping[str, tuple[str, Mapping[str, float]]] = {
     "careful": (

@@ -5,6 +5,7 @@ and one retry, so that a fault of the server is asked for twice, an unusable rep
 """
 
 import asyncio
+import gzip
 import json
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ import pytest
 from provider_server import ASKED, Manner, completion, failure, here
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.llm import client
 from lockprobe.agents.llm.settings import Access
 from lockprobe.agents.prompt import example
 from lockprobe.foundation.errors import TrialFault
@@ -203,6 +205,26 @@ def test_a_fault_of_the_server_breaks_the_trial_which_is_owed_again(step, row):
     assert came.said.endswith(" (tried 2 times)") == (times == 2)
     (call,) = came.calls
     assert (call.reply, call.error, call.retries) == (None, came.said, times - 1)
+
+
+BLANKS = b" " * 200_000
+WIRE = {
+    "a redirect": ((301, {}), "location: /v1/chat/completions", "301: it sends the conversation to /v1/chat/completions; to mend it, name that server", 0),
+    "a redirect that keeps the method": ((308, {}), "location: /v1/chat/completions", "308: it sends the conversation to ", 0),
+    "without end": ((200, BLANKS), "x-a: b", "with an answer of more than 100000 bytes", 1),
+    "without end when it is unpacked": ((200, gzip.compress(BLANKS)), "content-encoding: gzip", "with an answer of more than 100000 bytes", 1),
+    "packed as nobody asked": ((200, b"x"), "content-encoding: br", "with an answer compressed with br, which was not requested", 1),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("row", WIRE)
+def test_a_conversation_is_sent_nowhere_else_and_no_answer_without_bounds_is_taken(step, server, monkeypatch, row):
+    answer, header, said, lost = WIRE[row]
+    monkeypatch.setattr(client, "LARGEST_ANSWER", 100_000)
+    monkeypatch.setattr(server, "manner", Manner(keeps=False, more=(header,)))
+    came = step(answer)
+    assert (came.ended, came.times, came.lost) == ("model", 1, lost)
+    assert came.said.startswith(f"the provider answered {said}")
 
 
 REFUSALS = {
