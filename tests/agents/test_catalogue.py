@@ -2,7 +2,6 @@
 
 import pytest
 
-from lockprobe import run_trial
 from lockprobe.agents.catalogue import KNOWN, description, is_strategy, resolve
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import allow
@@ -75,6 +74,7 @@ def test_options_of_a_viewer_and_of_its_strategy_stand_side_by_side():
     assert one == other
     assert (one.acuity, one.strategy.lapse, one.strategy.nearest) == (12, 0.1, True)
     assert one.strategy == resolve("human-inspired:proximity?lapse=0.1").make()
+    assert one.facts.items() >= {"acuity": 12, "strategy": "human-inspired:proximity?lapse=0.1", "lapse": 0.1}.items()
     assert resolve("viewer").make() == resolve("viewer:human-inspired:target-first").make()
 
 
@@ -88,31 +88,19 @@ def test_every_kind_of_agent_is_described():
 
 
 def test_your_own_class(tmp_path, monkeypatch):
+    """Those that play are in ``tests/test_docs.py``."""
     (tmp_path / "own_agent.py").write_text(
-        "from lockprobe.trial.record import Decision\n"
-        "class First:\n"
-        "    facts = {}\n"
-        "    async def decide(self, situation, rng):\n"
-        "        return Decision(joint=situation.task.joints[0])\n"
-        "class NoAgent: pass\n"
-        "class Plain:\n"
-        "    facts = {}\n"
-        "    def decide(self, situation, rng): return Decision(joint=situation.task.joints[0])\n"
-        "class Later:\n"
-        "    facts = {}\n"
-        "    decide = staticmethod(First().decide)\n"
+        "class NoAgent: pass\nclass Plain:\n    facts = {}\n    def decide(self, situation, rng): pass\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     allow("python:own_agent:NoAgent", "python:own_agent:Nobody", "python:own_agent:Plain")
-    trial = run_trial(agent="python:own_agent:First")
-    assert len(set(trial.actions)) == 1
-    assert run_trial(agent="python:own_agent:Later").actions == trial.actions
-    with pytest.raises(UserMistake, match="^agent 'python:own_agent:Plain': decide must be `async def`$"):
-        resolve("python:own_agent:Plain").check()
-    with pytest.raises(BadValue, match="^agent: got 'python:own_agent:NoAgent', expected a class with"):
-        resolve("python:own_agent:NoAgent").make()
-    with pytest.raises(BadValue, match="^agent: got 'python:own_agent:Nobody', expected python:module:Name"):
-        resolve("python:own_agent:Nobody").make()
+    for name, said in {
+        "Plain": "agent 'python:own_agent:Plain': decide must be `async def`",
+        "NoAgent": "agent: got 'python:own_agent:NoAgent', expected a class with",
+        "Nobody": "agent: got 'python:own_agent:Nobody', expected python:module:Name",
+    }.items():
+        with pytest.raises(UserMistake, match=f"^{said}"):
+            resolve(f"python:own_agent:{name}").check()
 
 
 def test_to_say_what_your_own_class_can_take_in_runs_none_of_its_code(tmp_path, monkeypatch):

@@ -1,6 +1,5 @@
 """The embedded model plays: well-formed replies, exact probabilities, reproducible trials, nothing leaked."""
 
-import asyncio
 import hashlib
 import json
 import math
@@ -9,7 +8,7 @@ from types import SimpleNamespace
 import forked
 import pytest
 
-from lockprobe import load, run_trial
+from lockprobe import run_trial
 from lockprobe.agents import local
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Model, tokens
@@ -20,9 +19,7 @@ from lockprobe.foundation.errors import BadFile, BadValue, Missing, ModelFault, 
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.running.runner import Limits, run, run_study
-from lockprobe.studies.running.trial_setup import play_timed
+from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.trial_json import trial_to_json
 
 SHORT = {"p": 0.4, "trial": 5, "max_steps": 2}
@@ -69,17 +66,6 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before_and_wher
         f"sys.stdout.write(trial_to_json(run_trial(agent=resolve('llm:local').make(), **{SHORT})).decode())"
     )
     assert forked.run([], script=script).stdout == trial_to_json(trial).decode()
-
-
-@pytest.mark.slow
-def test_two_worker_processes_write_the_records_of_one(model, tmp_path):
-    planned = study(StudyOptions(agent=["llm:local"], p=[0.4], trials=2, repetitions=1, max_steps=2))
-    with Journal.open(tmp_path, planned) as journal:
-        run(planned, journal, limits=Limits(workers=2))
-    here = [asyncio.run(play_timed(plan, model))[0] for plan in planned.plans("llm:local")]
-    written = sorted(load(tmp_path), key=lambda trial: trial.trial)
-    assert [trial_to_json(trial) for trial in written] == [trial_to_json(trial) for trial in here]
-    assert len(here) == 2
 
 
 def test_an_instruction_of_its_own_is_refused(tmp_path):
@@ -215,12 +201,13 @@ def test_no_call_is_said_to_take_less_than_it_does(model):
     assert len(count(ours)) == pytest.approx(tokens(ours), rel=0.3)
 
 
+@pytest.mark.slow
 def test_the_client_of_all_models_can_ask_its_runtime_which_serves_it_in_this_process(model, tmp_path, monkeypatch):
     """It enforces the schema at the first call; a model of this size would not keep to it by itself."""
     monkeypatch.setenv("SERVED_BASE_URL", f"{model._engine.url}/v1")
     spec = "llm:openai-api/served/smollm2?temperature=0&max_tokens=60"
     asked = StudyOptions(agent=[spec], p=[0.4], trials=1, repetitions=1, max_steps=1)
-    (trial,) = run_study(study(asked), tmp_path, limits=Limits())
+    (trial,) = run_study(study(asked), tmp_path)
     assert trial.facts.items() >= {"model": "openai-api/served/smollm2", "schema": "strict", "max_tokens": 60}.items()
     for step, call in zip(trial.steps, read_calls(tmp_path), strict=True):
         said = json.loads(call.reply)

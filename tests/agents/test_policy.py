@@ -149,11 +149,8 @@ def test_a_return_that_is_no_probabilities_stops_in_one_line(value):
         assert str(caught.value) == said
 
 
-@pytest.mark.parametrize(
-    "value",
-    [[0.7, 0.1, 0.1, 0.1], np.array([0.5, 0.5, 0, 0], dtype=np.float32), (Fraction(1, 3), Fraction(2, 3), 0, 0)],
-)
-def test_numbers_of_any_kind_pass_as_floats(value):
-    found = Returning(value).chances(FOUR, None)
-    assert found == tuple(float(number) for number in value)
-    assert {type(number) for number in found} == {float}
+def test_numbers_of_any_kind_pass_as_floats():
+    for value in np.array([0.5, 0.5, 0, 0], dtype=np.float32), [Fraction(1, 3), Fraction(2, 3), 0, 0]:
+        found = Returning(value).chances(FOUR, None)
+        assert found == tuple(float(number) for number in value)
+        assert {type(number) for number in found} == {float}

@@ -84,12 +84,6 @@ def test_readings_become_reports_and_in_doubt_a_joint_stays_as_it_was_last_read(
     assert all(r.pictures == () for r in reports)
 
 
-def test_the_record_says_how_it_saw_and_who_decided():
-    facts = resolve("viewer:human-inspired:proximity?acuity=40&lapse=0.1").make().facts
-    assert (facts["acuity"], facts["strategy"]) == (40, "human-inspired:proximity?lapse=0.1")
-    assert (facts["nearest"], facts["lapse"]) == (True, 0.1)
-
-
 def test_pictures_of_which_it_is_not_told_where_handles_are_are_refused():
     percept = Percept(text="", pictures=(coloured((0, 1, 0, 1, 1)),))
     with pytest.raises(BadValue, match="^observation of viewer: got '', expected pictures with the places of handles"):

@@ -189,6 +189,7 @@ FAULTS = {
     "no quota": (status(429, {"message": "You are out.", "code": "insufficient_quota"}), "raise the quota or top up the account", 1, 0, 0),
     "no quota in words": (failure(429, "You exceeded your current quota, please check your plan and billing details."), "top up the account", 1, 0, 0),
     "no quota, with success": (body(choices=[], error={"message": "You are out.", "code": "insufficient_quota"}), "You are out. (insufficient_quota); to mend it, raise the quota", 1, 5, 0),
+    "too much for a minute": (failure(429, "input is too long for the tokens of this minute"), "answered 429: input is too long", 2, 0, 0),
     "the quota of a minute": (failure(429, "You exceeded your current quota. Please retry in 0.4s."), "retry in 0.4s", 2, 0, 0),
     "no more today": (failure(429, "Rate limit reached for requests per day (RPD): Limit 50"), "wait until its daily limit is renewed", 1, 0, 0),
     "a key in the error": (failure(401, "Incorrect API key provided: sk-private-0123456789"), "Incorrect API key provided: [secret]", 1, 0, 0),
@@ -209,7 +210,7 @@ def test_a_fault_of_the_server_breaks_the_trial_which_is_owed_again(step, row):
 
 BLANKS = b" " * 200_000
 WIRE = {
-    "a redirect": ((301, {}), "location: /v1/chat/completions", "301: it sends the conversation to /v1/chat/completions; to mend it, name that server", 0),
+    "a redirect": ((300, {}), "location: /v1/chat/completions", "300: it sends the conversation to /v1/chat/completions; to mend it, name that server", 0),
     "a redirect that keeps the method": ((308, {}), "location: /v1/chat/completions", "308: it sends the conversation to ", 0),
     "without end": ((200, BLANKS), "x-a: b", "with an answer of more than 100000 bytes", 1),
     "without end when it is unpacked": ((200, gzip.compress(BLANKS)), "content-encoding: gzip", "with an answer of more than 100000 bytes", 1),

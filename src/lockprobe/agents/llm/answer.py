@@ -241,8 +241,8 @@ def _check_empty(text: str | None, reason: str, counted: Usage, *, thought: bool
     Raises:
         NoReply: If it has no reason for its end, no token, no count of them, or neither reasoning nor content.
     """
-    nothing = not counted.output_tokens and (counted.input_tokens or not (thought or text is None))
-    if nothing or not reason or (text is None and not (thought or counted.reasoning_tokens)):
+    nothing = not thought and (not counted.output_tokens or (text is None and not counted.reasoning_tokens))
+    if nothing or not reason:
         said = f"an empty reply that no model gives, {reason or 'without a reason for its end'}"
         raise NoReply(said, status=200, charged=True)
 
@@ -278,7 +278,7 @@ def _refusal_in(
     flagged = _mapping(parts.get("metadata")).get("reasons") or _REFUSED_FOR.search(named)
     if (flagged or _REFUSED_IN_WORDS.search(words)) and status in _REFUSING:
         return words
-    if 400 <= status < 500 and status != 429 and _TOO_LONG.search(f"{named} {words}"):
+    if status >= 400 and status != 429 and _TOO_LONG.search(f"{named} {words}"):
         raise NoReply(f"the conversation is longer than the model can read: {words}", again=False)
     if "insufficient_quota" in named and "quota" not in words:
         words = f"{words} (insufficient_quota)"

@@ -46,8 +46,11 @@ _ALIKE, _ALIKE_TRIALS = 12, 3
 """Unusable replies with the same words since the last usable one, and trials that got them, after which they are its
 server's."""
 
-Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Call]]
-"""From the turn, from 1, the conversation and the form of the reply to the call with its reply."""
+Verdict = Decision | ReplyFault
+"""What a reply comes to."""
+
+Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[tuple[Call, Verdict]]]
+"""From the turn, from 1, the conversation and the form of the reply to the call with its reply, and its verdict."""
 
 
 class HostedModel:
@@ -92,11 +95,11 @@ class HostedModel:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
         step, model, book = len(situation.past) + 1, self.line.model, self._book
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
             request = fingerprint(model, messages, schema)
             if book is not None and (known := book.recall(step, turn, request)) and known.reply is not None:
                 self._note(known, messages)
-                return known
+                return known, verdict_on(known, situation)
             await self.line.pause(turn - 1)
             worst = model.at_most(messages)
             asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
@@ -107,7 +110,8 @@ class HostedModel:
                 try:
                     again = None if book is None else book.reserve
                     done = _credible(await self.line.ask(asked, messages, schema, again), worst)
-                    self._check(done, _verdict(done, situation), messages)
+                    verdict = verdict_on(done, situation)
+                    self._check(done, verdict, messages)
                 except ModelFault as fault:
                     account = {"retries": fault.retries, "unanswered": fault.unanswered, "usage": Usage(**fault.usage)}
                     spent = replace(asked, error=str(fault), seconds=time.perf_counter() - began, **account)  # type: ignore[arg-type]
@@ -116,11 +120,11 @@ class HostedModel:
                 finally:
                     if book is not None:
                         book.write(replace(done, most=None))
-            return done
+            return done, verdict
 
         return await decided(situation, model, ask)
 
-    def _check(self, answer: Call, verdict: Decision | ReplyFault, messages: Sequence[Message]) -> None:
+    def _check(self, answer: Call, verdict: Verdict, messages: Sequence[Message]) -> None:
         """Refuse a reply to half of a conversation, and words that all trials get now that had replies before.
 
         Counts that never were of the text are no evidence of a cut, nor is the count of what was added alone, which is
@@ -191,12 +195,12 @@ class ReplayedModel:
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Decide as on record."""
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
             request = fingerprint(self._model, messages, schema)
             known = self._recall(len(situation.past) + 1, turn, request)
             if known is None or known.reply is None:
                 raise ModelFault("there is no such reply")
-            return known
+            return known, verdict_on(known, situation)
 
         return await decided(situation, self._model, ask)
 
@@ -208,7 +212,7 @@ def fingerprint(model: Model, messages: Sequence[Message], schema: dict[str, obj
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _verdict(call: Call, situation: Situation) -> Decision | ReplyFault:
+def verdict_on(call: Call, situation: Situation) -> Verdict:
     """The decision in the reply of a call, or why there is none."""
     try:
         return parse_reply(call.reply or "", situation, call.stop)
@@ -228,8 +232,8 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
     replies: list[str] = []
     usage, cut_off = Usage(), 0
     while True:
-        answer = await ask(len(replies) + 1, messages, schema)
-        text, verdict = answer.reply or "", _verdict(answer, situation)
+        answer, verdict = await ask(len(replies) + 1, messages, schema)
+        text = answer.reply or ""
         replies.append(text)
         usage += answer.usage
         if isinstance(verdict, Decision):
