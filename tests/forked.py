@@ -187,7 +187,7 @@ IMPORTED = (
     "agents.catalogue", "simulation.power", "cli.list_", "cli.box", "cli.loops", "cli.progress",
     "cli.export", "cli.import_", "cli.doctor", "cli.play", "cli.power", "cli.replay", "cli.report", "cli.run",
     "cli.serve", "cli.status", "people.web.app", "report.figures.drawing",
-    "report.write", "studies.running.runner",
+    "report.page", "studies.running.runner",
 )  # fmt: skip
 
 

@@ -4,13 +4,13 @@ from contextlib import contextmanager
 
 import pytest
 
-from lockprobe.report import write
+from lockprobe.report import page
 from lockprobe.report.questions import all_sections
 from lockprobe.statistics import rationality
 
-PLACEHOLDERS = {"svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>', "png": b"\x89PNG\r\n\x1a\n"}
+PLACEHOLDER = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
 
-_DRAWN = write.drawn_figure
+_DRAWN = page.drawn_figure
 """What draws a figure."""
 
 
@@ -27,10 +27,9 @@ def undrawn(but=lambda name: False, judged=8):
     def instead(found, figure):
         if but(figure.name):
             return _DRAWN(found, figure)
-        forms = PLACEHOLDERS if figure.slide else {"svg": PLACEHOLDERS["svg"]}
-        return forms if figure.applies(found) else {}
+        return PLACEHOLDER if figure.applies(found) else b""
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(write, "drawn_figure", instead)
+        patch.setattr(page, "drawn_figure", instead)
         patch.setattr(rationality, "JUDGED", judged)
         yield

@@ -18,7 +18,7 @@ from lockprobe.trial.record import STATES
 SETTINGS = ["flips", "--p", "0,0.3,0.6", "--repetitions", "2", "--trials", "4"]
 STORE = ("study.json", "study.db")
 LOGS = (*STORE, "study.db-wal", "study.db-shm", "study.db-journal")
-REPORT = ("report.html", "figures/box.svg", "figures", "tables")
+REPORT = ("report.html", "figures/fig4.svg", "figures", "tables")
 FORKS = ("forks", "forks/study.db", "forks/study.db-wal", "forks/study.json")
 PEOPLE = ("people", "people/experiment.json")
 

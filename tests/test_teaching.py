@@ -114,12 +114,12 @@ def test_the_sentences_and_figures_of_the_answer_sheet_are_in_the_reports(played
     page = squeezed(re.sub(r"<[^>]*>", " ", (played[0] / "runs/causes/report.html").read_text("utf-8")))
     assert len(quoted) == 2
     assert all(one in page for one in quoted)
-    shown = {*re.findall(r'Image\("(runs/\w+/\S+)"', "\n".join(CODE))}
+    shown = {*re.findall(r'SVG\("(runs/\w+/\S+)"', "\n".join(CODE))}
     named = {*re.findall(r"`(runs/\S+\.\w+)`", text + sheet("student-sheet"))}
-    assert shown == {"runs/lesson/figures/fig4.png"}
+    assert shown == {"runs/lesson/figures/fig4.svg"}
     assert named == shown | {"runs/causes/report.html"}
     assert all((played[0] / name).is_file() for name in named)
-    assert "fig4.png" in {*re.findall(r"`(\w+\.png)`", PLAN)}
+    assert "fig4.svg" in {*re.findall(r"`(\w+\.svg)`", PLAN)}
 
 
 KERNEL = """

@@ -27,7 +27,7 @@ def lockprobe(monkeypatch, capsys):
 @pytest.fixture
 def provider(monkeypatch):
     """A provider, and a function that has it answer otherwise. Reports are left out, which take seconds."""
-    monkeypatch.setattr("lockprobe.report.write.write_report", lambda directory, **_: directory / "report.html")
+    monkeypatch.setattr("lockprobe.report.page.write_report", lambda directory, **_: directory / "report.html")
     answers = [truthful]
 
     def newest(request):

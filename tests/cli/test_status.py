@@ -14,7 +14,7 @@ from builders import SOLUTION, call_of, make_trial, write_study
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.cli.status import status
-from lockprobe.report.write import write_report
+from lockprobe.report.page import write_report
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study

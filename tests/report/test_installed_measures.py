@@ -5,10 +5,9 @@ from builders import play_study, small_study, write_study
 
 from lockprobe.foundation.formatting import NONE
 from lockprobe.report.format import entry_text
-from lockprobe.report.page import tables_of
+from lockprobe.report.page import tables_of, write_report
 from lockprobe.report.results import results
 from lockprobe.report.verify import verify
-from lockprobe.report.write import write_report
 from lockprobe.statistics.measures import measured
 
 STUDY = small_study(["random"], p=[0.0, 0.6], repetitions=1)

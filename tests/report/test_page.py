@@ -13,13 +13,12 @@ from reported import found_in
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.report.format import as_csv
-from lockprobe.report.page import Page, image
+from lockprobe.report.page import Page, image, write_report
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Estimate
 from lockprobe.report.section import Table
 from lockprobe.report.verify import verify
-from lockprobe.report.write import write_report
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
 
@@ -86,7 +85,7 @@ def reported(tmp_path_factory):
     directory = write_study(tmp_path_factory.mktemp("files") / "study", small_study(["random"], (0.0, 0.3), 1, 3))
     figures = directory / "figures"
     figures.mkdir()
-    for name in ("own.png", "fig4.txt", "people.png", "people.svg", "box.png"):
+    for name in ("own.png", "fig4.txt", "people.svg"):
         (figures / name).write_bytes(b"")
     assert write_report(directory) == directory / "report.html"
     return directory
@@ -95,8 +94,8 @@ def reported(tmp_path_factory):
 def test_all_files_are_there_and_no_draft_and_figures_that_are_no_longer_drawn_go(reported):
     names = {path.relative_to(reported).as_posix() for path in reported.rglob("*") if path.is_file()}
     assert {"report.html", "results.json", "tables/conditions.csv"} <= names
-    assert {f"figures/{name}" for name in ("own.png", "fig4.txt", "fig4.svg", "fig4.png", "box.svg")} <= names
-    assert not {f"figures/{name}" for name in ("people.png", "people.svg", "box.png")} & names
+    assert {f"figures/{name}" for name in ("own.png", "fig4.txt", "fig4.svg")} <= names
+    assert "figures/people.svg" not in names
     assert not [name for name in names if "draft" in name]
     assert [name for name in names if name.endswith(".html")] == ["report.html"]
 

@@ -7,10 +7,9 @@ import pytest
 from builders import make_trial, modality_study, play_study, played_by_people, small_study, write_study
 from page_text import page_text
 
-from lockprobe.report.page import figures_of, parts_of
+from lockprobe.report.page import figures_of, parts_of, write_report
 from lockprobe.report.rows import Results
 from lockprobe.report.section import Figure, Table
-from lockprobe.report.write import write_report
 from lockprobe.studies.options.studyfile import study
 
 AGENTS = ["cognitive:perseverant", "cognitive:careful", "human-inspired"]

@@ -8,10 +8,9 @@ from page_text import page_text
 from pydantic import BaseModel
 
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import Page, image, tables_of
+from lockprobe.report.page import Page, image, report_files, tables_of, write_report
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
-from lockprobe.report.write import report_files, write_report
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import lockprobe
 from lockprobe.foundation.errors import Missing
+from lockprobe.report.page import results_text, write_report
 from lockprobe.report.rows import (
     Condition,
     Curve,
@@ -23,7 +24,6 @@ from lockprobe.report.rows import (
     Progress,
     Results,
 )
-from lockprobe.report.write import results_text, write_report
 from lockprobe.studies.options.studyfile import study
 
 LABELS = {"truth": 0.0, "flip?p=0.4": 0.4}

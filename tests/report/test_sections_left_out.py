@@ -8,13 +8,13 @@ from builders import write_study
 from threadpoolctl import threadpool_limits
 
 from lockprobe.foundation import left_out as sections
-from lockprobe.report import write
+from lockprobe.report import page
 from lockprobe.report.opened import open_study
+from lockprobe.report.page import write_report
 from lockprobe.report.questions import all_sections
 from lockprobe.report.results import ONE_THREAD
 from lockprobe.report.rows import Results
 from lockprobe.report.verify import verify
-from lockprobe.report.write import write_report
 from lockprobe.studies.options.studyfile import study
 
 SAID = "broken on purpose"
@@ -44,7 +44,7 @@ def report_of(monkeypatch, directory, missing=()):
         for module in [*sys.modules.values()]:
             if getattr(module, "__name__", "").startswith("lockprobe") and vars(module).get("section") is real:
                 patched.setattr(module, "section", instead)
-        files = dict(write.report_files(opened, tell=lambda said: None, left_out=told.append))
+        files = dict(page.report_files(opened, tell=lambda said: None, left_out=told.append))
     return html.unescape(files["report.html"]), Results.model_validate_json(files["results.json"]), told, [*called]
 
 
@@ -81,11 +81,11 @@ def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, tmp_
 
 def test_a_figure_that_cannot_be_drawn_is_left_out_of_its_page_which_is_to_be_written_again(monkeypatch, directory):
     """The records are whole, and so are the numbers; the page is not."""
-    real = write.drawn_figure
+    real = page.drawn_figure
     with monkeypatch.context() as patched:
-        patched.setattr(write, "drawn_figure", lambda found, one: broken() if one.name == "box" else real(found, one))
+        patched.setattr(page, "drawn_figure", lambda found, one: broken() if one.name == "fig3" else real(found, one))
         text = write_report(directory).read_text("utf-8")
-    assert f"Figure box (RuntimeError: {SAID})" in text
-    assert not (directory / "figures" / "box.svg").exists()
+    assert f"Figure fig3 (RuntimeError: {SAID})" in text
+    assert not (directory / "figures" / "fig3.svg").exists()
     assert (directory / "figures" / "fig4.svg").exists()
     assert "results" in {check.name for check in verify(directory) if not check.holds}

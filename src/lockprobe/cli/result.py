@@ -36,7 +36,7 @@ Said = tuple[list[str], dict[str, object]]
 
 def write(directory: Path) -> tuple[Path, Said]:
     """Write the report of a study. Gives its page, and the page's line with what :func:`found` says."""
-    from lockprobe.report.write import write_report
+    from lockprobe.report.page import write_report
 
     left_out: list[LeftOutSection] = []
     page = write_report(directory, tell=partial(print, "Report:", file=sys.stderr), left_out=left_out.append)

@@ -1,27 +1,124 @@
-"""The page of a report, made from its results and figures and from nothing else.
+"""Every file that a report writes: numbers, figures, tables, and one self-contained page.
+
+Tables, figures and the page are made from what ``results.json`` holds and from nothing else; the trial explorer and the
+pictures that agents saw come from the records. Equal records give equal files; only the page of a study with open
+trials says when it was made.
 
 What comes from agents, models and box files is untrusted: it is escaped, without characters that hide or reorder
-others. It runs one script, our own (``templates/report.js``), which its policy names by its hash.
+others. The page runs one script, our own (``templates/report.js``), which its policy names by its hash.
 """
 
 from __future__ import annotations
 
 import base64
+import gc
 import hashlib
+import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from importlib.resources import files
+from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
-from lockprobe.foundation.left_out import section
-from lockprobe.report.format import Entry, texts
+from threadpoolctl import threadpool_limits
+
+from lockprobe.foundation.clock import time_said
+from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
+from lockprobe.foundation.storage.atomic_file import make_directory, remove_file, write_file
+from lockprobe.report.explorer import explorer_data
+from lockprobe.report.format import Entry, as_csv, texts
+from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.questions import all_sections
+from lockprobe.report.questions.trials import embedded
 from lockprobe.report.rendering import own_markup, rendered
+from lockprobe.report.results import ONE_THREAD, results_of, with_left_out
 from lockprobe.report.rows import Results
 from lockprobe.report.section import Block, Figure, Part, Section, Table, Template
+
+File = tuple[str, str | bytes | None]
+"""A file by its path in the directory, with its content; None for one that is removed."""
+
+Told = Callable[[str], None]
+"""Told what a report is at, since it takes some seconds."""
+
+
+def write_report(
+    directory: Path | str,
+    *,
+    tell: Told = lambda said: None,
+    left_out: Callable[[LeftOutSection], None] = lambda section: None,
+) -> Path:
+    """Write ``results.json``, ``figures/``, ``tables/``, and the page into a study directory.
+
+    Every file is replaced in one step, ``report.html`` last. Figures of an earlier report that this one has not go. No
+    single section can keep the report from being written: one that cannot be made is left out and named, with its
+    reason, on the page and in ``results.json``.
+
+    Args:
+        directory: The directory of a study.
+        tell: Told what it is at.
+        left_out: Told every section that could not be made.
+
+    Returns:
+        Where ``report.html`` is.
+
+    Raises:
+        BadFile: If the directory is not that of a study, or its records cannot be analysed together.
+    """
+    directory = Path(directory)
+    gc.disable()  # the collector would look through all trials again and again and find little
+    try:
+        with threadpool_limits(ONE_THREAD):
+            for name, content in report_files(open_study(directory), tell=tell, left_out=left_out):
+                path = directory / name
+                if content is None:
+                    remove_file(path)
+                else:
+                    make_directory(path.parent)
+                    write_file(path, content)
+    finally:
+        gc.enable()
+    return directory / "report.html"
+
+
+def report_files(
+    opened: OpenedStudy, *, tell: Told, left_out: Callable[[LeftOutSection], None] = lambda section: None
+) -> Iterator[File]:
+    """Every file of a report of these records, the page last; like :func:`write_report`."""
+    many = len(opened.trials)
+    tell(f"testing {many} trial{'s' * (many != 1)}")
+    with leaving_out() as failed:
+        found = results_of(opened)
+        tell("drawing the figures")
+        page = Page(found=found, made=time_said() if found.progress.partial else "")
+        page.trials = section("Trial explorer", partial(explorer_data, opened.trials, found), str)
+        figures = [*(figure for one in all_sections() for figure in one.figures), *figures_of(page.parts)]
+        drawn = {
+            name: section(f"Figure {name}", partial(drawn_figure, found, figure), bytes)
+            for name, figure in {one.name: one for one in figures}.items()
+        }
+        page.drawn = {name: image(svg) for name, svg in drawn.items() if svg}
+        page.photographs = section("What agents saw", partial(embedded, opened.directory, found), dict[str, str])
+        written = page.files()
+        if failed:  # page and results name what is not in them
+            written = replace(page, found=with_left_out(found, failed)).files()
+    for one in failed:
+        left_out(one)
+    *numbers, last = written
+    yield from numbers
+    yield from ((f"figures/{name}.svg", svg or None) for name, svg in drawn.items())
+    yield last
+
+
+def drawn_figure(found: Results, figure: Figure) -> bytes:
+    """A figure as SVG; empty if there is nothing to draw."""
+    from lockprobe.report.figures.drawing import render
+
+    made = figure.draw(found) if figure.applies(found) else None
+    return b"" if made is None else render(made, "svg")
 
 
 class Image(NamedTuple):
@@ -42,7 +139,7 @@ def image(svg: bytes) -> Image:
 
 @dataclass
 class Page:
-    """What the template of a page reads.
+    """What the template of the page reads.
 
     Attributes:
         found: The results.
@@ -57,11 +154,18 @@ class Page:
     photographs: Mapping[str, str] = field(default_factory=dict)
     trials: str = ""
     made: str = ""
+    _cells: dict[Table, Sequence[Sequence[Entry]]] = field(default_factory=dict, init=False)
 
     @cached_property
     def parts(self) -> list[Part]:
         """Its parts."""
         return parts_of(self.found)
+
+    def files(self) -> list[File]:
+        """The files of numbers, and the page."""
+        tables = {one.name: self.cells(one) for of in all_sections() for one in of.tables}
+        written = [(f"tables/{name}.csv", as_csv(table) if table else None) for name, table in tables.items()]
+        return [("results.json", results_text(self.found)), *written, ("report.html", self.text())]
 
     def text(self) -> str:
         """The page, with our one script and its hash; if even its frame cannot be made, one that says so."""
@@ -75,13 +179,9 @@ class Page:
 
     def cells(self, table: Table) -> Sequence[Sequence[Entry]]:
         """The rows of a table, made once."""
-        if table not in self._made:
-            self._made[table] = cells_of(table, self.found)
-        return self._made[table]
-
-    @cached_property
-    def _made(self) -> dict[Table, Sequence[Sequence[Entry]]]:
-        return {}
+        if table not in self._cells:
+            self._cells[table] = cells_of(table, self.found)
+        return self._cells[table]
 
     def template(self, block: Template) -> Any:
         """A block that has a template of its own."""
@@ -119,3 +219,13 @@ def tables_of(found: Results) -> dict[str, list[list[str]]]:
 def cells_of(table: Table, found: Results) -> Sequence[Sequence[Entry]]:
     """The rows of a table; one that says so if they cannot be made."""
     return section(f"Table {table.name}", partial(table.cells, found), lambda: [["This table could not be made."]])
+
+
+def results_text(found: Results) -> str:
+    """The content of ``results.json``: one row a line, without what has its default."""
+    text = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
+    lines = []
+    for name, value in found.plain().items():
+        rows = ",\n".join(f"  {text(row)}" for row in value) if isinstance(value, list) else ""
+        lines.append(f' "{name}": [\n{rows}\n ]' if isinstance(value, list) else f' "{name}": {text(value)}')
+    return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -1,8 +1,8 @@
 """What an article needs of a study: the paper's exhibits under its own names, a narrow table, and the methods.
 
-Every number comes from ``results.json``. The directory ``paper`` of the study holds every figure of the report as PDF
-(``fig3.pdf``, ``fig4.pdf``, ``fig5a.pdf`` and ``fig5b.pdf`` are the paper's), ``table1.tex``, ``results.tex``,
-``methods.tex``, ``references.bib``, and ``example.tex``, which puts them together.
+Every number comes from ``results.json``. The directory ``paper`` of the study holds every figure of the report as PDF,
+and as PNG for slides (``fig3.pdf``, ``fig4.pdf``, ``fig5a.pdf`` and ``fig5b.pdf`` are the paper's), ``table1.tex``,
+``results.tex``, ``methods.tex``, ``references.bib``, and ``example.tex``, which puts them together.
 """
 
 from __future__ import annotations
@@ -74,11 +74,11 @@ def paper_files(found: Results) -> Iterator[tuple[str, str | bytes]]:
         if made is None:
             continue
         yield f"{figure.name}.pdf", render(made, "pdf")
+        yield f"{figure.name}.png", render(made, "png")
         said = figure.caption_of(found)
         text = " ".join(one.striptags() if isinstance(one, Markup) else one for one in (said.shown, said.computed))
-        inside = rf"\includegraphics[width=\linewidth]{{{figure.name}}}"
-        if figure.name != "box":
-            shown.append(_float("figure" + "*" * bool(made.get_figwidth() > _COLUMN), inside, text))
+        inside = rf"\includegraphics[width=\linewidth]{{{figure.name}.pdf}}"
+        shown.append(_float("figure" + "*" * bool(made.get_figwidth() > _COLUMN), inside, text))
     tables = {"results": results_tex(found)}
     if table := tables_of(found).get("table1"):
         tables["table1"] = _tabular(table, _TABLE1)

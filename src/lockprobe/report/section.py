@@ -82,16 +82,15 @@ def without_rare(lines: Iterable[Sequence[Entry]], rare: Sequence[str]) -> Seque
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A figure of the report: files in ``figures/``, and a block where a page shows it.
+    """A figure of the report: a file in ``figures/``, and a block where a page shows it.
 
     Attributes:
-        name: Name of its files.
+        name: Name of its file.
         alt: What it shows, for people who do not see it.
         caption: Its caption, or what makes it from the results.
         draw: Draws it from the results with what it imports itself: a figure of Matplotlib, or None without anything
             to draw.
         applies: Whether there is something to draw.
-        slide: Whether it is written as PNG as well as SVG, for slides.
     """
 
     block: ClassVar[str] = "figure"
@@ -100,7 +99,6 @@ class Figure:
     caption: Note | Callable[[Results], Note]
     draw: Callable[[Results], Any]
     applies: Callable[[Results], bool] = lambda found: True
-    slide: bool = False
 
     def caption_of(self, found: Results) -> Note:
         """Its caption for these results."""

@@ -310,7 +310,7 @@ def _report(of: _PlayedAgain) -> Iterator[Check]:
 
     It is made without code of packages: the rows that they measured are taken from the file, and named.
     """
-    from lockprobe.report.write import report_files
+    from lockprobe.report.page import report_files
 
     def written(name: str) -> bytes:
         try:

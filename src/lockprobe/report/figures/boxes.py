@@ -11,10 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.report.figures.drawing import TARGET, Dash, settable
 from lockprobe.report.figures.settings import FAINT, INK, own_settings
-from lockprobe.report.rows import Results
 
 Point = tuple[float, float]
 
@@ -38,12 +36,6 @@ _LONGEST = 10
 
 _GHOST: Dash = (0, (2, 1.5))
 """How a joint is drawn where it goes when it moves."""
-
-
-@own_settings()
-def box_of_study(found: Results) -> Figure:
-    """The picture of the box of a study."""
-    return box_figure(box_from_data(found.study["boxes"][0]))
 
 
 @own_settings()

@@ -182,8 +182,7 @@ def _show_crossings(found: Results) -> Iterator[Part]:
     grids = dict.fromkeys(fact.about for fact in found.facts if _TIMES in fact.about)
     shown = [axis for axis in grids if played & {*found.facts_about(axis).values()}]
     blocks: list[Block] = [
-        Figure(f"grid-{number}", alt, caption, partial(draw, axis=axis), slide=number == 1)
-        for number, axis in enumerate(shown, 1)
+        Figure(f"grid-{number}", alt, caption, partial(draw, axis=axis)) for number, axis in enumerate(shown, 1)
     ]
     rows = found.where("success_interaction", versus="")
     if blocks or rows:

@@ -182,7 +182,6 @@ _FIGURE = Figure(
     ),
     draw,
     applies=lambda found: found.get("people", agent=PEOPLE, modality="") is not None,
-    slide=True,
 )
 
 _NOTE = Note(

@@ -178,7 +178,6 @@ FIG3 = Figure(
     _caption,
     draw,
     applies=lambda found: any(course.played for course in found.courses()),
-    slide=True,
 )
 
 

@@ -9,31 +9,15 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
 from lockprobe.report.rows import Estimate, Fact, Results, Row
-from lockprobe.report.section import Figure, Note, Part, Section, Template
+from lockprobe.report.section import Part, Section, Template
 from lockprobe.trial import record
 from lockprobe.trial.record import STATES, asked_again
-
-_PANEL = "The panel at the start and, below, what each joint needs, which no agent sees."
 
 _PLANT = "plant "
 """What facts about a plant are about: this and its spec."""
 
 _MANY = 8
 """Values of a fact beyond which they are counted."""
-
-
-def _caption(found: Results) -> Note:
-    more = f" {found.boxes[0].get('name', '')}, the first of {len(found.boxes)} boxes." if len(found.boxes) > 1 else ""
-    return Note(_PANEL + more)
-
-
-def _draw(found: Results) -> object:
-    from lockprobe.report.figures.boxes import box_of_study
-
-    return box_of_study(found)
-
-
-BOX = Figure("box", _PANEL, _caption, _draw)
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
@@ -63,7 +47,7 @@ def _show(found: Results) -> Iterator[Part]:
         "left_out": {row.of: f"{row.value:.0f}" for row in found.where("left_out")},
     }
     answer = f"{found.progress.finished} trials of {' and '.join(played_by)}."
-    yield Part("Design", answer, [Template("design", values), BOX])
+    yield Part("Design", answer, [Template("design", values)])
 
 
 def _agent_rows(numbers: OpenedStudy) -> Iterator[Row]:
@@ -100,6 +84,6 @@ def _show_agents(found: Results) -> Iterator[Part]:
 
 
 SECTIONS = (
-    Section("design", "Design", _rows, _show, figures=(BOX,)),
+    Section("design", "Design", _rows, _show),
     Section("agents", "Agents and box", _agent_rows, _show_agents),
 )

@@ -15,7 +15,7 @@ from lockprobe.report.primary import CONTROL, dose_lines
 from lockprobe.report.prose import cause, false_reports, interval_kind, paper_rates
 from lockprobe.report.rows import BOUNDS, Curve, DoseAxis, Estimate, Results, Row, measured_row, share_rows
 from lockprobe.report.rows import Course as Shown
-from lockprobe.report.section import Block, Figure, Note, Part, Section
+from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.design import AGENT, FLIPS
 from lockprobe.statistics.differences import any_difference
@@ -94,12 +94,8 @@ def _show(found: Results) -> Iterator[Part]:
         what = headline(lines, "higher values" if alone else cause(axis.axis), named=not alone) or _NOTHING
         said = f"Share of trials solved by {axis.name}, with the exact success of random agents."
         caption = Note(said, f"Intervals are {interval_kind(found)}.")
-        slide, draw_axis = i == 1 and not found.several_p, partial(draw, axis=axis)
-        blocks: list[Block] = [
-            Figure(f"series-{i}-success", f"Success by {axis.name}", caption, draw_axis, slide=slide),
-            _note(found),
-        ]
-        yield Part(f"{called}{pictured}", what, blocks, "doses" if i == 1 else f"doses-{i}")
+        figure = Figure(f"series-{i}-success", f"Success by {axis.name}", caption, partial(draw, axis=axis))
+        yield Part(f"{called}{pictured}", what, [figure, _note(found)], "doses" if i == 1 else f"doses-{i}")
 
 
 def _note(found: Results) -> Note:
@@ -173,7 +169,6 @@ _FIG4 = Figure(
     _caption,
     draw,
     applies=lambda found: found.several_p and any(course.played for course in found.courses()),
-    slide=True,
 )
 
 SECTIONS = (
