@@ -66,8 +66,6 @@ def written(figure):
     found += [text for legend in figure.legends for text in (legend.get_title(), *legend.get_texts())]
     for axes in figure.axes:
         found += [*axes.texts, axes.title, axes._left_title]
-        for one in (axes.xaxis, axes.yaxis) if axes.axison else ():
-            found += [one.label, *one.get_ticklabels()]
     return [(text, text.get_window_extent()) for text in found if text.get_text().strip()]
 
 

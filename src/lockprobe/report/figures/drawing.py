@@ -25,10 +25,13 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.markers import TICKDOWN, TICKLEFT
+from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import Bbox
+from matplotlib.transforms import Bbox, Transform, offset_copy
 
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.curve import placed
@@ -165,14 +168,34 @@ def axis(
 ) -> None:
     """The axis below or on the left: names at places, a label, and with ``grid`` lines across the axes.
 
-    A tick may have an empty name; with ``bare`` names stand there without line and ticks.
+    A tick may have an empty name; with ``bare`` names stand there without line and ticks. All of it is a few artists of
+    the axes: Matplotlib's own ticks are five artists each and are laid out twice.
     """
-    mine = axes.xaxis if along == "x" else axes.yaxis
-    mine.set_ticks(places, labels=names)
-    mine.set_label_text(label)
-    mine.grid(visible=grid)
-    mine.set_tick_params(length=0 if bare else 3)
-    axes.spines["bottom" if along == "x" else "left"].set_visible(not bare)
+    across, out = along == "x", 2.0 if bare else 5.0  # points beyond the axes
+    near = axes.get_xaxis_transform() if across else axes.get_yaxis_transform()
+
+    def put(place: float, text: str, base: Transform, away: float, **look: Any) -> Text:
+        x, y, beyond = (place, 0.0, {"y": -away}) if across else (0.0, place, {"x": -away})
+        own = {"ha": "center", "va": "top"} if across else {"ha": "right", "va": "center_baseline"}
+        moved = offset_copy(base, axes.get_figure(root=True), units="points", **beyond)
+        return axes.text(x, y, text, transform=moved, **own | look)
+
+    if grid:
+        ends = [[(place, end) if across else (end, place) for end in (0, 1)] for place in places]
+        lines = LineCollection(ends, colors="#e6e6e6", linewidths=0.6, transform=near, zorder=0.5)
+        axes.add_collection(lines, autolim=False)
+    if not bare:
+        axes.spines["bottom" if across else "left"].set_visible(True)
+        marker, nil = TICKDOWN if across else TICKLEFT, [0.0] * len(places)
+        tick: dict[str, Any] = {"color": "#888888", "markersize": 3, "markeredgewidth": 0.7, "clip_on": False}
+        x, y = (places, nil) if across else (nil, places)
+        axes.plot(x, y, linestyle="none", marker=marker, transform=near, label="_axis", **tick)
+    texts = [put(place, name, near, out) for place, name in zip(places, names, strict=True) if name]
+    if label:
+        sizes = [text.get_window_extent() for text in texts]
+        reach = max((size.height if across else size.width for size in sizes), default=0.0) * 72 / DPI
+        look = {} if across else {"rotation": "vertical", "va": "center"}
+        put(0.5, label, axes.transAxes, out + 3 + reach, **look)
 
 
 def share_axis(axes: Axes, label: str, along: Literal["x", "y"] = "y", *, grid: bool = True) -> None:
@@ -212,13 +235,6 @@ def whole_axis(axes: Axes, last: float, label: str) -> None:
     ticks = MaxNLocator(_TICKS, integer=True, steps=[1, 2, 5, 10]).tick_values(0, last)
     inside = [tick for tick in ticks if 0 <= tick <= last]
     axis(axes, "x", inside, [f"{tick:g}" for tick in inside], label)
-
-
-def chance_band(axes: Axes, levels: Sequence[float]) -> None:
-    """A grey band between the exact success of random agents with and without immediate repeats."""
-    if levels:
-        look: dict[str, Any] = {"color": FAINT, "alpha": 0.18, "linewidth": 0, "zorder": 0}
-        axes.axhspan(min(levels), max(levels), label="random play", **look)
 
 
 def title(axes: Axes, *lines: str) -> None:
@@ -280,14 +296,6 @@ def staircase(axes: Axes, curve: Curve, style: Style, first: int) -> None:
     axes.step(steps, share, where="post", markevery=list(range(first, len(curve.value), 4)), **style.line)
     if style.lead and low:
         axes.fill_between(steps, low, high, step="post", color=style.colour, alpha=0.15, linewidth=0, zorder=1)
-
-
-def curve_with_band(axes: Axes, curve: Curve, style: Style) -> None:
-    """A curve, and its band where it has one."""
-    axes.plot(curve.x, numbers(curve.value), **{**style.line, "marker": "", "zorder": 3})
-    if curve.low:
-        band = numbers(curve.low), numbers(curve.high)
-        axes.fill_between(curve.x, *band, color=style.colour, alpha=0.15, linewidth=0, zorder=1)
 
 
 def dots(axes: Axes, points: Iterable[tuple[float, float | None]], style: Style, size: float = 9.0) -> None:
@@ -396,8 +404,6 @@ def sheet(
 
 def _around(axes: Axes) -> tuple[float, float, float, float]:
     """How far texts reach out of axes: left, below, right, above, in inches; a title may be as wide as it is."""
-    names = [one.get_tightbbox() for one in (axes.xaxis, axes.yaxis)]
-    texts = [text.get_window_extent() for text in axes.texts]
-    box, taken = axes.bbox, Bbox.union([axes.bbox, *filter(None, names), *texts])
+    box, taken = axes.bbox, Bbox.union([axes.bbox, *(text.get_window_extent() for text in axes.texts)])
     above = max(taken.y1, axes.title.get_window_extent().y1 if axes.get_title() else box.y1)
     return (box.x0 - taken.x0) / DPI, (box.y0 - taken.y0) / DPI, (taken.x1 - box.x1) / DPI, (above - box.y1) / DPI

@@ -152,11 +152,16 @@ def panel(axes: Any, lines: Sequence[tuple[str, Any, Shown]]) -> None:
         repetitions = [(at.dose or 0.0, success.value) for at in first.cells for success, _ in at.points]
         figures.dots(axes, repetitions, first_style)
         if fit := first.curve("success_fit"):
-            figures.curve_with_band(axes, fit, first_style)
+            axes.plot(fit.x, figures.numbers(fit.value), **{**first_style.line, "marker": "", "zorder": 3})
+            if fit.low:
+                ends = figures.numbers(fit.low), figures.numbers(fit.high)
+                axes.fill_between(fit.x, *ends, color=first_style.colour, alpha=0.15, linewidth=0, zorder=1)
     figures.share_axis(axes, "success rate")
     figures.dose_axis(axes, cells, first.name)
     chance = [first.found.get("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
-    figures.chance_band(axes, [row.value for row in chance if row and row.value is not None])
+    if levels := [row.value for row in chance if row and row.value is not None]:
+        look: dict[str, Any] = {"color": figures.FAINT, "alpha": 0.18, "linewidth": 0, "zorder": 0}
+        axes.axhspan(min(levels), max(levels), label="random play", **look)
     if cells[0].p is not None and first.subject:
         figures.published(axes, figures.published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
     trials = figures.counts(cell.trials for cell in first.played)
