@@ -140,7 +140,7 @@ def branched(directory):
 def sabotaged(directory):
     """A model whose provider repeats reports and sometimes replies in another form, beside a strategy."""
     with provider(faults={"wrong schema": 0.2}, seed=3):
-        run_study(PLANNED, directory, limits=Limits(access=Access(connections=1)))
+        run_study(PLANNED, directory, limits=Limits(access=Access(connections=1, pause=0.01)))
 
 
 STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, resumed, branched, sabotaged)} | {

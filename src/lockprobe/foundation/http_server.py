@@ -6,6 +6,7 @@ A proxy in front adds what a server in the open needs: TLS, and time limits for 
 from __future__ import annotations
 
 import asyncio
+import errno
 import os
 import signal
 import socket
@@ -27,11 +28,10 @@ def listen(host: str, port: int) -> socket.socket:
     """A listening socket; port 0 takes any free port."""
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-    except (OSError, UnicodeError):
-        raise BadValue("host", host, "a name or IP address of this machine") from None
-    try:
         found = socket.create_server(address, family=family, backlog=_QUEUE)
-    except OSError as error:
+    except (OSError, UnicodeError) as error:
+        if isinstance(error, socket.gaierror | UnicodeError) or error.errno == errno.EADDRNOTAVAIL:
+            raise BadValue("host", host, "a name or IP address of this machine") from None
         raise BadValue("port", port, f"a free port of {host} ({os.strerror(error.errno or 0)})") from None
     found.setblocking(False)
     return found

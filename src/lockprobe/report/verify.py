@@ -38,7 +38,6 @@ from lockprobe.studies.records.journal import KnownFacts
 from lockprobe.studies.records.read_records import contradictions, in_order, results_hash
 from lockprobe.studies.records.store import ALBUM, STORE, read
 from lockprobe.studies.running.paused_trial import RecordedAttempt
-from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import InterventionTraits
@@ -52,7 +51,7 @@ NOT_SHOWN = (
 )
 """What verification cannot find, and what helps against it."""
 
-_RESULTS = "results.json"
+_RESULTS, _PAGE = "results.json", "report.html"
 
 _TIME = re.compile(rb"Made at \d\d:\d\d on \d{1,2} [A-Z][a-z]+ \d{4};")
 """When a page was made, of a study with open trials."""
@@ -111,18 +110,13 @@ class _PlayedAgain:
         finished = {key for key, trial in self.trials.items() if not trial.owed_again}
         plans = (plan for agent in self.study.run_agents for plan in self.study.plans(agent))
         self.owed = {plan.key: plan for plan in plans if plan.key not in finished}
-        self.again, kept = list[ReplayedTrial](), _kept(self.directory)
+        self.again, kept = list[ReplayedTrial](), kept_replies(read_calls(self.directory))
         with asyncio.Runner() as runner:
             for done, trial in enumerate(opened.trials, 1):
                 condition = self.study.labelled(trial.condition)
                 plan = self.study.plan(trial.agent, condition, trial.repetition, trial.trial)
                 self.again.append(runner.run(played_again(plan, trial, kept.get(trial.key, ()))))
                 tell(done, len(opened.trials))
-
-
-def _kept(directory: Path) -> dict[str, list[Call]]:
-    """The replies to each trial in a log of calls."""
-    return kept_replies(read_calls(directory))
 
 
 def _also(count: int, said: str) -> str:
@@ -277,7 +271,10 @@ def _forks(of: _PlayedAgain) -> Iterator[Check]:
     there, failed = read_study(directory), list[str]()
     if list(map(there.record_identity, there.conditions)) != list(map(own.record_identity, own.conditions)):
         failed.append(f"{FORKS}/study.json: the settings of another study")
-    again, kept, kept_before = list[ReplayedTrial](), _kept(directory), _kept(of.directory)
+    again, (kept, kept_before) = (
+        list[ReplayedTrial](),
+        (kept_replies(read_calls(one)) for one in (directory, of.directory)),
+    )
     with asyncio.Runner() as runner:
         for fork in opened.forks:
             name = fork.fork
@@ -310,6 +307,9 @@ def _report(of: _PlayedAgain) -> Iterator[Check]:
 
     It is made without code of packages: the rows that they measured are taken from the file, and named.
     """
+    if not any((of.directory / name).exists() for name in (_RESULTS, _PAGE)):
+        yield Check("results", "there is no report to compare")
+        return
     from lockprobe.report.page import report_files
 
     def written(name: str) -> bytes:
@@ -323,12 +323,9 @@ def _report(of: _PlayedAgain) -> Iterator[Check]:
         found = Results.model_validate_json(here)
         measured += (row for row in found.measures if row.source)
         measured += (fact for fact in found.facts if fact.about == MEASURES and fact.source)
-    files = dict(report_files(replace(of.opened, measured=measured), tell=lambda said: None))
-    made = {name: one.encode() if isinstance(one, str) else one for name, one in files.items() if one is not None}
-    there = [name for name in made if (of.directory / name).exists()]
-    if not there:
-        yield Check("results", "there is no report to compare")
-        return
+    files = report_files(replace(of.opened, measured=measured), tell=lambda said: None)
+    made = {name: one.encode() if isinstance(one, str) else one for name, one in files if one is not None}
+    there = {name: written(name) for name in made if (of.directory / name).exists()}
     lines, now = (dict.fromkeys(line.strip(b" ,\r") for line in text.split(b"\n")) for text in (here, made[_RESULTS]))
     failed = [f"written: {line[:300].decode(errors='replace')}" for line in lines if line not in now]
     failed += [f"computed: {line[:300].decode(errors='replace')}" for line in now if line not in lines]
@@ -337,10 +334,10 @@ def _report(of: _PlayedAgain) -> Iterator[Check]:
     unchecked = f"of its rows are not checked: they come from {', '.join({row.source: None for row in measured})}"
     said = f"{_RESULTS} is what this release makes of the records{_also(len(measured), unchecked)}"
     yield Check("results", said, failed if _RESULTS in there else [])
-    others = [name for name in there if name != _RESULTS]
-    different = [name for name in others if _TIME.sub(b"", written(name)) != _TIME.sub(b"", made[name])]
-    missing = _also(len(made) - 1 - len(others), "are not there")
-    said = f"{len(others)} pages, tables and figures are what this release makes of the records{missing}"
+    there.pop(_RESULTS, None)
+    different = [name for name, one in there.items() if _TIME.sub(b"", one) != _TIME.sub(b"", made[name])]
+    missing = _also(len(made) - 1 - len(there), "are not there")
+    said = f"{len(there)} pages, tables and figures are what this release makes of the records{missing}"
     yield Check("report", said, different)
 
 
