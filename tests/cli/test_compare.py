@@ -27,13 +27,12 @@ def test_in_words(lockprobe, labs, tmp_path, monkeypatch):
     assert lines[-1] == "Comparison: compare.html"
     assert (tmp_path / "compare.html").is_file()
     success = [line.split() for line in lines if line.startswith("truth ")]
-    assert [(row[1], row[2], row[3][-2:]) for row in success] == [
-        ("a", "cognitive:careful", "/4"),
-        ("a", "random", "/4"),
-        ("b", "cognitive:perseverant", "/4"),
+    assert [(row[1], row[2], row[5]) for row in success] == [
+        ("a", "cognitive:careful", "4"),
+        ("a", "random", "4"),
+        ("b", "cognitive:perseverant", "4"),
     ]
     assert sum(line.startswith("cognitive:perseverant in b") for line in lines) == 2  # under two conditions
-    assert "4 more differences, with baselines or within one study, are on the page." in lines
 
 
 def test_conditions_that_only_one_study_has_are_named(lockprobe, labs, tmp_path):
@@ -62,17 +61,17 @@ def test_for_machines(lockprobe, labs, tmp_path):
     status, said, _ = lockprobe("report", *labs, "--json", "--out", tmp_path, "--agent", "random")
     found = json.loads(said)
     assert (status, found["page"]) == (0, str(tmp_path / "compare.html"))
-    assert [(row["study"], row["agent"], row["condition"], row["trials"]) for row in found["success"]] == [
+    solved = [row for row in found["rows"] if row["quantity"] == "success"]
+    assert [(row["study"], row["agent"], row["condition"], row["n"]) for row in solved] == [
         ("a", "random", "truth", 4),
         ("a", "random", "flip?p=0.3", 4),
     ]
     status, said, _ = lockprobe("report", *labs, "--json", "--out", tmp_path / "all.html")
-    found = json.loads(said)
-    assert len(found["differences"]) == 6
-    first = found["differences"][0]
-    assert (first["first"]["study"], first["second"]["study"], first["paired"]) == ("a", "b", False)
-    assert {"value", "low", "high", "p_value", "detected", "kind", "condition"} <= first.keys()
-    assert first["value"] == pytest.approx(first["second"]["success"] - first["first"]["success"])
+    row, after, before, *_ = [row for row in json.loads(said)["rows"] if "versus" in row]
+    assert (row["quantity"], row["versus_study"], row["study"], row["test"]) == (
+        "success_difference", "a", "b", "Fisher"
+    )  # fmt: skip
+    assert row["value"] == pytest.approx(after["value"] - before["value"])
 
 
 def test_mistakes_end_in_one_line(lockprobe, labs, tmp_path):

@@ -46,7 +46,7 @@ def report(
 ) -> None:
     """Write results.json, report.html, figures/ and tables/ from the records; compare several studies on one page.
 
-    Of several studies the page has every agent's success under the conditions that they share, and every difference.
+    Of several studies the page has every agent's success under the conditions that they share, and differences.
     Conditions are matched by what acts in them, whatever they are called; what only one study has is named. Studies of
     one seed share their luck and are compared trial by trial; others are independent samples. Studies of different
     boxes, budgets of steps, plants or modalities are refused.
@@ -69,7 +69,7 @@ def report(
 
 
 def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, json: bool) -> None:
-    from lockprobe.report.compare import compare_studies, difference_table, success_table, write_comparison
+    from lockprobe.report.compare import TABLES, compare_studies, write_comparison
     from lockprobe.report.format import texts
 
     refuse_study_file(out)
@@ -87,9 +87,7 @@ def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, j
         *(f"Different settings: {line[:_LONGEST]}" for line in found.unlike),
     ):
         print(printable(line))
-    for rows in (success_table(found), difference_table(found.leading)):
+    for name in ("success", "differences"):
         print()
-        print_rows(texts([*rows]))
-    if left := len(found.differences) - len(found.leading):
-        print(f"{left} more differences, with baselines or within one study, are on the page.")
+        print_rows(texts([*TABLES[name](found)]))
     print(f"Comparison: {path}")
