@@ -35,15 +35,6 @@ def test_results_hold_the_name_and_not_the_spec_and_it_changes_no_number_and_no_
     assert json.loads(json.dumps(told).replace("zeta", SPEC)) == expected
 
 
-def test_an_option_of_named_agents_is_an_axis_under_their_names(tmp_path):
-    options = ("lapse=0", "lapse=0.125", "lapse=0.5")
-    plain = study("flips", agent=[f"human-inspired?{one}" for one in options], p=[0], trials=4)
-    swept = replace(plain, names={f"human-inspired?{one}": f"zeta?{one}" for one in options})
-    text = results(write_study(tmp_path, swept)).model_dump_json()
-    assert '"agent":"zeta"' in text
-    assert "human-inspired?" not in text
-
-
 def test_what_broke_an_agent_with_a_name_is_said_without_its_spec(tmp_path):
     own = study("flips", agent=["mine=python:secret.place:Own?key=k", "random"], p=[0], trials=1, repetitions=1)
     plans = [plan for agent in own.agents for plan in own.plans(agent)]

@@ -46,7 +46,9 @@ def test_models_are_compared_with_each_other_and_with_baselines_in_one_modality(
     ]
     made = [t for a in ("llm:a", "llm:b") for m in ("rgb", STATES) for t in trials(a, (9, 9), modality=m)]
     found = compared(courses(cells_of([*made, *trials("random", (9, 9))]).values()))
-    assert [one.family for one in found if not one.baseline] == [(False, "rgb", "rgb"), (False, STATES, STATES)]
+    assert [(one.first.modality, one.second.modality) for one in found if not one.baseline] == [
+        ("rgb", "rgb"), (STATES, STATES)
+    ]  # fmt: skip
     assert len(found) == 6
     apart = [*trials("llm:a", (3,), p=(0.0,)), *trials("llm:b", (3,), p=(0.3,))]
     assert compared(courses(cells_of(apart).values())) == []
@@ -77,7 +79,7 @@ def test_two_agents_are_compared_over_the_trials_that_both_finished(blocks):
     every = both[0.0] + both[0.3]
     assert bool(found) == bool(every)
     for first, other in zip(found, turned, strict=True):
-        assert first.shares == tuple(np.mean(every, axis=0)[::-1])
+        assert [one.mean() for one in first.solved] == np.mean(every, axis=0)[::-1].tolist()
         mean = first.mean(SUCCESS)
         assert (mean.value, mean.n) == (pytest.approx(np.mean([a - b for a, b in every])), len(every))
         assert first.mean(STEPS).value == pytest.approx(-16 * mean.value)  # 4 steps, or 20

@@ -6,14 +6,13 @@ from hypothesis import strategies as st
 
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition, sweep
-from lockprobe.report.prose import at_dose, cause
-from lockprobe.statistics.design import crossed_of, factors_of, series_of, series_of_agents
+from lockprobe.statistics.design import CONDITIONS, CONTROLS, FLIPS, crossed_of, factors_of, series_of
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import Study, arms_of, design_of
 from lockprobe.trial.condition import Condition
 
 TRUTH = Condition()
-FLIPS = [read_condition(f"flip?p={p}") for p in (0.2, 0.4, 0.8)]
+FLIPS_ACTING = [read_condition(f"flip?p={p}") for p in (0.2, 0.4, 0.8)]
 OTHERS = [
     read_condition(spec)
     for spec in (
@@ -31,78 +30,71 @@ def designed(conditions, agents=("random",)):
     return design_of(Study(name="lab", agents=agents, boxes=(box(),), conditions=tuple(conditions), plant="twin"))
 
 
-def dosed(comparison):
-    return {label for axis in comparison.axes for label in axis.doses} - {comparison.control}
+def compared(design, modality=SHOWN):
+    """Family -> what is compared with the control, in a modality."""
+    return {one.name: one.groups[0][1:] for one in design.against_controls if one.modality == modality}
 
 
 chosen = st.tuples(
-    st.lists(st.sampled_from(FLIPS), unique_by=lambda one: one.label),
+    st.lists(st.sampled_from(FLIPS_ACTING), unique_by=lambda one: one.label),
     st.lists(st.sampled_from(OTHERS), unique_by=lambda one: one.label),
 )
 
 
 @pytest.mark.parametrize(("specs", "control"), [(("nudge", "flip?p=0"), "flip?p=0"), (("nudge", "warn"), "nudge")])
 def test_the_control_is_the_truth_or_else_the_first(specs, control):
-    assert designed(map(read_condition, specs)).controls == {control}
+    assert [*designed(map(read_condition, specs)).controls.values()] == [control]
 
 
 @given(chosen)
 def test_every_condition_but_the_control_is_in_one_family(both):
     flips, others = both
-    found = designed([TRUTH, *flips, *others]).comparisons[SHOWN]
-    assert found.control == "truth"
-    every = [*found.flips, *dosed(found), *found.others]
-    assert sorted(every) == sorted(one.label for one in (*flips, *others))
+    found = compared(designed([TRUTH, *flips, *others]))
+    assert sorted(label for own in found.values() for label in own) == sorted(one.label for one in (*flips, *others))
 
 
-@given(chosen, st.sampled_from([*FLIPS, *OTHERS]))
+@given(chosen, st.sampled_from([*FLIPS_ACTING, *OTHERS]))
 def test_a_condition_more_changes_no_other_family(both, more):
     flips, others = both
     if more in (*flips, *others) or not flips:  # the first flip that acts says of which kind the axis is
         return
-    before = designed([TRUTH, *flips, *others]).comparisons[SHOWN]
-    now = designed([TRUTH, *flips, *others, more]).comparisons[SHOWN]
-    if more in FLIPS:
-        assert (now.others, dosed(now)) == (before.others, dosed(before))
-        assert now.flips == (*before.flips, more.label)
-    elif more.label in dosed(now):
+    before, now = (compared(designed([TRUTH, *own])) for own in ((*flips, *others), (*flips, *others, more)))
+    (own,) = (name for name, labels in now.items() if more.label in labels)
+    for name in before.keys() - {own}:
         # the second dose beside the control makes an axis, which takes the first one along
-        assert now.flips == before.flips
-        assert {*before.others} - {*now.others} == dosed(now) - dosed(before) - {more.label}
-    else:
-        assert (now.flips, dosed(now)) == (before.flips, dosed(before))
-        assert now.others == (*before.others, more.label)
+        taken = {*now[own]} - {more.label} if own not in before else set()
+        assert now[name] == tuple(label for label in before[name] if label not in taken)
+    assert own not in before or {*now[own]} == {*before[own], more.label}
 
 
 def test_what_is_kept_is_one_axis_on_which_a_word_and_no_word_are_its_ends():
     kept = ["flip?p=0.4", "flip?p=0.4&keep=0.5", "flip?p=0.4&others=kept"]
     found = designed([TRUTH, *map(read_condition, kept)])
     (axis,) = found.series
-    assert (axis.axis.name, axis.axis.options) == ("flip keep", "p=0.4")
+    assert (axis.name, axis.options) == ("flip keep", "p=0.4")
     assert dict(axis.doses) == dict(zip(kept, (0, 0.5, 1), strict=True))
-    assert not any(one.axis for one in found.families)  # its ends are compared once
+    assert {one.name for one in found.families} == {CONDITIONS, CONTROLS}  # its ends are compared once
 
 
 def test_the_first_modality_is_compared_with_the_controls_of_the_others():
     planned = study("flips", agent="random", p=[0, 0.4], condition=["nudge"], modality=[SHOWN, "symbolic?tell=outcome"])
     found = design_of(planned)
-    first, second = found.comparisons.values()
-    assert (first.others, first.controls) == (("nudge",), ("symbolic?tell=outcome",))
-    assert second.control == "symbolic?tell=outcome"
-    assert (second.others, second.controls) == (("nudge + symbolic?tell=outcome",), ())
-    assert second.flips == ("flip?p=0.4 + symbolic?tell=outcome",)
-    assert found.controls == {"truth", "symbolic?tell=outcome"}
+    first, second = (compared(found, modality) for modality in found.modalities)
+    assert (first[CONDITIONS], first[CONTROLS]) == (("nudge",), ("symbolic?tell=outcome",))
+    assert (second[CONDITIONS], second[CONTROLS]) == (("nudge + symbolic?tell=outcome",), ())
+    assert second[FLIPS.name] == ("flip?p=0.4 + symbolic?tell=outcome",)
+    assert [*found.controls.values()] == ["truth", "symbolic?tell=outcome"]
     assert found.control("nudge + symbolic?tell=outcome") == "symbolic?tell=outcome"
 
 
 def test_a_dose_of_the_plant_is_an_axis_whose_first_level_is_the_plant_of_the_study():
     stiffness = [read_condition(f"plant?friction={value}", plant="twin") for value in (0.2, 0.3, 2)]
-    found = designed([TRUTH, *HANDS[:2], *stiffness]).comparisons[SHOWN]
-    assert {one.axis.name: dict(one.doses) for one in found.axes} == {
+    found = designed([TRUTH, *HANDS[:2], *stiffness])
+    assert {one.name: dict(one.doses) for one in found.series} == {
         "plant pose_error": {"truth": 0, "plant?pose_error=0.01": 0.01, "plant?pose_error=0.02": 0.02},
         "plant friction below 1": {"truth": 0, "plant?friction=0.3": 0.7, "plant?friction=0.2": 0.8},
     }
-    assert (found.control, found.others) == ("truth", ("plant?friction=2",))
+    assert (found.control("truth"), compared(found)[CONDITIONS]) == ("truth", ("plant?friction=2",))
 
 
 FLIP, STICKY, BOTH = "flip?p=0.4", "flip?p=0.4&others=kept", "flip?p=0.4 + nudge"
@@ -125,28 +117,9 @@ def arms(*specs):
     ],
 )  # fmt: skip
 def test_conditions_that_differ_in_one_dose_alone_are_a_series_from_0(specs, found):
-    made = {
-        "|".join(filter(None, (one.axis.name, one.axis.options, one.axis.rest))): one.doses
-        for one in series_of(arms(*specs))
-    }
+    made = {"|".join(filter(None, (one.name, one.options, one.rest))): one.doses for one in series_of(arms(*specs))}
     assert made == found
     assert all([*doses.values()] == sorted(doses.values()) for doses in made.values())
-
-
-@pytest.mark.parametrize(
-    ("agents", "name", "doses"),
-    [
-        ({"small?t=0": "x:/h?t=0", "small?t=2": "x:/h?t=2", "small?t=1": "x:/h?t=1"}, "small", [0, 1, 2]),
-        ({"cold": "x:/h?t=0", "warm": "x:/h?t=1", "hot": "x:/h?t=2"}, "cold, warm, hot", [0, 1, 2]),
-        (["random", "a:b?t=1&x=2", "a:b?x=2&t=0", "a:b?t=0.5&x=2", "a:b?t=0.5&x=3"], "a:b?x=2", [0, 0.5, 1]),
-        (["a?t=1", "a?t=2", "a?t=1e300"], None, None),  # no curve can be fitted to the third
-    ],
-)
-def test_agents_that_differ_in_one_number_are_a_series_under_what_they_share(agents, name, doses):
-    found = [*series_of_agents(agents if isinstance(agents, dict) else dict(zip(agents, agents, strict=True)))]
-    assert [(one.agent, [*one.doses.values()]) for one in found] == ([(name, doses)] if name else [])
-    for one in found:
-        assert (cause(one.axis), at_dose(0, one.axis)) == ("higher values of t", "at a t of 0")
 
 
 @pytest.mark.parametrize(
@@ -168,7 +141,7 @@ def test_what_is_crossed_has_weights_where_every_combination_is_played(specs, we
 
 
 def factors_in(*specs, controls=()):
-    return {one.axis: one.groups for one in factors_of(arms(*specs), controls)}
+    return {one.name: one.groups for one in factors_of(arms(*specs), controls)}
 
 
 @given(st.permutations(["truth", FLIP, STICKY, "nudge", BOTH, f"{STICKY} + nudge", "flip?p=0.2"]))

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from lockprobe.foundation.formatting import capital, listed, p_cell, percent, points
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.curve import MOST
 from lockprobe.report.format import entry_text
@@ -26,11 +27,11 @@ _DOES = {"solves more": ("raise", "raises"), "solves fewer": ("lower", "lowers")
 """Verdict -> what was done to the success of these agents, by several things and by one."""
 
 
-def headline(lines: Sequence[Line], cause: str = "", *, several: bool = True, named: bool = True) -> str:
+def headline(lines: Sequence[Line], cause: str = "", *, several: bool = True) -> str:
     """What was found, in one sentence that serves one agent and thirty; empty if nothing was compared.
 
     The ``cause`` may change their success (false reports), which is a plural if ``several``; without one it is the
-    condition of each line. ``named`` is whether it says whose success it is, which a heading may have said.
+    condition of each line.
     """
     done: dict[str, dict[str, list[str]]] = {}
     for line in (line for verdict in _DOES for line in lines if line.verdict == verdict):
@@ -44,15 +45,30 @@ def headline(lines: Sequence[Line], cause: str = "", *, several: bool = True, na
         what = cause or (names.pop() if alone else "any condition")
         most = not_excluded(lines)
         open_ = f"; changes of up to {most} points are not excluded" * (most > _WIDE)
-        return f"No effect{f' of {what} on {_whose(labels)}' * named} was detected{open_}."
+        return f"No effect of {what} on {_whose(labels)} was detected{open_}."
     said = []
     for what, by in done.items():
-        does = [(_DOES[verdict][not (several and cause)], own) for verdict, own in by.items()]
-        whose = [f"{does_} {_whose(own, 'that' if i else '')}" for i, (does_, own) in enumerate(does)]
-        said.append(f"{what} {' and '.join(whose) if named else f'{does[0][0]} success'}")
-    if hidden and named:
+        whose = [
+            f"{_DOES[verdict][not (several and cause)]} {_whose(own, 'that' if i else '')}"
+            for i, (verdict, own) in enumerate(by.items())
+        ]
+        said.append(f"{what} {' and '.join(whose)}")
+    if hidden:
         said.append(f"no effect{' of any condition' * (not cause)} on {_whose(labels, 'that')} was detected")
     return f"{capital('; '.join(said))}."
+
+
+def beside_said(lines: Sequence[Line]) -> str:
+    """What was found of agents for comparison, which the answer leaves out; empty without any beside others."""
+    said = []
+    for verdict, own in grouped((line for line in lines if line.baseline), lambda line: line.verdict).items():
+        names = listed([line.label for line in own], named=3)
+        if verdict == "not detected":
+            said.append(f"no effect on {names} was detected")
+        elif verdict != "not compared":
+            said.append(f"{names} {verdict.replace('s ', ' ', 1) if len(own) > 1 else verdict}")
+    rest = not all(line.baseline for line in lines)
+    return f"For comparison, not in this answer: {'; '.join(said)}." if said and rest else ""
 
 
 def solved_said(found: Results, lines: Sequence[Line]) -> str:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rows import Curve, DoseAxis, Estimate, EveryLook, Player, Row, share_rows
 from lockprobe.statistics.course import Cell, Course, cells_of, courses, is_baseline
-from lockprobe.statistics.design import Design, Series, axis_key
+from lockprobe.statistics.design import Axis, Design
 from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.outcomes import NO_ORDERS
 from lockprobe.statistics.proportions import Proportion
@@ -147,43 +147,24 @@ class OpenedStudy:
 
     @cached_property
     def axes(self) -> tuple[tuple[DoseAxis, tuple[Course, ...]], ...]:
-        """Every other dose, and options of agents, with the agents over them. What changed nothing is on none."""
-        first, times = self.design.control(self.design.arms[0].label), Counter(one.axis for one in self.design.series)
-        known, found = Counter[tuple[str, ...]](), []
-        for series in self.design.series:
-            axis, doses = series.axis, series.doses
+        """Every other dose, with the agents over it. What changed nothing is on none."""
+        times, found = Counter(self.design.series), []
+        for axis in self.design.series:
 
-            def place(cell: Cell, series: Series = series) -> tuple[str, str, float] | None:
-                dose = series.doses.get(cell.agent if series.agent else cell.condition)
-                if series.agent:
-                    on_it = dose is not None and cell.condition == first
-                    return (series.agent, cell.modality, dose or 0.0) if on_it else None
+            def place(cell: Cell, axis: Axis = axis) -> tuple[str, str, float] | None:
+                dose = axis.doses.get(cell.condition)
                 idle = dose and (cell.agent, cell.condition) in self.idle
-                return None if dose is None or idle else (cell.agent, series.modality, dose)
+                return None if dose is None or idle else (cell.agent, axis.modality, dose)
 
-            name = axis.name, axis.options, axis.rest, series.modality, series.agent
-            key = axis_key(axis.name, axis.options, axis.rest, known[name] + 1)
-            if not (over := courses(self.by_name.values(), axis, key, place, several=times[axis] > 1)):
-                continue
-            known[name] += 1
-            shown = DoseAxis(
-                name=axis.name,
-                intervention=axis.kind,
-                dose=axis.dose,
-                options=axis.options,
-                rest=axis.rest,
-                modality=series.modality,
-                doses=dict(doses),
-                condition=first if series.agent else "",
-                players=tuple(players_of(over, doses=True)),
-                number=known[name],
-            )
-            found.append((shown, over))
+            if over := courses(self.by_name.values(), axis, axis.key, place, several=times[axis] > 1):
+                own = {name: getattr(axis, name) for name in ("name", "dose", "options", "rest", "modality", "doses")}
+                players = tuple(players_of(over, doses=True))
+                found.append((DoseAxis(**own, intervention=axis.kind, players=players), over))
         return tuple(found)
 
     @property
     def every_course(self) -> tuple[Course, ...]:
-        """Every agent over flip rates, over every other dose, and over options of agents; baselines too."""
+        """Every agent over flip rates and over every other dose; baselines too."""
         return (*self.courses, *(one for _, over in self.axes for one in over))
 
     @cached_property
@@ -193,7 +174,7 @@ class OpenedStudy:
         return frozenset(
             place
             for place, cell in self.by_name.items()
-            if cell.condition in acting.keys() - self.design.controls
+            if cell.condition in acting.keys() - {*self.design.controls.values()}
             and idle_interventions(cell.trials, acting[cell.condition])
         )
 

@@ -9,7 +9,7 @@ from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.report.rows import Cell, Course, Results
 from lockprobe.statistics.clustered import FEWEST_BOXES
-from lockprobe.statistics.design import AGENT, FLIPS, Axis
+from lockprobe.statistics.design import FLIPS, Axis
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.published import PEAK
 from lockprobe.trial.condition import PLANT, TRUTH
@@ -77,11 +77,9 @@ def inverted(flip: OutcomeFlip, *, positions: bool) -> str:
 def cause(axis: Axis) -> str:
     """What may change an agent's success.
 
-    >>> cause(FLIPS), cause(Axis(kind="tremble", dose="p")), cause(Axis(kind=AGENT, dose="t"))
-    ('false reports', 'higher doses of tremble', 'higher values of t')
+    >>> cause(FLIPS), cause(Axis(kind="tremble", dose="p"))
+    ('false reports', 'higher doses of tremble')
     """
-    if axis.kind == AGENT:
-        return f"higher values of {axis.dose}"
     if axis.name == FLIPS.name:
         return false_reports(axis.options)
     said = f"higher doses of {_short(axis)}"
@@ -102,8 +100,6 @@ def at_dose(p: float, axis: Axis = FLIPS) -> str:
         return "with the study's own plant"
     if axis.rest:
         return f"under {axis.rest} alone"
-    if axis.kind == AGENT:
-        return f"at a {axis.dose} of 0"
     return "when told the truth" if axis.name == FLIPS.name else f"without {_short(axis)}"
 
 

@@ -20,7 +20,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from lockprobe.foundation.errors import LockprobeError, Missing
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import LeftOutSection
-from lockprobe.statistics.design import Axis, axis_key
+from lockprobe.statistics.design import Axis
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.trial.condition import Contrast
 
@@ -211,18 +211,16 @@ class Player(Part):
 
 
 class DoseAxis(Part):
-    """Conditions that differ in one dose alone, or agents that differ in one option alone."""
+    """Conditions that differ in one dose alone."""
 
     name: str = Field(description="What sentences call the dose.")
-    intervention: str = Field(description="Name of the intervention; agent for an option of agents.")
+    intervention: str = Field(description="Name of the intervention.")
     dose: str = Field(description="The option that is the dose.")
     options: str = Field(default="", description="Other options of the intervention in all of them.")
     rest: str = Field(default="", description="Other interventions in all of them.")
     modality: str = Field(description="How the box is shown in all of them.")
-    doses: dict[str, float] = Field(description="Condition, or agent -> dose, ascending.")
-    condition: str = Field(default="", description="For an option of agents: the condition of all of them.")
+    doses: dict[str, float] = Field(description="Condition -> dose, ascending.")
     players: tuple[Player, ...] = Field(default=(), description="Agents with trials on it; of flips the design's.")
-    number: int = Field(default=1, ge=1, description="Which it is of several of that name.")
 
     @property
     def axis(self) -> Axis:
@@ -237,7 +235,7 @@ class DoseAxis(Part):
     @property
     def key(self) -> str:
         """Its name in the column ``axis``: the dose, and what else acts at all of its levels."""
-        return axis_key(self.name, self.options, self.rest, self.number)
+        return self.axis.key
 
 
 class Design(Part):
@@ -496,31 +494,13 @@ class Results(Part):
             return found
         known = {(one.agent, one.condition): one for one in self.cells}
         for player in axis.players:
-            places = {
-                (name, axis.condition) if axis.condition else (player.agent, name): dose
-                for name, dose in axis.doses.items()
-            }
             cells = tuple(
-                replace(known[place], dose=dose)
-                for place, dose in places.items()
-                if place in known and dose in (player.doses or (dose,))  # what changed nothing is left out
+                replace(known[player.agent, name], dose=dose)
+                for name, dose in axis.doses.items()
+                if (player.agent, name) in known and dose in (player.doses or (dose,))  # without what changed nothing
             )
-            of_agents = bool(axis.condition)
-            found.append(
-                Course(found=self, **player.named, axis=axis.key, name=axis.name, cells=cells, of_agents=of_agents)
-            )
+            found.append(Course(found=self, **player.named, axis=axis.key, name=axis.name, cells=cells))
         return found
-
-    @cached_property
-    def readings(self) -> tuple[tuple[DoseAxis, str], ...]:
-        """The axes of flip rates alone, each with the other options of its flips, which say what a false report is."""
-        found = []
-        for axis in (one for one in self.design.axes if one.of_flips):
-            flips = (self._conditions[name].specs for name, dose in axis.doses.items() if dose)
-            if spec := next((one[0] for one in flips if len(one) == 1), ""):
-                options = spec.partition("?")[2].split("&")
-                found.append((axis, "&".join(one for one in options if not one.startswith("p="))))
-        return tuple(found)
 
     def against_control(self) -> list[Estimate]:
         """Success of every condition minus that of its control: by agent, doses of an axis before other conditions."""
@@ -620,7 +600,6 @@ class Course(_View):
         axis: The key of the axis, which its rows have in their column ``axis``.
         name: What sentences call the dose.
         cells: Its cells by dose, ascending.
-        of_agents: Whether its doses are an option of agents.
     """
 
     agent: str
@@ -632,7 +611,6 @@ class Course(_View):
     axis: str
     name: str
     cells: tuple[Cell, ...]
-    of_agents: bool = False
 
     @property
     def played(self) -> tuple[Cell, ...]:
@@ -648,10 +626,8 @@ class Course(_View):
         found = []
         for cell in self.cells[1:]:
             place = {"condition": cell.condition, "of": of}
-            if self.of_agents:  # agents that differ in an option have no condition each
-                place = {"condition": "", "of": ", ".join(filter(None, (f"{cell.dose:.15g}", of)))}
             rows = self.found.where(quantity, agent=self.agent, axis=self.axis, versus="", **place)
-            found += [(cell, row) for row in rows if row.control or self.of_agents]
+            found += [(cell, row) for row in rows if row.control]
         return found
 
     @property

@@ -262,18 +262,14 @@ def conditions_of(study: Study, success: Sequence[float]) -> list[Conditions]:
 def _families(study: Study) -> Iterator[tuple[str, dict[str, float]]]:
     """The families of conditions that the report has: of each modality flip rates, every other dose, all others."""
     design = design_of(study)
-    rates = {one.label: one.p for one in study.flip_axis if one.p is not None}
     for modality in design.modalities:
-        of = design.comparisons[modality]
         if set(PLANNED) <= {one.label for one in design.shown(modality)}:
             yield _WHY, {label: float(i) for i, label in enumerate(ARMS)}
             continue
-        flips = {label: rates[label] for label in (of.control, *of.flips) if label in rates}
-        found = [("flip rate", dict(sorted(flips.items(), key=lambda both: both[1])))]
-        found += [(axis.axis.name, dict(axis.doses)) for axis in of.axes]
-        for labels in (of.others, of.controls):
-            found.append(("", {label: float(i) for i, label in enumerate((of.control, *labels))}))
-        yield from (one for one in found if len(one[1]) > 1)
+        for one in (one for one in design.against_controls if one.modality == modality):
+            doses = {label: float(i) for i, label in enumerate(one.groups[0])} if one.axis is None else one.axis.doses
+            if len(doses) > 1:
+                yield one.name if one.axis else "", dict(sorted(doses.items(), key=lambda both: both[1]))
 
 
 FEWEST_PERSONS = 10

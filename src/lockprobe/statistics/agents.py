@@ -58,35 +58,28 @@ class AgentPair:
     doses: tuple[float, ...]
 
     def _laid(self, *gains: bool) -> list[Blocks]:
-        """Blocks of the first agent at every dose, then of the second; if trials broke also at both ends."""
+        """Blocks of the first agent at every dose, then of the second; if trials broke also at both ends.
+
+        ``gains`` says at which of these success counts for the difference.
+        """
         trials = [one.outcomes.at(one.outcomes.dose == at) for one in (self.first, self.second) for at in self.doses]
         return [blocks_of(of) for of in ends_of(trials, gains)]
 
     @cached_property
     def laid(self) -> list[Blocks]:
         """The trials of both; if some broke, also as if all of the one had been solved, and none of the other."""
-        n = len(self.doses)
-        return self._laid(*[False] * n, *[True] * n)
+        return self._laid(*[False] * len(self.doses), *[True] * len(self.doses))
 
     def _two(self, table: Array) -> tuple[Array, Array]:
         """The columns of the first and of the second agent, each of shape (blocks, doses)."""
         return table[:, : len(self.doses)], table[:, len(self.doses) :]
 
     @cached_property
-    def _both(self) -> Array:
-        """Whether both finished their trial, shape (blocks, doses)."""
+    def solved(self) -> tuple[Array, Array]:
+        """Whether the first and the second solved each trial that both finished, shape (pairs,)."""
         one, two = self._two(self.laid[0].solved)
-        return ~np.isnan(two - one)
-
-    @property
-    def n(self) -> int:
-        """Pairs of trials that both finished."""
-        return int(self._both.sum())
-
-    @property
-    def family(self) -> tuple[bool, str, str]:
-        """What is judged together with it: pairs of its kind that saw the box in the same ways."""
-        return self.baseline, self.first.modality, self.second.modality
+        both = ~np.isnan(two - one)
+        return one[both], two[both]
 
     @property
     def people(self) -> bool:
@@ -105,34 +98,24 @@ class AgentPair:
         whole = None not in (*one.values(), *two.values())
         return whole and all(one[place] == two[place] for place in one.keys() & two.keys())
 
-    @property
-    def bounded(self) -> bool:
-        """Whether trials broke, so that intervals and P values hold whatever became of these."""
-        return len(self.laid) > 1
-
-    @property
-    def shares(self) -> tuple[float, float]:
-        """What the first and the second solved of the trials that both finished."""
-        one, two = (own[self._both].mean() for own in self._two(self.laid[0].solved))
-        return float(one), float(two)
-
     def mean(self, quantity: str) -> Difference:
         """The difference in success or in steps over all doses.
 
         Interval and P value hold whatever became of broken trials, and are corrected for nothing.
         """
-        found, *ends = (self._mean(quantity, blocks) for blocks in self.laid)
-        return bounded(found, *ends) if ends else found
 
-    def _mean(self, quantity: str, blocks: Blocks) -> Difference:
-        one, two = self._two(blocks.steps if quantity == STEPS else blocks.solved)
-        apart, both, unit, rare = two - one, ~np.isnan(two - one), 1.0, None
-        if quantity == STEPS:
-            unit = float(max(self.first.outcomes.budget, self.second.outcomes.budget))
-            rare = rare_block(one[both], two[both], unit)
-        if not self.people:
-            return mean_of_blocks(apart, blocks, unit=unit, rare=rare)
-        return crossed_mean(apart[both], np.nonzero(both)[0], self._person(blocks)[both], unit=unit, rare=rare)
+        def of(blocks: Blocks) -> Difference:
+            one, two = self._two(blocks.steps if quantity == STEPS else blocks.solved)
+            apart, both, unit, rare = two - one, ~np.isnan(two - one), 1.0, None
+            if quantity == STEPS:
+                unit = float(max(self.first.outcomes.budget, self.second.outcomes.budget))
+                rare = rare_block(one[both], two[both], unit)
+            if not self.people:
+                return mean_of_blocks(apart, blocks, unit=unit, rare=rare)
+            return crossed_mean(apart[both], np.nonzero(both)[0], self._person(blocks)[both], unit=unit, rare=rare)
+
+        found, *ends = map(of, self.laid)
+        return bounded(found, *ends) if ends else found
 
     def _person(self, blocks: Blocks) -> Labels:
         """Who of the people on one side played, shape (blocks, doses)."""
@@ -152,8 +135,7 @@ class AgentPair:
         higher = [dose > self.doses[0] for dose in self.doses]
         laid = self._laid(*[not one for one in higher], *higher)
         one, two = self._two(laid[0].solved)
-        pairs = (~np.isnan((two - one)[:, 1:] + (two - one)[:, :1])).sum(axis=0)
-        places = [i for i, many in enumerate(pairs.tolist(), 1) if many]
+        places = [i for i in range(1, len(self.doses)) if not np.isnan((two - one)[:, [0, i]]).any(axis=1).all()]
         found = {}
         for i in places:
             change, *ends = (self._change(i, blocks, len(places)) for blocks in laid)
@@ -192,4 +174,4 @@ def compared(players: Sequence[Course]) -> list[AgentPair]:
     ]
     pairs += [(one, two, True) for two, one in product(others, baselines)]
     made = [AgentPair(first=one, second=two, baseline=baseline, doses=doses) for one, two, baseline in pairs]
-    return [pair for pair in made if pair.n]
+    return [pair for pair in made if len(pair.solved[0])]

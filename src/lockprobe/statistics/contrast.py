@@ -19,7 +19,7 @@ import numpy as np
 from lockprobe.statistics.blocks import asked_contrast, block_mean, blocks_of, contrast
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.design import CONDITIONS, Crossed, Design, Family
+from lockprobe.statistics.design import CONDITIONS, LEVELS, Crossed, Design, Family
 from lockprobe.statistics.differences import DifferenceAt, each_difference
 from lockprobe.statistics.every_look import share_at_every_look
 from lockprobe.statistics.idle import idle_interventions
@@ -53,7 +53,7 @@ class Effect(NamedTuple):
         modality: How the box was shown under the control.
         corrected_for: How many differences are judged together: conditions, agents and further groups of conditions.
         family: What these are.
-        axis: The dose or the option whose levels the two conditions are; empty for other conditions.
+        axis: The option whose levels the two conditions are; empty for other conditions.
     """
 
     agent: str
@@ -135,7 +135,7 @@ def acting(cells: Cells, design: Design, *, wholly: bool = False) -> Cells:
 
     A control is to change nothing.
     """
-    acts = {arm.label: arm.without() for arm in design.arms if arm.label not in design.controls}
+    acts = {arm.label: arm.without() for arm in design.arms if arm.label not in design.controls.values()}
 
     def idle(label: str, cell: Cell) -> bool:
         found = idle_interventions(cell.trials, acts[label]) if label in acts else []
@@ -155,7 +155,8 @@ def effects(cells: Cells, design: Design) -> Iterator[Effect]:
         heeding = _heeding(cells, design, family)
         sizes = Counter(is_baseline(design.spec_of(agent)) for agent in {agent for agent, _ in heeding})
         for agent, group in product(design.agents, family.groups):
-            if (agent, group[0]) not in cells or (family.axis and (agent, group) not in heeding):
+            option = family.name.partition(LEVELS)[2]
+            if (agent, group[0]) not in cells or (option and (agent, group) not in heeding):
                 continue
             agents = max(1, sizes[is_baseline(design.spec_of(agent))]) * len(family.groups)
             names = [label for label in group if (agent, label) in cells]
@@ -163,7 +164,7 @@ def effects(cells: Cells, design: Design) -> Iterator[Effect]:
             tested = each_difference([cells[agent, name].outcomes for name in names], agents=agents)
             for place, one in tested:
                 many = len(tested) * agents
-                yield Effect(agent, modality, group[0], names[place], one, many, family.name, family.axis)
+                yield Effect(agent, modality, group[0], names[place], one, many, family.name, option)
 
 
 def _heeding(cells: Cells, design: Design, family: Family) -> list[tuple[str, tuple[str, ...]]]:
@@ -184,13 +185,12 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, D
     look.
     """
     acted, cells = acting(cells, design, wholly=True), acting(cells, design)
-    heeding = {
-        (of.groups[0][0], is_baseline(design.spec_of(agent)), agent)
+    sizes = Counter(
+        (of.modality, is_baseline(design.spec_of(agent)))
         for of in design.families
         for agent, _ in _heeding(cells, design, of)
         if of.name == CONDITIONS
-    }
-    sizes = Counter((control, baseline) for control, baseline, _ in heeding)
+    )
 
     def found_in(agent: str, crossed: Crossed, choices: int = 1) -> Difference | None:
         own = {name: acted[agent, name].outcomes for name in crossed.weights if (agent, name) in acted}
@@ -199,13 +199,13 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, D
         found = contrast(own, crossed.weights, choices=choices)
         return found if found.n else None
 
-    for agent, of in product(design.agents, design.comparisons.values()):
-        if (agent, of.control) not in cells or cells[agent, of.control].outcomes.order is not None:
+    for agent, (modality, control) in product(design.agents, design.controls.items()):
+        if (agent, control) not in cells or cells[agent, control].outcomes.order is not None:
             continue
-        every = [one for one in of.crossed if found_in(agent, one)]
+        every = [one for one in design.crossed[modality] if found_in(agent, one)]
         dosed = {name for one in every if one.axes for name in one.conditions.values()}
         every = [one for one in every if one.axes or one.conditions[1, 1] not in dosed]
-        choices = max(1, sizes[of.control, is_baseline(design.spec_of(agent))]) * max(1, len(every))
+        choices = max(1, sizes[modality, is_baseline(design.spec_of(agent))]) * max(1, len(every))
         for one in every:
             if found := found_in(agent, one, choices):
                 yield agent, one, found, choices

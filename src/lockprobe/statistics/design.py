@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
@@ -29,11 +28,8 @@ from typing import NamedTuple
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.spec import Spec, split_specs
-from lockprobe.trial.doses import can_be_fitted, dose_of, without_doses
+from lockprobe.trial.doses import dose_of, without_doses
 from lockprobe.trial.record import STATES
-
-AGENT = "agent"
-"""The kind of an axis that is an option of agents, such as their temperature."""
 
 READING_FACTORS = ("flip others", "flip inverts")
 """Factors that are readings of a false report."""
@@ -103,9 +99,6 @@ CROSSED = ("truth-truth", "lie-truth", "truth-lie", "lie-lie")
 PLANNED = ("truth", "lie", *CROSSED)
 """The arms without which there is no answer."""
 
-_Acting = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
-"""Interventions, each as its name and its options by name."""
-
 _READING = ("inverts", "keep", "others")
 """The options of a flip that say what a false report is."""
 
@@ -117,42 +110,42 @@ def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | N
     """
     found = {_acting(one.specs): one.label for one in conditions}
     for one in conditions:
-        if len(one.specs) == 1 and (spec := one.specs[0]).full_name == "flip":
-            rate = float(spec.options.get("p", 0))
-            reading = "".join(f"&{name}={spec.options[name]}" for name in _READING if name in spec.options)
-            if rate > 0 and spec.options.keys() <= {"p", *_READING}:
-                wanted = {arm: _wanted(text, rate, reading) for arm, text in ARMS.items()}
-                there = {arm: found[acts] for arm, acts in wanted.items() if acts in found}
-                if there.keys() >= set(PLANNED):
-                    return rate, there
+        if len(one.specs) != 1 or (spec := one.specs[0]).full_name != "flip" or spec.options.keys() - {"p", *_READING}:
+            continue
+        rate = float(spec.options.get("p", 0))
+        reading = "".join(f"&{name}={spec.options[name]}" for name in _READING if name in spec.options)
+        asked = {arm: text.format(p=f"{rate:g}", reading=reading) for arm, text in ARMS.items() if text != "truth"}
+        acts = {"truth": _acting(())} | {arm: _acting(map(Spec.parse, split_specs(of))) for arm, of in asked.items()}
+        there = {arm: found[acting] for arm in ARMS if (acting := acts[arm]) in found}
+        if rate > 0 and there.keys() >= {*PLANNED}:
+            return rate, there
     return None
 
 
-def _wanted(text: str, rate: float, reading: str) -> _Acting:
-    """The interventions of an arm at a rate."""
-    return _acting(map(Spec.parse, split_specs(text.format(p=f"{rate:g}", reading=reading))) if text != "truth" else ())
-
-
-def _acting(specs: Iterable[Spec]) -> _Acting:
+def _acting(specs: Iterable[Spec]) -> tuple[object, ...]:
     """Specs in a form that does not depend on the order of options, without those of dose 0."""
     return tuple((one.full_name, tuple(sorted(one.options.items()))) for one in specs if one.options.get("p") != "0")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """The one option in which conditions differ.
+    """A dose in which conditions differ alone; equal to that of other modalities.
 
     Attributes:
-        kind: Name of the intervention, for example ``tremble``; :data:`AGENT` for an option of agents.
+        kind: Name of the intervention, for example ``tremble``.
         dose: The option that is its dose.
         options: Its other options, equal in all conditions, as in a spec: ``others=kept``; empty without any.
         rest: The other interventions, equal in all conditions, as specs joined by plus signs; empty if there are none.
+        modality: How the box is shown in all of them.
+        doses: Condition -> its dose, ascending; 0 for the condition without the intervention.
     """
 
     kind: str
     dose: str
     options: str = ""
     rest: str = ""
+    modality: str = field(default=STATES, compare=False)
+    doses: Mapping[str, float] = field(default_factory=dict, compare=False)
 
     @property
     def name(self) -> str:
@@ -161,9 +154,12 @@ class Axis:
         >>> Axis(kind="tremble", dose="p").name, FLIPS.name
         ('tremble p', 'flip rate')
         """
-        if self.kind == AGENT:
-            return self.dose
         return "flip rate" if (self.kind, self.dose) == ("flip", "p") else f"{self.kind} {self.dose}"
+
+    @property
+    def key(self) -> str:
+        """What the column ``axis`` says of it."""
+        return axis_key(self.name, self.options, self.rest)
 
     @property
     def of_flips(self) -> bool:
@@ -181,24 +177,8 @@ def axis_key(name: str, options: str = "", rest: str = "", number: int = 1) -> s
     return f"{said}{f', with {rest}' if rest else ''}{f' ({number})' if number > 1 else ''}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Series:
-    """Conditions that differ only in one dose, or agents that differ only in one option.
-
-    Attributes:
-        doses: Condition, or agent -> its dose, ascending; 0 for the condition without the intervention.
-        agent: For a series of agents, what tables call them: their spec or their common name without the option, or all
-            their names; else empty.
-    """
-
-    axis: Axis
-    doses: Mapping[str, float]
-    modality: str
-    agent: str = ""
-
-
-def series_of(arms: Sequence[SeriesArm]) -> Iterator[Series]:
-    """Every series of at least three doses, in the order of the conditions; of equal doses the first counts."""
+def series_of(arms: Sequence[SeriesArm]) -> Iterator[Axis]:
+    """Every dose of at least three levels, in the order of the conditions; of equal doses the first counts."""
     dosed = ((arm, place, option) for arm in arms for place, option in arm.dosed)
     for members in grouped(dosed, lambda one: one[0].family(one[1:])).values():
         labels: dict[float, str] = {}
@@ -210,27 +190,13 @@ def series_of(arms: Sequence[SeriesArm]) -> Iterator[Series]:
             zero = (one for one in arms if sorted(one.without()) == sorted(rest) and one.modality == first.modality)
             if alone := next(zero, None):
                 labels.setdefault(0.0, alone.label)
-        options = str(without_doses(spec, [option])).partition("?")[2]
-        axis = Axis(kind=spec.full_name, dose=option, options=options, rest=" + ".join(rest))
         if len(labels) >= _FEWEST:
+            options = str(without_doses(spec, [option])).partition("?")[2]
             doses = {label: dose for dose, label in sorted(labels.items())}
-            yield Series(axis=axis, doses=doses, modality=first.modality)
-
-
-def series_of_agents(agents: Mapping[str, str]) -> Iterator[Series]:
-    """Every series of at least three agents, by name with their specs, that differ only in one number."""
-    families: dict[tuple[str, str], dict[str, float]] = {}
-    for agent, text in agents.items():
-        spec = Spec.parse(text)
-        for option, value in spec.options.items():
-            with suppress(ValueError):  # a word has no place on an axis, nor a number to which no curve can be fitted
-                if can_be_fitted(number := float(value)):
-                    families.setdefault((str(spec.without([option])), option), {})[agent] = number
-    for (_, option), own in families.items():
-        if len(doses := dict(sorted(own.items(), key=lambda both: both[1]))) >= _FEWEST:
-            names = [*dict.fromkeys(str(Spec.parse(agent).without([option])) for agent in doses)]
-            called = ", ".join(names) if len(names) <= _FEWEST else f"{names[0]} to {names[-1]}"
-            yield Series(axis=Axis(kind=AGENT, dose=option), doses=doses, modality=STATES, agent=called)
+            yield Axis(
+                kind=spec.full_name, dose=option, options=options, rest=" + ".join(rest), modality=first.modality,
+                doses=doses,
+            )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -305,17 +271,21 @@ def _grid(members: Sequence[tuple[SeriesArm, Dose, Dose]], known: Mapping[tuple[
 class Family(NamedTuple):
     """Conditions that are compared, and judged together.
 
-    First of each group comes the condition that all others of it are compared with. The ``axis`` is the option in which
-    they differ, ``flip others``; empty for all others.
+    Attributes:
+        name: The dose, :data:`CONDITIONS`, :data:`CONTROLS`, or :data:`LEVELS` with the option.
+        groups: First of each comes the condition that all others of it are compared with.
+        modality: How the box is shown under the control; empty for options.
+        axis: The dose whose levels they are; None for others.
     """
 
     name: str
     groups: tuple[tuple[str, ...], ...]
-    axis: str = ""
+    modality: str = ""
+    axis: Axis | None = None
 
 
 def factors_of(
-    arms: Sequence[SeriesArm], controls: Collection[str], dosed: Collection[Collection[str]] = ()
+    arms: Sequence[SeriesArm], controls: Collection[str], dosed: Sequence[Collection[str]] = ()
 ) -> Iterator[Family]:
     """Every option that is no number, in which conditions differ alone, in the order of the conditions.
 
@@ -337,7 +307,7 @@ def factors_of(
         first_without = [tuple(own[level] for level in sorted(own, key=bool)) for own in kept]
         new = [one for one in first_without if one[0] not in controls and not any({*one} <= {*of} for of in dosed)]
         if new:
-            yield Family(LEVELS + name, tuple(new), name)
+            yield Family(LEVELS + name, tuple(new))
 
 
 def _is_number(text: str) -> bool:
@@ -346,26 +316,6 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
-    """The conditions of one modality and what they are compared with.
-
-    Attributes:
-        flips: Labels of the flip rates that act: the family of the flip axis.
-        axes: Doses of other interventions whose lowest level is the control, each a family of its own.
-        others: Labels of all other conditions: another family.
-        controls: In the first modality the labels of the controls of the others: a family too.
-        crossed: Two interventions alone, together and not at all, then crossed doses.
-    """
-
-    control: str
-    flips: tuple[str, ...]
-    axes: tuple[Series, ...]
-    others: tuple[str, ...]
-    controls: tuple[str, ...]
-    crossed: tuple[Crossed, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -401,53 +351,45 @@ class Design:
         return tuple(self._shown)
 
     @cached_property
-    def _controls(self) -> Mapping[str, str]:
+    def controls(self) -> Mapping[str, str]:
         """Modality -> its control: the condition without interventions, or else the first."""
         return {name: next((arm for arm in own if not arm.acting), own[0]).label for name, own in self._shown.items()}
 
-    @property
-    def controls(self) -> frozenset[str]:
-        """The labels of all controls."""
-        return frozenset(self._controls.values())
-
     def control(self, label: str) -> str:
         """The label of the control of a condition."""
-        return next(self._controls[arm.modality] for arm in self.arms if arm.label == label)
+        return next(self.controls[arm.modality] for arm in self.arms if arm.label == label)
 
     @cached_property
-    def series(self) -> tuple[Series, ...]:
-        """Other doses than flip rates, of three levels or more, and options of agents."""
+    def series(self) -> tuple[Axis, ...]:
+        """Other doses than flip rates, of three levels or more."""
         doses = [one for one in series_of(self.arms) if not one.doses.keys() <= self.axis]
         # flips without options are of another reading beside the flip axis, which their name says
-        other = replace(FLIPS, options="others=fresh")
-        named = (replace(one, axis=other) if one.axis == FLIPS else one for one in doses)
-        return (*named, *series_of_agents({agent: self.spec_of(agent) for agent in self.agents}))
+        return tuple(replace(one, options="others=fresh") if one == FLIPS else one for one in doses)
 
     @cached_property
-    def comparisons(self) -> Mapping[str, Comparison]:
-        """Modality -> its conditions, by the families of their contrasts with its control."""
-        found = dict[str, Comparison]()
-        for modality, control in self._controls.items():
-            own = self._shown[modality]
-            axes = tuple(
-                one for one in self.series if (one.modality, one.agent) == (modality, "") and control in one.doses
-            )
-            rest = [arm.label for arm in own if arm.label != control]
-            on_axes = self.axis.union(*(one.doses for one in axes))
-            found[modality] = Comparison(
-                control=control,
-                flips=tuple(label for label in rest if label in self.axis),
-                axes=axes,
-                others=tuple(label for label in rest if label not in on_axes),
-                controls=() if found else tuple(self._controls.values())[1:],
-                crossed=tuple(crossed_of(own)),
-            )
-        return found
+    def crossed(self) -> Mapping[str, tuple[Crossed, ...]]:
+        """Modality -> two interventions alone, together and not at all, then crossed doses."""
+        return {modality: tuple(crossed_of(own)) for modality, own in self._shown.items()}
 
-    @property
-    def other_axes(self) -> tuple[Series, ...]:
-        """The doses of other interventions that are families of their own, in every modality."""
-        return tuple(axis for of in self.comparisons.values() for axis in of.axes)
+    @cached_property
+    def against_controls(self) -> tuple[Family, ...]:
+        """The conditions of each modality by the families of their contrasts with its control.
+
+        Flip rates, every other dose whose lowest level is the control, all other conditions, and in the first modality
+        the controls of the others.
+        """
+        found = list[Family]()
+        for modality, control in self.controls.items():
+            own, others = self._shown[modality], () if found else tuple(self.controls.values())[1:]
+            rates = {arm.label: max(map(arm.dose, arm.acting), default=0.0) for arm in own if arm.label in self.axis}
+            axes = [replace(FLIPS, modality=modality, doses=rates)] if rates else []
+            axes += [one for one in self.series if one.modality == modality and control in one.doses]
+            on_axes = {control}.union(*(one.doses for one in axes))
+            rest = [arm.label for arm in own if arm.label not in on_axes]
+            found += [Family(one.name, (tuple({control: 0, **one.doses}),), modality, one) for one in axes]
+            found.append(Family(CONDITIONS, ((control, *rest),), modality))
+            found.append(Family(CONTROLS, ((control, *others),), modality))
+        return tuple(found)
 
     @cached_property
     def families(self) -> tuple[Family, ...]:
@@ -455,10 +397,7 @@ class Design:
 
         Levels on the axis of a dose are none, nor what the arms of a study of controls say first and last.
         """
-        found = []
-        for of in self.comparisons.values():
-            found.append(Family(CONDITIONS, ((of.control, *of.others),)))
-            found.append(Family(CONTROLS, ((of.control, *of.controls),)))
-        dosed: list[Collection[str]] = [one.doses for one in self.series if not one.agent]
+        dosed: list[Collection[str]] = [one.doses for one in self.series]
         dosed += [arms[1].values() for shown in self._shown.values() if (arms := arms_of(shown))]
-        return (*found, *factors_of(self.arms, self.controls, dosed))
+        against = [one for one in self.against_controls if one.axis is None]
+        return (*against, *factors_of(self.arms, self.controls.values(), dosed))

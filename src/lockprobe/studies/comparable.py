@@ -17,7 +17,7 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.interventions.asked_and_done import OwnPrompt
-from lockprobe.statistics.design import Design, axis_key
+from lockprobe.statistics.design import Design
 from lockprobe.studies.study import Study, arms_of, flip_axis
 from lockprobe.trial.condition import Condition, Recorded
 
@@ -99,10 +99,10 @@ def families(conditions: Iterable[SharedCondition]) -> dict[str, str]:
     whose name is empty. So a condition more changes nothing that is concluded of another family.
     """
     acting = list(dict.fromkeys(one.acting for one in conditions))
-    axis = frozenset(one.label for one in flip_axis(acting))
-    design = Design(agents=(), arms=arms_of(acting), axis=axis)
-    found = {one.label: "flip rate" for one in acting if one.label in axis}
-    for one in design.other_axes:
-        name = axis_key(one.axis.name, one.axis.options, one.axis.rest)
-        found |= {label: name for label in one.doses if label not in found and label not in design.controls}
+    flips = frozenset(one.label for one in flip_axis(acting))
+    design = Design(agents=(), arms=arms_of(acting), axis=flips)
+    found = {one.label: "flip rate" for one in acting if one.label in flips}
+    for axis in filter(None, (one.axis for one in design.against_controls)):
+        apart = axis.doses.keys() - found.keys() - {*design.controls.values()}
+        found |= {label: axis.key for label in axis.doses if label in apart}
     return found | {one.label: "" for one in acting if one.label not in found}

@@ -262,12 +262,8 @@ def _questions(study: Study, agent: str) -> list[tuple[Question, ...]]:
             more = [one.label for one in design.shown(modality) if one.label not in asked_for and one.label in played]
             found += [parts, tuple(Question(one, ((one, of["truth"]),)) for one in more)]
             continue
-        against = design.comparisons[modality]
-        axes = [[label for label in axis.doses if label != against.control] for axis in against.axes]
-        found += [
-            tuple(Question(one, ((one, against.control),)) for one in labels if {one, against.control} <= played)
-            for labels in (against.flips, *axes, against.others, against.controls)
-        ]
+        for (control, *labels), *_ in (one.groups for one in design.against_controls if one.modality == modality):
+            found.append(tuple(Question(one, ((one, control),)) for one in labels if {one, control} <= played))
     return [of for of in found if of]
 
 

@@ -24,7 +24,6 @@ from lockprobe.report.questions import contrasts, loops, success
 from lockprobe.report.questions.speed import draw as fig3
 from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.statistics.proportions import proportion
-from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import Until
 
 CASES = ("strategies", "thirty p", "one p", "one trial", "hostile names", "people", "few people")
@@ -73,16 +72,10 @@ def stopping(directory):
     )
 
 
-def readings(directory):
-    asked = {"agent": ["cognitive:perseverant", "random"], "p": [0, 0.4, 0.6], "flip": "re-observed,integrated"}
-    return found_in(directory, study("flips", **asked, condition="nothing=drop?p=1", trials=6, repetitions=1, seed=3))
-
-
-@pytest.mark.parametrize("made", [stopping, readings])
-def test_so_is_every_text_of_the_figures_that_few_studies_have(tmp_path, made):
-    found = made(tmp_path)
-    drawn = pictures(found)[made.__name__]
-    legible(made.__name__, drawn)
+def test_so_is_every_text_of_the_figure_that_few_studies_have(tmp_path):
+    found = stopping(tmp_path)
+    drawn = pictures(found)["stopping"]
+    legible("stopping", drawn)
     for block in found.where("decided_at_block"):
         assert f"an effect, block {block.value:g}" in drawn.axes[0].get_title()
 

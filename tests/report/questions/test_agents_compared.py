@@ -51,10 +51,10 @@ def test_pairs_are_compared_over_all_flip_rates(tmp_path):
     rows = table(found)
     assert (len(rows), "under" in rows[0]) == (3, False)
     assert [rows[0][name] for name in ("agent", "trials", "success of both")] == ["llm:acme/one", "20", "85 % and 65 %"]
-    solved = "Solved more by llm:acme/one than by random, more by llm:acme/two than by random"
-    assert said(found) == f"{solved}; no difference in success was detected in 1 of 3 comparisons."
+    more = "llm:acme/one solves more than random, llm:acme/two solves more than random"
+    assert said(found) == (f"A difference over all flip rates was detected for 2 of 3 pairs of agents: {more}.")
     found = of_trials(tmp_path / "two", *some("llm:a", 9, 2), *some("llm:b", 9, 9))
-    assert said(found) == "Solved more by llm:b than by llm:a."
+    assert said(found).endswith(" was detected for 1 of 1 pairs of agents: llm:b solves more than llm:a.")
 
 
 def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):

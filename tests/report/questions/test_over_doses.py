@@ -36,19 +36,6 @@ def test_other_doses_have_the_same_rows_and_a_part_of_their_own(tmp_path):
     assert flips.of_flips
 
 
-@pytest.mark.parametrize("p", [[0], [0, 0.4]])
-def test_options_of_an_agent_are_a_dose_without_another_condition(tmp_path, p):
-    agents = [f"human-inspired?lapse={lapse}" for lapse in (0, 0.1, 0.3)]
-    found = found_in(tmp_path, study("flips", agent=agents, p=p, **SMALL))
-    axis = found.design.axes[-1]
-    (course,) = found.courses(axis)
-    assert (axis.name, [cell.agent for cell in course.cells]) == ("lapse", agents)
-    assert len(course.changes()) == 2
-    (part,) = [part for part in parts_of(found) if part.name == "doses"]
-    assert part.answer
-    assert not found.beside_flips
-
-
 def test_numbers_of_known_trials(tmp_path):
     """Chance is that of exactly these lengths; simulated where it cannot be counted, and then with an interval."""
     played = [[0, 1, 0, 0, 0, 1, 0] + [1] * 13, SOLUTION]

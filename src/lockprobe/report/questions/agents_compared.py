@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Any
 
-from lockprobe.foundation.formatting import capital, first_three, p_cell, percent
+from lockprobe.foundation.formatting import first_three, p_cell, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, conclusion_of
 from lockprobe.report.opened import OpenedStudy
@@ -49,7 +49,7 @@ def _over_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
     """Every pair over the conditions of a modality that are no flip rates, in which something was changed."""
     design, doses = numbers.design, dict[str, tuple[str, float]]()
     for modality in () if numbers.study.of_flips else design.modalities:
-        control = design.comparisons[modality].control
+        control = design.controls[modality]
         own = [arm.label for arm in design.shown(modality) if arm.label not in design.axis and arm.label != control]
         doses |= {label: (modality, float(i)) for i, label in enumerate((control, *own))}
 
@@ -69,27 +69,23 @@ family, None if for nothing; and for how many doses it is corrected already."""
 def _over(players: Sequence[Course], axis: str, conditions: Mapping[str, Condition]) -> Iterator[_Tested]:
     """Every pair over all doses, and how much more these change the one: at the dose with the clearest change."""
     for one in compared(players):
-        of = {
-            "agent": one.second.agent,
-            "modality": one.second.modality,
-            "axis": axis,
-            "family": _FAMILIES[one.baseline],
-        }
-        of |= {"versus": one.first.agent, "versus_modality": one.first.modality}
+        of = {"agent": one.second.agent, "modality": one.second.modality, "axis": axis}
+        of |= {"versus": one.first.agent, "versus_modality": one.first.modality, "family": _FAMILIES[one.baseline]}
         test, alike = E_PROCESS if one.every_look else CLUSTERED if one.people else "", one.plays_alike
-        note = "; ".join(filter(None, (_WORST * one.bounded, _ALIKE * alike)))
+        note = "; ".join(filter(None, (_WORST * (len(one.laid) > 1), _ALIKE * alike)))
+        family = axis, one.baseline, one.first.modality, one.second.modality
         for quantity, unit in ((SUCCESS, "points"), (STEPS, "steps")):
             columns = {"quantity": quantity, "unit": unit, "note": note} | measured(one.mean(quantity))
             columns |= {"test": (test or "permutation within blocks") * (not alike)}
-            yield of | columns, (quantity, axis, one.family), 1
-        for part, share in zip(("the other", ""), one.shares, strict=True):
-            yield of | {"quantity": _SHARE, "of": part, "n": one.n, "value": share}, None, 1
+            yield of | columns, (quantity, *family), 1
+        for part, solved in zip(("the other", ""), one.solved, strict=True):
+            yield of | {"quantity": _SHARE, "of": part, "n": len(solved), "value": float(solved.mean())}, None, 1
         if one.changes and not alike:
             dose, clearest = min(one.changes.items(), key=lambda both: (both[1].p_value or 0.0, -abs(both[1].value)))
             low, high = (one.second.by_dose[at].condition for at in (one.doses[0], dose))
             columns = {"quantity": CHANGE, "unit": "points", "condition": high, "control": low}
             columns |= {"test": test or "sign flips of blocks", "doses": dict(conditions[high].doses)}
-            yield of | columns | measured(clearest), (CHANGE, axis, one.family), len(one.changes)
+            yield of | columns | measured(clearest), (CHANGE, *family), len(one.changes)
 
 
 _Pair = tuple[str, str, Mapping[tuple[str, str], Estimate]]
@@ -146,18 +142,15 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     if not (pairs := _pairs(found)):
         return
-    by_axis = grouped(((one, other, rows[SUCCESS, ""]) for one, other, rows in pairs), lambda pair: pair[-1].axis)
     said = []
-    for axis, tested in by_axis.items():
-        over = f"over all {'conditions' if axis == _CONDITIONS else 'flip rates'} " * (len(by_axis) > 1)
-        clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in tested if row.detected]
-        more = first_three(f"more by {one} than by {other}" for one, other in clear)
-        if clear:
-            said.append(f"{over}solved {more}")
-        if missed := len(tested) - len(clear):
-            none = "no difference in success was detected"
-            said.append(f"{over}{none} in {missed} of {len(tested)} comparisons")
-    yield Part("Which agent is better?", f"{capital('; '.join(said))}.", [_TABLE, note_at(found, _NOTE)])
+    for axis, tested in grouped(pairs, lambda pair: pair[-1][SUCCESS, ""].axis).items():
+        rows = [(one, other, of[SUCCESS, ""]) for one, other, of in tested]
+        clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in rows if row.detected]
+        over = "conditions" if axis == _CONDITIONS else "flip rates" if found.several_p else ""
+        more = first_three(f"{one} solves more than {other}" for one, other in clear)
+        what = f"A difference{f' over all {over}' * bool(over)} was detected for {len(clear)} of {len(rows)} pairs of"
+        said.append(f"{what} agents{f': {more}' * bool(clear)}.")
+    yield Part("Which agent is better?", " ".join(said), [_TABLE, note_at(found, _NOTE)])
 
 
 SECTIONS = (Section("agents_compared", "Agents compared", _rows, _show, (_TABLE,)),)

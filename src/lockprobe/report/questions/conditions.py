@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from itertools import product
+from itertools import chain, product
 from typing import Any
 
 from markupsafe import Markup
@@ -29,7 +29,7 @@ from lockprobe.report.rows import (
 )
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.contrast import effects
-from lockprobe.statistics.design import LEVELS
+from lockprobe.statistics.design import LEVELS, READING_FACTORS
 from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.measures import find_measure, measured
 from lockprobe.statistics.outcomes import points
@@ -68,19 +68,19 @@ def _effects(numbers: OpenedStudy) -> Iterator[Row]:
         yield from share_rows("success_in_pairs", gap.first, **pair, of=CONTROL)
 
 
-def _compared(found: Results) -> list[Estimate]:
-    """Conditions against their control, and levels of one option, such as readings of a false report, with each other.
+def _compared(found: Results) -> tuple[list[Estimate], list[Estimate]]:
+    """Conditions against their control; and levels of one option, such as readings of a false report, with each other.
 
     None of a study of flip rates alone, which have a question of their own.
     """
     levels = [row for row in found.where("success_difference", of="", versus="") if row.family.startswith(LEVELS)]
-    return [*found.against_control(), *levels] if found.beside_flips else []
+    return (found.against_control(), levels) if found.beside_flips else ([], [])
 
 
 def _effects_table(found: Results) -> Lines:
     words = condition_words(found)
     yield ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
-    for row in _compared(found):
+    for row in chain(*_compared(found)):
         pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control", "axis")}
         counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
         yield [row.agent, words[row.condition], words[row.control], *counts, *tested(row)]
@@ -145,9 +145,13 @@ EFFECTS = Table("effects", _effects_table, 3, drawn="difference, points")
 
 
 def _answer(found: Results) -> str:
-    """How many differences were detected, or between which shares all conditions of all agents lie."""
+    """How many changes were detected, or between which shares all conditions of all agents lie."""
     shares = [row.value for row in found.where("success", of="") if row.value is not None and row.condition]
-    if (said := detected_said(_compared(found), "differences")) or not shares:
+    changes, levels = _compared(found)
+    said = detected_said(changes, "changes from the control, one for each agent and condition,")
+    others = [row for row in levels if row.axis not in READING_FACTORS]  # readings have a question of their own
+    said = " ".join(filter(None, (said, detected_said(others, "differences between levels of an option"))))
+    if said or not shares:
         return said
     low, high = min(shares), max(shares)
     return f"{percent(low) if low == high else range_of(low, high)} of trials solved."
@@ -182,7 +186,7 @@ def _show(found: Results) -> Iterator[Part]:
         "which the condition changed something.",
     )
     blocks: list[Block] = [_CONDITIONS, told, *[note_at(found, _PAIRED)] * bool(found.against_control())]
-    blocks += [EFFECTS] if len(_compared(found)) > len(found.against_control()) else []
+    blocks += [EFFECTS] if _compared(found)[1] else []
     blocks += [_MEASURES, _MEANS] if found.measures else []
     yield Part("All conditions", _answer(found), blocks)
 

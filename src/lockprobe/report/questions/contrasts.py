@@ -5,22 +5,19 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import partial
-from itertools import product
+from itertools import chain, product
 from typing import Any
 
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, listed, p_value, percent
 from lockprobe.interventions.conditions import tells_positions
-from lockprobe.report.answer import headline
 from lockprobe.report.format import entry_text, tested
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.primary import DECLARED, SIDES, dose_lines
-from lockprobe.report.prose import cause, false_reports, interval_kind, inverted, who
-from lockprobe.report.questions.success import panel
-from lockprobe.report.rows import Course, Estimate, Fact, Results, Row, detected_said, measured_row
+from lockprobe.report.primary import DECLARED, SIDES
+from lockprobe.report.prose import interval_kind, inverted, who
+from lockprobe.report.rows import Estimate, Fact, Results, Row, detected_said, measured_row
 from lockprobe.report.section import Block, Figure, Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.contrast import declared, interactions
 from lockprobe.statistics.design import READING_FACTORS, Crossed, axis_key
@@ -98,7 +95,7 @@ def _interactions(numbers: OpenedStudy) -> Iterator[Row]:
     if numbers.study.of_flips:
         return
     design, named, known = numbers.design, list[tuple[Crossed, str]](), Counter[tuple[str, str]]()
-    for crossed in (one for of in design.modalities for one in design.comparisons[of].crossed):
+    for crossed in chain.from_iterable(design.crossed.values()):
         rest = crossed.axes[0].rest if crossed.axes else ""
         alone = [crossed.conditions.get(at, "") for at in ((1.0, 0.0), (0.0, 1.0))]
         name = _TIMES.join([one.name for one in crossed.axes] or alone)
@@ -207,31 +204,6 @@ def _what_is_false(numbers: OpenedStudy) -> Iterator[Row]:
     yield Fact(about="readings", name="what", text=said)
 
 
-def draw_readings(found: Results) -> Any:
-    """Success by flip rate, a panel for each agent that heeds reports and was played under several readings."""
-    from lockprobe.report.figures.drawing import DASHES, MARKERS, lighter, sheet, style_of
-
-    own: dict[tuple[str, str], list[tuple[str, Any, Course]]] = {}
-    for i, (axis, options) in enumerate(found.readings):
-        for course in (one for one in found.courses(axis) if len(one.played) > 1 and not one.blind):
-            look = style_of(course)
-            look = replace(look, colour=lighter(look.colour, 0.15 * (i % 4)), marker=MARKERS[i % 4], dash=DASHES[i % 4])
-            own.setdefault((course.agent, course.modality), []).append((false_reports(options), look, course))
-    return sheet(sorted((one for one in own.values() if len(one) > 1), key=lambda one: not one[0][2].subject), panel)
-
-
-_READINGS = Figure(
-    "readings",
-    "Success by flip rate under each reading of a false report",
-    lambda found: Note(
-        "Share of trials solved by flip rate, a line for each reading of a false report.",
-        f"Bars are {interval_kind(found)}. How many outcomes and positions are false depends on the reading and on "
-        "what the agent does (false_report in results.json).",
-    ),
-    draw_readings,
-    applies=lambda found: len(found.readings) > 1,
-)
-
 _READINGS_NOTE = Note(
     "Differences are within pairs of trials at the same flip rate.",
     Markup(
@@ -246,18 +218,15 @@ def _show_readings(found: Results) -> Iterator[Part]:
         return
     answer = capital(what.removeprefix("The flip rate is the probability that "))
     rows = found.where("success_difference", of="", versus="")
-    compared, several = [row for row in rows if row.axis in READING_FACTORS], len(found.readings) > 1
-    others = [one for one, options in found.readings if options] * several
-    effects = [headline(dose_lines(found, one), cause(one.axis)) for one in others]
-    said: list[Block] = [*filter(None, [_BOTH_FIT if compared else _ONE * (not several), *effects])]
-    said += [_READINGS] * several + [detected_said(compared, "differences between readings"), _READINGS_NOTE] * bool(
-        compared
-    )
+    if compared := [row for row in rows if row.axis in READING_FACTORS]:
+        said: list[Block] = [_BOTH_FIT, detected_said(compared, "differences between readings"), _READINGS_NOTE]
+    else:
+        said = [_ONE] * (len({axis.options for axis in found.design.axes if axis.of_flips}) < 2)
     yield Part("What is a false report here?", answer, said)
 
 
 SECTIONS = (
     Section("contrasts", "Declared contrasts", _declared_rows, _show_declared, (CONTRASTS,)),
     Section("crossings", "Interactions", _interactions, _show_crossings, (_CROSSINGS,)),
-    Section("readings", "What a false report is", _what_is_false, _show_readings, figures=(_READINGS,)),
+    Section("readings", "What a false report is", _what_is_false, _show_readings),
 )

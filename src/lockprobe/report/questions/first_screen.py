@@ -9,7 +9,7 @@ from typing import Any
 from lockprobe.agents.catalogue import description
 from lockprobe.foundation.formatting import capital, count, listed
 from lockprobe.foundation.spec import spec_name
-from lockprobe.report.answer import AnswerList, broken_said, headline, known_of_broken, solved_said
+from lockprobe.report.answer import AnswerList, beside_said, broken_said, headline, known_of_broken, solved_said
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
 from lockprobe.report.opened import OpenedStudy
@@ -23,7 +23,7 @@ from lockprobe.report.questions.speed import effect_said
 from lockprobe.report.questions.stopping import every_look_said, small_said
 from lockprobe.report.rows import Fact, Results, Row
 from lockprobe.report.section import Part, Section, Table, Template
-from lockprobe.statistics.design import arms_of
+from lockprobe.statistics.design import FLIPS, arms_of
 from lockprobe.statistics.idle import idle_interventions, never_acted
 from lockprobe.studies.study import Study, design_of
 
@@ -36,7 +36,7 @@ _MODEL = ("served", "model", "temperature", "host")
 _JOINTS = 6
 """Joints of a box that is drawn on the first screen; the drawing of a larger one stands in its part of the page."""
 
-_NOTES = ("small", "every_look", "changed_nothing", "boxes")
+_NOTES = ("beside", "small", "every_look", "changed_nothing", "boxes")
 """Sentences below the answer, in their order."""
 
 _CHANGES, _MOST = (CONTRASTS, why.TABLE, EFFECTS), 20
@@ -49,12 +49,10 @@ _FIGURES = (stopping.FIGURE, speed.FIG3)
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     study = numbers.study
-    until = study.until.margin if study.until else None
     said = {
         "question": _question(study),
         "trial": _trial(study),
         "every_look": every_look_said(study, numbers.every_look, numbers.decisions, numbers.finished),
-        "small": "" if until is None or _asks_why(study) else small_said(numbers.decisions, until),
         "changed_nothing": " ".join(_changed_nothing(numbers)),
         "rules": numbers.broken_rules_said,
     }
@@ -77,10 +75,10 @@ def _question(study: Study) -> str:
     misread = [name for name, one in study.contrasts.items() if one.measure == "misreading"]
     if misread and next(iter(study.contrasts)) == misread[0]:
         return f"Do{'es' * (len(misread) == 1)} {listed(misread, named=3)} change what agents misread of {box}?"
-    compared = [design.comparisons[modality] for modality in design.modalities]
     flips = ["false reports"] if any(one.p for one in study.flip_axis) else []
-    causes = flips or list(dict.fromkeys(cause(one.axis) for of in compared for one in of.axes))
-    rest = [label for of in compared for label in (*of.others, *of.controls)]
+    axes = [one.axis for one in design.against_controls if one.axis not in (None, FLIPS)]
+    causes = flips or list(dict.fromkeys(cause(one) for one in axes if one))
+    rest = [label for one in design.against_controls if one.axis is None for label in one.groups[0][1:]]
     alone = [*study.contrasts][:1] or rest * (len(rest) == 1 and not causes)
     if study.of_flips and len(study.modalities) > 1 and not flips and not study.contrasts:
         alone = ["what agents see"]
@@ -110,7 +108,7 @@ def _changed_nothing(numbers: OpenedStudy) -> Iterator[str]:
     acting = {arm.label: arm.without() for arm in design.arms}
     whole: dict[str, dict[str, int]] = {}
     for cell in numbers.cells:
-        if cell.agent not in numbers.subjects or cell.condition in design.controls:
+        if cell.agent not in numbers.subjects or cell.condition in design.controls.values():
             continue
         steps = int(cell.ended.length.sum())
         if never_acted(cell.trials):
@@ -204,9 +202,11 @@ def _show(found: Results) -> Iterator[Part]:
     box = found.boxes[0] if len(found.boxes) == 1 and 0 < len(found.boxes[0].get("joints", ())) <= _JOINTS else {}
     figures = [one for one in _FIGURES if one.applies(found)]
     said |= {"boxes": f"{differ_said(found)} {boxes_said(found)}".strip()} if len(found.boxes) > 1 else {}
+    said["beside"] = beside_said(listing.lines)
+    said["small"] = "" if found.where("false_report_effect") else small_said(found)
     values = {
         "said": said,
-        "notes": [said[kind] for kind in _NOTES if kind in said and said[kind] not in found.answer],
+        "notes": [said[kind] for kind in _NOTES if said.get(kind) and said[kind] not in found.answer],
         "listing": listing,
         "broke": known_of_broken(found),
         "compared": max((row.corrected_for for row in tested), default=1),

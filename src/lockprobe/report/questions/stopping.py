@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from lockprobe.foundation.formatting import count, listed, points
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose import who
+from lockprobe.report.prose import condition_words, who
 from lockprobe.report.rows import Curve, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.studies.decisions import Decision
@@ -61,13 +62,15 @@ def progress_said(study: Study, answers: _Answers, played: int) -> str:
     return f"{done}, with {played} of at most {study.size} trials"
 
 
-def small_said(answers: _Answers, points: float) -> str:
-    """Which differences are shown to be smaller than the margin, (0, 1), either way; empty if none is."""
-    found = {agent: [one.question.name for one in own if one.verdict == "small"] for agent, own in answers.items()}
-    said = [f"{listed(names, named=_NAMED)} on {who(agent)}" for agent, names in found.items() if names]
+def small_said(found: Results) -> str:
+    """Which differences are shown to be smaller than the margin, either way; empty if none is."""
+    words = condition_words(found)
+    small = [row for row in found.where("decided_at_block") if row.note.startswith("smaller") and row.of in words]
+    by_agent = grouped(small, lambda row: row.agent).items()
+    said = [f"{listed([words[row.of] for row in own], named=_NAMED)} on {who(agent)}" for agent, own in by_agent]
     rest = f"; and on {count(len(said) - _NAMED, 'more agent')}" * (len(said) > _NAMED)
-    margin = f"Shown to be smaller than {100 * points:g} points, either way"
-    return f"{margin}: effects of {'; of '.join(said[:_NAMED])}{rest}." if said else ""
+    of = f"effects of {'; of '.join(said[:_NAMED])}{rest}"
+    return f"Shown to be {small[0].note}, either way: {of}." if small else ""
 
 
 def decided_said(verdict: str | None, points: float) -> str:

@@ -17,7 +17,7 @@ from lockprobe.report.rows import BOUNDS, Curve, DoseAxis, Estimate, Results, Ro
 from lockprobe.report.rows import Course as Shown
 from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.statistics.course import Course
-from lockprobe.statistics.design import AGENT, FLIPS
+from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.differences import any_difference
 from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.statistics.shape import Quantity, Turning, trend, two_lines
@@ -54,25 +54,16 @@ def _differences(course: Course) -> Iterator[Row]:
     """Success at every dose minus that at the lowest, both shares, and the bounds if trials broke."""
     tested = any_difference(course.tested, course.stream("permutation"), agents=course.family)
     for one in tested:
-        columns = course.of
-        if course.axis.kind == AGENT:  # options of agents have no condition each
-            columns |= {"of": f"{one.dose:.15g}", "doses": {f"{AGENT}.{course.axis.dose}": one.dose}}
-        else:
-            columns |= course.by_dose[one.dose].of | {"control": course.cells[0].condition}
+        columns = course.of | course.by_dose[one.dose].of | {"control": course.cells[0].condition}
         yield measured_row(
             "success_difference", one, **columns, n=one.second.n, unit="points",
             family=f"success by {course.axis.name}", corrected_for=len(tested) * course.family,
             test=one.test,
         )  # fmt: skip
-        parts = {more: columns | {"of": ", ".join(filter(None, (columns.get("of", ""), more)))} for more in _PARTS}
-        for more, share in (("", one.second), (CONTROL, one.first)):
-            yield from share_rows("success_in_pairs", share, **parts[more])
-        for more, bound in zip(BOUNDS, one.bounds or (), strict=False):
-            yield Estimate(quantity="success_difference", **parts[more], value=bound, unit="points")
-
-
-_PARTS = ("", CONTROL, *BOUNDS)
-"""Parts of a comparison of a dose with the lowest."""
+        for part, share in (("", one.second), (CONTROL, one.first)):
+            yield from share_rows("success_in_pairs", share, **columns, of=part)
+        for part, bound in zip(BOUNDS, one.bounds or (), strict=False):
+            yield Estimate(quantity="success_difference", **columns, of=part, value=bound, unit="points")
 
 
 def _show(found: Results) -> Iterator[Part]:
@@ -81,17 +72,13 @@ def _show(found: Results) -> Iterator[Part]:
         changed = sum(line.change.detected for line in tested if line.change)
         said = f"A change was detected for {changed} of {count(len(tested), 'agent')}." if tested else _NOTHING
         yield Part("How much does success change?", said, [_FIG4, _note(found)])
-    readings = [one for one, _ in found.readings] * (len(found.readings) > 1)  # contrasts.py has these
-    axes = [one for one in found.design.axes if one not in readings and one.key != FLIPS.name]
+    axes = [one for one in found.design.axes if one.key != FLIPS.name]
     for i, axis in enumerate(axes, 1):
         options, rest = f" ({axis.options})" if axis.options else "", f", with {axis.rest}" if axis.rest else ""
-        of = f" of {', '.join(one.agent for one in axis.players)}" * (axis.intervention == AGENT)
-        called = f"{axis.name.capitalize()}{of}{options}{rest}"
+        called = f"{axis.name.capitalize()}{options}{rest}"
         called = capital(false_reports(axis.options)) if axis.of_flips and axis.options else called
         pictured = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
-        lines = dose_lines(found, axis)
-        alone = axis.intervention == AGENT and len(lines) == 1  # the heading names agents and option
-        what = headline(lines, "higher values" if alone else cause(axis.axis), named=not alone) or _NOTHING
+        what = headline(dose_lines(found, axis), cause(axis.axis)) or _NOTHING
         said = f"Share of trials solved by {axis.name}, with the exact success of random agents."
         caption = Note(said, f"Intervals are {interval_kind(found)}.")
         figure = Figure(f"series-{i}-success", f"Success by {axis.name}", caption, partial(draw, axis=axis))
