@@ -7,12 +7,14 @@ from clumsy import HAND
 
 from lockprobe import run_trial
 from lockprobe.agents.ideal_observer import IdealObserver
+from lockprobe.boxes.beliefs.planning import best_joints
+from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, noise_model, update
 from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.families import box
-from lockprobe.statistics import rationality as module
-from lockprobe.statistics.rationality import optimal_actions
+from lockprobe.statistics.rationality import optimal_actions, prior_for
 from lockprobe.statistics.rules import Rules, unbroken
 from lockprobe.testing import play_trials
+from lockprobe.trial.record import STATES
 
 FLIPS = ("re-observed", "integrated", "outcome-only")
 
@@ -38,16 +40,24 @@ def test_a_trial_is_a_cluster_and_broken_trials_are_left_out():
     assert share.count == sum(counts([trial])[0] for trial in trials)
 
 
-def test_what_other_trials_left_behind_changes_nothing(monkeypatch):
-    """A report is the same whichever process has worked at whichever agent before."""
-    trials = [*played("random", 4, p=0.6), *played("cognitive:perseverant", 4, p=0.6)]
-    module._known.clear()
-    module._first.cache_clear()
-    fresh = [counts([trial]) for trial in trials]
-    monkeypatch.setattr(module, "_MANY", 1)
-    module._first.cache_clear()
-    assert [counts([trial]) for trial in trials[::-1]] == fresh[::-1]
-    assert counts(trials) == tuple(map(sum, zip(*fresh, strict=True)))
+@pytest.mark.parametrize("condition", ["flip?p=0.4", "flip?p=0.4&others=kept", "flip?p=0.4&inverts=position"])
+@pytest.mark.parametrize(("name", "modality"), [("chain-4", STATES), ("reset", "symbolic"), ("gray-code-5", STATES)])
+def test_actions_are_judged_as_by_the_beliefs_of_an_observer_that_believes_every_report(condition, name, modality):
+    trials = play_trials("random", 6, condition=condition, box=name, modality=modality)
+    optimal = impossible = 0
+    for trial in trials:
+        numbers = {joint: i for i, joint in enumerate(dict.fromkeys((trial.target, *trial.actions, *trial.joints)))}
+        belief = begin(interlocks(prior_for(len(trial.joints)), len(trial.joints)), noise_model("naive"))
+        for step in trial.steps:
+            optimal += best_joints(belief)[numbers[step.joint]]
+            start = zip(trial.joints, step.told_state, trial.steps[0].state, strict=True)
+            told = sum(1 << numbers[joint] for joint, at, was in start if at != was)
+            if step is not trial.steps[-1] or not trial.solved:
+                report = ReportedAttempt(numbers[step.joint], step.told_moved, told, trial.states_only)
+                belief = update(belief, report)
+        impossible += belief.restarts
+    assert counts(trials) == (optimal, sum(len(trial.steps) for trial in trials))
+    assert optimal_actions(trials)[1] == (impossible > 0)
 
 
 def values_of(known):

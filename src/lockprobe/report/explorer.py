@@ -106,52 +106,50 @@ def _text(said: str) -> str:
     return printable(re.sub(r"\s", " ", said))
 
 
+_MARKS = {None: "-", True: "1", False: "0", "moved": "1", "blocked": "0"}
+"""An outcome as a character."""
+
+
 def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any]:
     """What happened in a trial, a character a step: letters of joints, 1 for moved, 0 for blocked, - for nothing.
 
     Reports that are true and claims that repeat the report are left out.
     """
     steps = trial.steps
-    letters = {name: chr(ord("A") + i) for i, name in enumerate(names)}
+    letters: dict[str | None, str] = {None: "-"} | {name: chr(ord("A") + i) for i, name in enumerate(names)}
+    did = "".join([letters[step.joint] for step in steps])
+    chosen = "".join([letters[step.chosen] for step in steps])
+    moved = "".join([_MARKS[step.moved] for step in steps])
+    told = "".join([_MARKS[step.told_moved] for step in steps])
+    claims = "".join([_MARKS[step.decision.claimed] for step in steps])
+    back = ["0"] * len(steps)  # where a report corrects the one before it, and differs from it
+    if any(CORRECTION in step.told for step in steps):
+        statements = ({one.strip() for one in step.told.split(f"{CORRECTION} ")} for step in steps)
+        back = [str(int(len(one) > 1)) for one in statements]
+    loops = [" "] * len(steps)  # within an action loop the letter of what is repeated, elsewhere a blank
+    repeated = dict[str, str]()
+    for start, length in cover(did).intervals:
+        letter = repeated.setdefault(did[start : start + length], "abcdefghijklmnopqrstuvwxyz"[len(repeated) % 26])
+        loops[start : start + length] = letter * length
+    sensed = {}
+    if any(step.sensed for step in steps):  # what arm and camera took each step for, if it differs from the truth
+        truth = [step.moved for step in steps]
+        for name, found in (("verdict", verdict_outcomes(trial)), ("camera", camera_outcomes(trial))):
+            if any(name in step.sensed for step in steps) and found != truth:
+                sensed[name] = "".join([_MARKS[one] for one in found])
     said = [_text(step.decision.hypothesis[:_WORDS]) for step in steps] if words else []
-    chosen = "".join("-" if step.chosen is None else letters[step.chosen] for step in steps)
-    moved = "".join(str(int(step.moved)) for step in steps)
-    told = "".join("-" if step.told_moved is None else str(int(step.told_moved)) for step in steps)
-    claims = "".join({"moved": "1", "blocked": "0"}.get(step.decision.claimed or "", "-") for step in steps)
-    loops, truth = _loop_letters(trial.actions), [step.moved for step in trial.steps]
-    statements = [{one.strip() for one in step.told.split(f"{CORRECTION} ")} for step in steps]  # two that differ
-    taken = "".join(str(int(len(one) > 1)) for one in statements)
-    sensed = {  # what arm and camera took each step for, of those that differ from the truth; - is undecided
-        name: "".join("-" if one is None else str(int(one)) for one in found)
-        for name, found in (("verdict", verdict_outcomes(trial)), ("camera", camera_outcomes(trial)))
-        if any(name in step.sensed for step in steps) and found != truth
-    }
-    source = source_of(trial.modality)
     return {
         "solved": int(trial.solved),
-        "did": "".join(letters[step.joint] for step in steps),
+        "did": did,
         "moved": moved,
         **_there(
             told=told if told != moved else "",
             said=claims if claims[1:] != told[:-1] else "",
-            back=taken if "1" in taken else "",
-            loop=loops if loops.strip() else "",
+            back="".join(back) if "1" in back else "",
+            loop="".join(loops) if repeated else "",
             chosen=chosen if chosen.strip("-") else "",
             words=said if any(said) else [],
             **sensed,
-            source=(source or "") if sensed else "",
+            source=(source_of(trial.modality) or "") if sensed else "",
         ),
     }
-
-
-def _loop_letters(actions: tuple[str, ...]) -> str:
-    """A character for each step: within an action loop the letter of what is repeated, elsewhere a blank.
-
-    >>> _loop_letters(tuple("ABCABCABCD"))
-    'aaaaaaaaa '
-    """
-    marks, letters = [" "] * len(actions), dict[tuple[str, ...], str]()
-    for start, length in cover(actions).intervals:
-        letter = letters.setdefault(actions[start : start + length], "abcdefghijklmnopqrstuvwxyz"[len(letters) % 26])
-        marks[start : start + length] = letter * length
-    return "".join(marks)

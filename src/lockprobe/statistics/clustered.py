@@ -157,7 +157,7 @@ def clustered_difference(
         value=value,
         low=max(-1.0, float(np.min(middles - half))),
         high=min(1.0, float(np.max(middles + half))),
-        p_value=min(1.0, float(np.max(student_tails(middles / errors, freedom)))) if agree else 1.0,
+        p_value=max(student_tails(one, freedom) for one in (middles / errors).tolist()) if agree else 1.0,
     )
 
 

@@ -12,12 +12,11 @@ agent is told of it misleads every observer. So of each trial the actions before
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
-from functools import cache, cached_property
+from collections.abc import Callable, Sequence
+from functools import cache
 
-from lockprobe.boxes.beliefs.planning import best_joints
-from lockprobe.boxes.beliefs.posterior import Belief, ReportedAttempt, begin, noise_model, update
-from lockprobe.boxes.beliefs.structures import interlocks
+from lockprobe.boxes.beliefs.planning import SAME, planner
+from lockprobe.boxes.beliefs.structures import NEVER, Interlocks, as_mask, interlocks
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion
@@ -27,9 +26,6 @@ from lockprobe.trial.record import Trial
 JUDGED, ACTIONS = 100, 5000
 """The most trials of a condition that are judged, the first by repetition and trial; and the actions after which no
 further trial is judged."""
-
-_MANY = 1 << 14
-"""Moments that are cached; each takes a few kilobytes."""
 
 
 def prior_for(joints: int) -> str | None:
@@ -51,78 +47,85 @@ def optimal_actions(
     steps = [step for trial in counted for step in trial.steps]
     if prior is None or any(step.chosen is not None or step.told_moved is None for step in steps):
         return None
-    chosen, contradicted, actions = list[list[tuple[_Moment, int]]](), False, 0
+    chosen, contradicted, actions = list[list[bool]](), False, 0
     for trial in counted[:JUDGED]:
         if actions < ACTIONS:
             own, again = _choices(trial, prior, unbroken(trial, judged(trial) if judged else ()))
             chosen.append(own)
             contradicted |= again
             actions += len(trial.steps)
-    counts = [sum(now.optimal[joint] for now, joint in own) for own in chosen]
-    share = clustered_proportion(counts, [*map(len, chosen)])
+    share = clustered_proportion([*map(sum, chosen)], [*map(len, chosen)])
     return (share, contradicted) if share.n else None
 
 
-class _Moment:
-    """A belief of the observer and those that follow it, each computed once: many trials pass through equal beliefs.
-
-    Attributes:
-        after: Joint, whether it was told to move, joints turned, states only -> the moment after such a report, and
-            whether it was impossible; as they come.
-    """
-
-    def __init__(self, belief: Belief) -> None:
-        self.belief = belief
-        self.after: dict[tuple[int, bool, int | None, bool], tuple[_Moment, bool]] = {}
-
-    @cached_property
-    def optimal(self) -> list[bool]:
-        """Whether no other attempt costs fewer expected steps than that at each joint."""
-        found: list[bool] = best_joints(self.belief).tolist()
-        return found
-
-
-_known: dict[Hashable, _Moment] = {}
-
-
-def _moment(belief: Belief) -> _Moment:
-    """The moment of a belief, the same object for equal beliefs; all are forgotten where they become too many."""
-    if len(_known) >= _MANY:
-        _known.clear()
-    return _known.setdefault(belief.key, _Moment(belief))
-
-
-@cache
-def _first(prior: str, joints: int) -> _Moment:
-    """The moment before any report."""
-    return _Moment(begin(interlocks(prior, joints), noise_model("naive")))
-
-
-def _choices(trial: Trial, prior: str, first: int) -> tuple[list[tuple[_Moment, int]], bool]:
-    """The first actions, by the moment before each and the number of its joint; whether a report was impossible.
+def _choices(trial: Trial, prior: str, first: int) -> tuple[list[bool], bool]:
+    """Whether each of the first actions is optimal; whether a report was impossible.
 
     The target is joint 0, the others follow in the order of first attempts. The priors treat all joints but the target
-    alike, so trials that differ only in names share moments.
+    alike, so trials that differ only in names share what was planned.
     """
     numbers = {joint: i for i, joint in enumerate(dict.fromkeys((trial.target, *trial.actions, *trial.joints)))}
-    bits = [1 << numbers[joint] for joint in trial.joints]
-    now = _first(prior, len(trial.joints))
-    found, contradicted, start, states_only = [], False, trial.steps[0].state, trial.states_only
+    bits, known = [1 << numbers[joint] for joint in trial.joints], interlocks(prior, len(trial.joints))
+    now, found, contradicted, states_only = (_solvable(known, 0), 0), list[bool](), False, trial.states_only
     for step in trial.steps[:first]:
         joint = numbers[step.joint]
-        found.append((now, joint))
+        found.append(_optimal(known, now)[joint])
         if trial.solved and step is trial.steps[-1]:
             break
         seen = state_after(trial, step) if step.pictures and step.told_state is None else step.told_state
-        turned = None
+        told = None
         if seen is not None:
-            turned = sum(bit for bit, at, was in zip(bits, seen, start, strict=True) if at != was)
-        report = joint, bool(step.told_moved), turned, states_only
-        if report not in now.after:
-            belief = update(now.belief, ReportedAttempt(*report))
-            again = belief.restarts > now.belief.restarts
-            scaled = again and joint == 0  # scaled weights of equal beliefs differ in their last digits
-            now.after[report] = (_Moment if scaled else _moment)(belief), again
-        now, again = now.after[report]
+            told = sum(bit for bit, at, was in zip(bits, seen, trial.steps[0].state, strict=True) if at != was)
+        now, again = _after(known, now, joint, bool(step.told_moved), told, states_only)
         contradicted |= again
     return found, contradicted
+
+
+_Known = tuple[int, int]
+"""What an observer that believes every report knows: the interlocks that are possible, bit s for interlock s, and the
+configuration."""
+
+
+@cache
+def _solvable(known: Interlocks, configuration: int) -> int:
+    """The interlocks under which the box can be solved from a configuration."""
+    return as_mask(known.distance[:, configuration] < NEVER)
+
+
+@cache
+def _optimal(known: Interlocks, now: _Known) -> list[bool]:
+    """Whether no other attempt costs fewer expected steps than that at each joint."""
+    steps = planner(known).values(*now)
+    return [one <= min(steps) + SAME for one in steps]
+
+
+def _after(
+    known: Interlocks, now: _Known, joint: int, moved: bool, told: int | None, states_only: bool
+) -> tuple[_Known, bool]:
+    """What is known after a report, given that the trial goes on, and whether the report was impossible.
+
+    It is :func:`lockprobe.boxes.beliefs.posterior.update` for an observer that believes every report. Of what is
+    impossible it keeps the report alone, at the configuration before it, or else at that after it.
+    """
+
+    def believed(now: _Known) -> _Known | None:
+        (possible, at), bit = now, 1 << joint
+        said = moved
+        if told is not None:
+            said = bool((at ^ told) & bit) if states_only else moved
+            if (at ^ told ^ said * bit) & ~1:  # the target is at rest, whatever is told of it
+                return None
+        free = known.masks[at][joint]
+        possible &= free if said else ~free
+        if (not joint and said) or not possible:
+            return None
+        return possible, at ^ said * bit
+
+    if (found := believed(now)) is not None:
+        return found, False
+    before = (now[1] if told is None else told ^ moved << joint) & ~1
+    if (found := believed((_solvable(known, before), before))) is not None:
+        return found, True
+    at = (before ^ moved << joint) & ~1
+    possible = _solvable(known, at)
+    return (possible if joint else possible & ~known.masks[at][0] or possible, at), True

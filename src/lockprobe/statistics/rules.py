@@ -36,7 +36,7 @@ class Rules:
 
     def __init__(self, *boxes: Lockbox) -> None:
         self._boxes = boxes
-        self._free = dict[tuple[str, tuple[str, ...], str, str], bool]()  # states and attempts recur
+        self._known = dict[tuple[str, tuple[str, ...], str, str, bool, str], Judged]()  # attempts recur
 
     def judged(self, trial: Trial) -> list[Judged]:
         """Every attempt of a trial; none if the trial is of other joints.
@@ -46,17 +46,17 @@ class Rules:
         box = self._boxes[0] if len(self._boxes) == 1 else next(one for one in self._boxes if one.name == trial.box)
         if sorted(trial.joints) != sorted(box.names):
             return []
-        judged, places = [], {name: i for i, name in enumerate(trial.joints)}
+        found = []
         for step, after in zip_longest(trial.steps, trial.steps[1:]):
-            attempt, place = (box.name, trial.joints, step.state, step.joint), places[step.joint]
-            if (free := self._free.get(attempt)) is None:
-                state = tuple(step.state[places[name]] == "1" for name in box.names)
-                free = self._free[attempt] = box.may_move(state, box.names.index(step.joint))
-            other = after is not None and (
-                step.state[:place] != after.state[:place] or step.state[place + 1 :] != after.state[place + 1 :]
-            )
-            judged.append(Judged(free, step.moved, other))
-        return judged
+            attempt = (box.name, trial.joints, step.state, step.joint, step.moved, after.state if after else "")
+            if (one := self._known.get(attempt)) is None:
+                at = dict(zip(trial.joints, step.state, strict=True))
+                free = box.may_move(tuple(at[name] == "1" for name in box.names), box.names.index(step.joint))
+                then = dict(zip(trial.joints, after.state, strict=True)) if after else at
+                other = any(at[name] != then[name] for name in at if name != step.joint)
+                one = self._known[attempt] = Judged(free, step.moved, other)
+            found.append(one)
+        return found
 
     def broken(self, trials: Iterable[Trial]) -> tuple[int, int]:
         """How many attempts of trials broke them, and of how many; also in trials that broke later."""

@@ -5,7 +5,7 @@ from builders import write_study
 from reported import found_in
 
 from lockprobe.report.format import entry_text
-from lockprobe.report.page import parts_of, tables_of
+from lockprobe.report.page import Page, parts_of, tables_of
 from lockprobe.report.questions.contrasts import SECTIONS
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
@@ -17,8 +17,8 @@ KEPT = "flip?p=0.4&others=kept"
 
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
-    asked = {"agent": [AGENT, BLIND], "p": [0, 0.4, 0.6], "flip": "re-observed,integrated", "trials": 20, "seed": 3}
-    planned = study("flips", **asked, condition="no-feedback=drop?p=1", repetitions=2)
+    asked = {"agent": [AGENT, BLIND], "p": [0, 0.4, 0.6], "flip": "re-observed,integrated", "trials": 30, "seed": 3}
+    planned = study("flips", **asked, condition="no-feedback=drop?p=1", repetitions=1)
     return write_study(tmp_path_factory.mktemp("readings") / "study", planned)
 
 

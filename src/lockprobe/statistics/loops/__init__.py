@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue, LockprobeError
@@ -193,6 +194,7 @@ def _longest_loops(text: str) -> list[int]:
     return reach
 
 
+@lru_cache(maxsize=1 << 16)
 def _scheduled(text: str) -> list[Interval]:
     """The pieces of a greatest cover of fewest pieces, the first of them as early and as long as they can be."""
     reach = _longest_loops(text)

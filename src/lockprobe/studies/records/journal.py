@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 
-from lockprobe.agents.outside import SAME_IN_ALL_TRIALS
+from lockprobe.agents.catalogue import SAME_IN_ALL_TRIALS
 from lockprobe.foundation.errors import SettingsChanged
 from lockprobe.foundation.spec import MCP, spec_kind
 from lockprobe.foundation.storage.database import Database, rescued_files
