@@ -234,11 +234,15 @@ class Study:
         return len(self.flip_axis) == len(self.conditions)
 
     @property
+    def flip(self) -> OutcomeFlip:
+        """What a false report is in those conditions: a flip at rate 0."""
+        flips = (flip.at_rate(0) for one in self.flip_axis if one.specs and (flip := flip_alone(one)))
+        return next(flips, OutcomeFlip())
+
+    @property
     def flip_kind(self) -> str:
         """What a false report is in those conditions, in the words of the field: ``memoryless state noise``."""
-        flips = (flip for one in self.flip_axis if one.specs and (flip := flip_alone(one)))
-        found = next(flips, OutcomeFlip()).reading
-        return found if any(map(tells_positions, self.modalities)) else "outcomes without positions"
+        return self.flip.reading if any(map(tells_positions, self.modalities)) else "outcomes without positions"
 
     def plant_of(self, condition: Condition) -> str:
         """The spec of the plant on which a condition is played: the study's, with the options that it changes."""
