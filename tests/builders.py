@@ -121,9 +121,8 @@ def make_trial(
 
 def call_of(trial: Trial | Plan, step: int = 1, reply: str | None = "said", **more: Any) -> Call:
     """A call of a trial, as the log of calls holds it."""
-    place = {"condition": trial.name.condition, "repetition": trial.repetition, "trial": trial.trial}
     asked = {"turn": 1, "request": "r"} | more
-    return Call(key=trial.key, agent=trial.agent, **place, step=step, reply=reply, **asked)
+    return Call(key=trial.key, agent=trial.agent, step=step, reply=reply, **asked)
 
 
 def study_of(p: Sequence[float] = (0.0, 0.4), flip: FlipKind = "re-observed", **settings: Any) -> Study:

@@ -59,7 +59,7 @@ def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, clock):
         assert "on the way" not in progress.line()
         clock[0] = 42.0
         assert "1 call on the way, the oldest for 42 s" in progress.line()
-    spent = f"${Ledger(ONE, read_calls(tmp_path)).total.dollars:.2g} spent, 6 retries"
+    spent = f"${Ledger(read_calls(tmp_path)).total.dollars:.2g} spent, 6 retries"
     assert spent in progress.line()
     assert progress.spent() == [f"All calls: {spent}"]
 

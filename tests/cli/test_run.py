@@ -71,7 +71,7 @@ def events(capsys):
 
 def spent_in(directory):
     """US dollars, as the provider counts."""
-    return Ledger(read_study(directory), read_calls(directory)).total.dollars
+    return Ledger(read_calls(directory)).total.dollars
 
 
 @pytest.fixture

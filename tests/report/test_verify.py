@@ -280,19 +280,6 @@ def one_more_call(files, record):
     files.calls[-1]["reply"] = '{"last_action": "moved", "hypothesis": "", "joint": "A"}'
 
 
-PLACE = ("key", "agent", "condition", "repetition", "trial")
-
-
-def place_of(line):
-    """What names its trial in a call or a record."""
-    return {name: line[name] for name in PLACE}
-
-
-def forgotten(files, record):
-    mark = place_of(record) | {"step": 0, "turn": 0, "request": "", "reply": None, "error": "owed anew"}
-    files.calls += [mark, *(deepcopy(one) for one in files.calls if one["key"] == record["key"])]
-
-
 def dropped(*, lowered=True, calls=False):
     """Trials from the third on are dropped together with a lowered number."""
 
@@ -336,8 +323,7 @@ EDITS = {
     "cheaper calls": ("sabotaged", answers(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies", ""),
     "a call dropped": ("sabotaged", first(lambda files, one: files.calls.remove(sent(files, one, -1)), "solved"), "replies", ""),
     "one more call": ("sabotaged", first(one_more_call, "budget"), "replies", ""),
-    "a call of another trial": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(place_of(files.of(MODEL)[1]))), "replies", ""),
-    "replies to be forgotten": ("sabotaged", first(forgotten, "budget"), "replies", ""),
+    "a call of another agent": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(agent="random")), "replies", "name another agent"),
     "trials dropped, number lowered": ("sabotaged", dropped(), "replies", ""),
     "the model left out": ("sabotaged", left_out(MODEL), "replies", ""),
     "a second record": ("sabotaged", a_second_record, "records", ""),

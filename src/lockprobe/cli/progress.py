@@ -167,7 +167,7 @@ class Progress(Observer):
         """Tell what will be played, where it goes, what of it is done, and what it may cost."""
         where = str(journal.directory)
         if hosted(study):
-            self._ledger = Ledger(study, read_calls(journal.directory))
+            self._ledger = Ledger(read_calls(journal.directory))
             journal.calls.listener = self.call
         if self._forks is not None:
             self.tell("begin", *self._forks(owed), directory=where, owed=owed)

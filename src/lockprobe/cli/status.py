@@ -62,7 +62,7 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     if study.until:
         said, facts["decided"] = decided(study, trials)
         facts["until"] = str(study.until)
-    ledger, forks = Ledger(study, logged), Ledger(study, read_calls(directory / FORKS))
+    ledger, forks = Ledger(logged), Ledger(read_calls(directory / FORKS))
     if json:
         agents = {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()}
         more = {"agents": agents, "spent_on_forks": spent_facts(forks.total)}

@@ -56,7 +56,7 @@ class Usage:
 class Call:
     """One call to a model. It is written to disk as soon as its reply arrives, so that no paid reply is lost.
 
-    ``key``, ``agent``, ``condition``, ``repetition`` and ``trial`` are those of the record.
+    ``key`` and ``agent`` are those of the record.
 
     Attributes:
         step: The step to decide, from 1.
@@ -93,9 +93,6 @@ class Call:
     most: Usage | None = None
     claimed: Usage | None = None
     agent: str = ""
-    condition: str = ""
-    repetition: Count = 0
-    trial: Count = 0
 
     @property
     def broken_off(self) -> bool:

@@ -147,16 +147,16 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
     with tempfile.TemporaryDirectory() as directory:
         for _ in range(2):  # a second run has what the first left, and no more
             asyncio.run(run(Path(directory)))
-        ledger = Ledger(agents, read_calls(directory)).total
+        ledger = Ledger(read_calls(directory)).total
         assert charged[0] - 1e-9 <= (ledger.dollars or 0) + (ledger.dollars_unknown or 0) <= allowed + 1e-9
 
 
 def test_money_that_is_not_known_is_none_and_never_nothing():
-    ledger = Ledger(planned(DEAR, FREE), [call(usage=usage(read=1000)), call(FREE, usage=usage(read=1000))])
+    ledger = Ledger([call(usage=usage(read=1000)), call(FREE, usage=usage(read=1000))])
     assert ledger.by_agent[FREE].dollars is None
     assert ledger.by_agent[DEAR].dollars == pytest.approx(0.003)
     assert ledger.total.dollars is None
-    assert Ledger(planned("random")).total.dollars is None
+    assert Ledger().total.dollars is None
 
 
 def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_have_cost():
@@ -167,7 +167,7 @@ def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_hav
         call(step=3, reply=None, error="no reply within 120 s", unanswered=7, most=worst),
         call(step=4, reply=None, error=BROKEN_OFF, unanswered=1, most=worst),
     ]
-    ledger, budget = Ledger(planned(DEAR), calls).by_agent[DEAR], Budget(planned(DEAR), 1000)
+    ledger, budget = Ledger(calls).by_agent[DEAR], Budget(planned(DEAR), 1000)
     assert (ledger.unpriced, ledger.broken_off, ledger.failed) == (13, 1, 1)
     assert (ledger.dollars, ledger.dollars_unknown) == (pytest.approx(3), pytest.approx(5 * (2 + 2 + 7 + 2)))
     for one in calls:

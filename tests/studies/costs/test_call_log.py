@@ -26,7 +26,7 @@ def replied(step=1, trial=PLAN, **more):
 def about(call, unanswered=0):
     """A call as an agent announces it: without its place in the study, and with what it can cost."""
     return replace(
-        call, agent="", condition="", repetition=0, trial=0, reply=None, error="", usage=Usage(), seconds=0.0,
+        call, agent="", reply=None, error="", usage=Usage(), seconds=0.0,
         retries=0, unanswered=unanswered, most=WORST,
     )  # fmt: skip
 

@@ -69,7 +69,7 @@ def test_an_estimate_comes_true(tmp_path, monkeypatch):
         monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
         trials = run_study(plan, tmp_path / "study")
     assert all(trial.error is None for trial in trials)
-    spent = Ledger(plan, read_calls(tmp_path / "study")).by_agent[SPEC]
+    spent = Ledger(read_calls(tmp_path / "study")).by_agent[SPEC]
     for what in ("calls", "input_tokens", "output_tokens"):
         assert 1 / 1.5 < getattr(before.low, what) / getattr(spent.usage, what) < 1.5
     low, high = before.dollars()

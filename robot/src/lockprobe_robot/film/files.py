@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import GifImagePlugin, Image
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing
-from lockprobe.foundation.storage.atomic_file import Replacement
+from lockprobe.foundation.storage.atomic_file import atomic_files, writable, write_file
 
 RATES = {".gif": 12.5, ".mp4": 25.0}
 """Pictures per second by suffix."""
@@ -53,7 +53,8 @@ class _Gif:
     """Pictures with one palette. Of each only what changed is written, as one more block at the end of the file."""
 
     def __init__(self, path: Path) -> None:
-        self._replacement = Replacement(path)
+        writable(path)
+        self._path = path
         self._file: IO[bytes] | None = None
         self._palette = Image.new("P", (1, 1))
         self._last: NDArray[np.uint8] | None = None
@@ -63,10 +64,11 @@ class _Gif:
         if self._file is None:
             colours = _colours(image)
             self._palette.putpalette(colours)
-            self._replacement.create()
-            self._file = self._replacement.draft.open("r+b")
-            self._file.write(struct.pack("<6s2H3B", b"GIF89a", *image.size, 0xF7, 0, 0) + bytes(colours))
-            self._file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00")  # again and again
+            with atomic_files(self._path) as (draft,):
+                self._file = draft.open("r+b")
+                self._file.write(struct.pack("<6s2H3B", b"GIF89a", *image.size, 0xF7, 0, 0) + bytes(colours))
+                self._file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00")  # again and again
+                self._file.flush()
         few = np.asarray(image.quantize(palette=self._palette, dither=Image.Dither.NONE))
         few = np.where(few == _SAME, 0, few).astype(np.uint8)
         top, left, shown = 0, 0, few
@@ -83,15 +85,12 @@ class _Gif:
         how = {"duration": round(1000 * seconds), "transparency": _SAME, "disposal": 1}
         self._file.write(b"".join(GifImagePlugin.getdata(block, (left, top), **how)))
         self._file.flush()
-        if self._replacement.draft.exists():
-            self._replacement.rename()
 
     def close(self) -> None:
         if self._file is not None:
             self._file.write(b";")
             self._file.close()
             self._file = None
-        self._replacement.drop()
 
 
 def _colours(image: Image.Image) -> list[int]:
@@ -110,7 +109,8 @@ class _Mp4:
             raise Missing(
                 "MP4 needs the package imageio-ffmpeg", "pip install 'lockprobe-robot[film]', or write a .gif"
             )
-        self._path, self._replacement = path, Replacement(path)
+        writable(path)
+        self._path = path
         self._pipe: Generator[None, Any, None] | None = None
         self._owed = 0.0
 
@@ -126,13 +126,11 @@ class _Mp4:
         pipe, self._pipe = self._pipe, None
         if pipe is not None:
             pipe.close()
-        self._replacement.drop()
 
     def _open(self, width: int, height: int) -> Generator[None, Any, None]:
         import imageio_ffmpeg
 
-        self._replacement.create()
-        self._replacement.rename()
+        write_file(self._path, b"")
         pipe: Generator[None, Any, None] = imageio_ffmpeg.write_frames(
             str(self._path),
             (width, height),

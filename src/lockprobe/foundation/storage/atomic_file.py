@@ -68,56 +68,20 @@ def writing(path: Path, errors: type[Exception] | tuple[type[Exception], ...] = 
         raise BadFile(path, f"cannot be written ({getattr(error, 'strerror', None) or error})") from error
 
 
-class Replacement:
-    """A draft of a file, which replaces the file or is dropped.
+def writable(path: Path) -> Path:
+    """The file that is written under a path: itself, or where a link leads.
 
-    Attributes:
-        draft: Its path, with the ending of the file's name. The draft does not exist yet.
+    Raises:
+        BadFile: If it cannot be written, is no regular file, or leads through a link inside the directory of a study.
     """
-
-    def __init__(self, path: Path) -> None:
-        self._path, self._held = path, ExitStack()
-        refuse_links(path)
-        with writing(path, (OSError, ValueError)):
-            kind = irregular(path)
-            self._target = target = Path(os.path.realpath(path))
-            if kind:
-                raise BadFile(path, f"is {kind}, not a regular file: choose another name")
-            if target.exists() and not os.access(target, os.W_OK):
-                raise BadFile(path, "cannot be written (Permission denied)")
-        self.draft = target.parent / f".{secrets.token_hex(6)}.draft{target.suffix}"
-
-    def create(self, mode: int = 0o666) -> None:
-        """Make an empty draft; ``mode`` is for a new file, less the umask, and another keeps its own."""
-        with writing(self._path):
-            own = stat.S_IMODE(self._target.stat().st_mode) if self._target.exists() else None
-            while not self.draft.exists():  # another writer may delete it before it is locked
-                self._held.close()
-                descriptor = os.open(self.draft, _NEW, mode if own is None else own)
-                self._held.callback(os.close, descriptor)
-                if own is not None:  # whatever the umask says
-                    os.fchmod(descriptor, own)
-                with suppress(OSError):  # a file system without locks
-                    fcntl.flock(descriptor, fcntl.LOCK_EX)
-
-    def sync(self) -> None:
-        """Force the draft to the disk."""
-        with writing(self._path):
-            _sync(self.draft)
-
-    def rename(self) -> None:
-        """Rename the draft, which :meth:`sync` has forced to the disk, to the file's name."""
-        with writing(self._path):
-            self.draft.replace(self._target)
-        self._held.close()
-        with suppress(OSError):  # it is in its place already
-            _sync(self._target.parent)
-
-    def drop(self) -> None:
-        """Delete the draft. After :meth:`rename` it does nothing."""
-        self._held.close()
-        with suppress(OSError):
-            self.draft.unlink()
+    refuse_links(path)
+    with writing(path, (OSError, ValueError)):
+        kind, target = irregular(path), Path(os.path.realpath(path))
+        if kind:
+            raise BadFile(path, f"is {kind}, not a regular file: choose another name")
+        if target.exists() and not os.access(target, os.W_OK):
+            raise BadFile(path, "cannot be written (Permission denied)")
+    return target
 
 
 def _warily(path: str, flags: int) -> int:
@@ -137,28 +101,44 @@ def _sync(path: Path) -> None:
 def atomic_files(*paths: Path, mode: int = 0o666, tidy: bool = True) -> Iterator[list[Path]]:
     """The drafts of some files; they become the files when the block ends without an error, and are deleted otherwise.
 
-    None is put in its place before all are on the disk, and the last of them last. Their directories exist. ``mode`` is
-    for a file that does not, less the umask; any other keeps its own. Without ``tidy`` nobody looks for the drafts of
-    the killed, which takes long in a directory of many files.
+    A draft has the ending of its file's name. None is put in its place before all are on the disk, and the last of them
+    last. Their directories exist. ``mode`` is for a file that does not, less the umask; any other keeps its own.
+    Without ``tidy`` nobody looks for the drafts of the killed, which takes long in a directory of many files.
     """
-    replacements = [Replacement(path) for path in paths]
-    try:
-        for directory in {replacement.draft.parent for replacement in replacements if tidy}:
+    targets = [writable(path) for path in paths]
+    drafts = [target.parent / f".{secrets.token_hex(6)}.draft{target.suffix}" for target in targets]
+    with ExitStack() as held:
+        for directory in {draft.parent for draft in drafts if tidy}:
             for draft in directory.glob(f".{'[0-9a-f]' * 12}.draft*"):
                 with suppress(OSError), open(draft, "rb", opener=_warily) as left:  # one that no process has locked
                     fcntl.flock(left, fcntl.LOCK_EX | fcntl.LOCK_NB)
                     draft.unlink()
-        for replacement in replacements:
-            replacement.create(mode)
+        for path, target, draft in zip(paths, targets, drafts, strict=True):
+            held.callback(_drop, draft)
+            with writing(path):
+                own = stat.S_IMODE(target.stat().st_mode) if target.exists() else None
+                while not draft.exists():  # another writer may delete it before it is locked
+                    descriptor = os.open(draft, _NEW, mode if own is None else own)
+                    held.callback(os.close, descriptor)
+                    if own is not None:  # whatever the umask says
+                        os.fchmod(descriptor, own)
+                    with suppress(OSError):  # a file system without locks
+                        fcntl.flock(descriptor, fcntl.LOCK_EX)
         with writing(paths[-1]):
-            yield [replacement.draft for replacement in replacements]
-        for replacement in replacements:
-            replacement.sync()
-        for replacement in replacements:
-            replacement.rename()
-    finally:
-        for replacement in replacements:
-            replacement.drop()
+            yield drafts
+        for path, draft in zip(paths, drafts, strict=True):
+            with writing(path):
+                _sync(draft)
+        for path, target, draft in zip(paths, targets, drafts, strict=True):
+            with writing(path):
+                draft.replace(target)
+            with suppress(OSError):  # it is in its place already
+                _sync(target.parent)
+
+
+def _drop(draft: Path) -> None:
+    with suppress(OSError):
+        draft.unlink()
 
 
 def write_files(files: Mapping[Path, str | bytes], *, mode: int = 0o666) -> None:

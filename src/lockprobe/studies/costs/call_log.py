@@ -98,7 +98,7 @@ class Calls:
     def of(self, plan: Plan) -> TrialCalls:
         """The calls of one trial; a fork also finds those of its parent trial (:meth:`adopt`)."""
         keys = [plan.key, *([plan.fork.name.parent] if plan.fork else [])]
-        return TrialCalls(self, plan, [[*self._kept.get(key, ())] for key in keys])
+        return TrialCalls(self, plan.agent, [[*self._kept.get(key, ())] for key in keys])
 
     def adopt(self, calls: Iterable[Call]) -> None:
         """Also look up calls of another log, those of forked trials. They are not written and cost nothing."""
@@ -174,8 +174,8 @@ class Calls:
 class TrialCalls:
     """The calls of one trial: those that it has, of itself and of its parent, and new ones."""
 
-    def __init__(self, calls: Calls, plan: Plan, kept: Sequence[list[Call]]) -> None:
-        self._calls, self._plan, self._kept = calls, plan, kept
+    def __init__(self, calls: Calls, agent: str, kept: Sequence[list[Call]]) -> None:
+        self._calls, self._agent, self._kept = calls, agent, kept
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
         """A reply to this request that is kept; None without one."""
@@ -183,13 +183,8 @@ class TrialCalls:
 
     async def reserve(self, call: Call) -> None:
         """See :meth:`Calls.reserve`."""
-        await self._calls.reserve(self._placed(call))
+        await self._calls.reserve(replace(call, agent=self._agent))
 
     def write(self, call: Call) -> None:
         """See :meth:`Calls.write`."""
-        self._calls.write(self._placed(call))
-
-    def _placed(self, call: Call) -> Call:
-        name = self._plan.name
-        place = replace(call, condition=name.condition, repetition=name.repetition, trial=name.trial)
-        return replace(place, agent=self._plan.agent)
+        self._calls.write(replace(call, agent=self._agent))

@@ -20,21 +20,21 @@ from numpy.typing import NDArray
 from lockprobe.agents.llm.model_facts import Price, price_of
 from lockprobe.agents.llm.settings import Model, tokens
 from lockprobe.agents.prompt import conversation, reply_schema
-from lockprobe.boxes.box import Lockbox, bits
+from lockprobe.boxes.box import bits
 from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import ChannelFault
-from lockprobe.interventions.camera import CameraChannel
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.costs.spending import hosted
 from lockprobe.studies.decisions import at_most
-from lockprobe.studies.modality import interventions_for
+from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.records.store import OnRecord
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import play
 from lockprobe.trial.model_call import Usage
-from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Decision, Fact, Moment, Outcome, Percept, Situation, Snapshot, Task
+from lockprobe.trial.record import Decision, Fact, Situation, Snapshot
 from lockprobe.trial.source import CAMERA, VERDICT
 
 if TYPE_CHECKING:
@@ -57,9 +57,6 @@ _PICTURE = 1000
 
 _REASONING = 1000
 """Assumed tokens of reasoning before a reply; models differ by more than tenfold."""
-
-_COUNTED = 50
-"""Requests that are counted. Of a longer trial they are spread evenly, and the others lie between them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,12 +123,10 @@ def estimates(study: Study, done: Mapping[str, OnRecord]) -> list[Estimate]:
 
 def request_sizes(plan: Plan, model: Model) -> Array:
     """Calls, tokens of the request and tokens of the reply in each step of a trial; shape (3, budget)."""
-    steps = np.unique(np.linspace(1, plan.budget, _COUNTED).round()).astype(int)
     width, height = resolve_plant(plan.plant).picture_size or (1024, 1024)
     tiles = min(4, ceil(width / 512) * ceil(height / 512))
-    agent = _CountingAgent(model, {*steps.tolist()}, (model.facts.picture_tokens or _PICTURE) * tiles / 4)
-    shown = [_Placeholder(one) if isinstance(one, CameraChannel) else one for one in interventions_for(plan.condition)]
-    loop = play(plan, plant=_LockedPlant(plan.box), interventions=shown, agent=agent)
+    agent = _CountingAgent(model, (model.facts.picture_tokens or _PICTURE) * tiles / 4)
+    loop = play(plan, plant=_LockedPlant(plan), interventions=interventions_for(plan.condition), agent=agent)
     try:
         loop.send(None)  # nothing in it waits
     except StopIteration as end:
@@ -140,8 +135,7 @@ def request_sizes(plan: Plan, model: Model) -> Array:
     reasons = model.facts.reasons or model.settings.effort not in (None, "none")
     written = agent.written + (_REASONING if reasons else 0)
     written = min(written, model.most_tokens or written)
-    every = np.arange(1, plan.budget + 1)
-    return np.array([np.ones(plan.budget), np.interp(every, steps, agent.sent), np.full(plan.budget, written)])
+    return np.array([np.ones(plan.budget), agent.sent, np.full(plan.budget, written)])
 
 
 class _CountingAgent:
@@ -149,60 +143,49 @@ class _CountingAgent:
 
     facts: ClassVar[Mapping[str, Fact]] = {}
 
-    def __init__(self, model: Model, steps: set[int], picture: float) -> None:
+    def __init__(self, model: Model, picture: float) -> None:
         self.sent, self.written = list[float](), 0.0
-        self._model, self._steps, self._picture, self._step = model, steps, picture, 0
+        self._model, self._picture = model, picture
 
     async def decide(self, situation: Situation, rng: Generator) -> Decision:
-        form, self._step = reply_schema(situation), self._step + 1
+        form = reply_schema(situation)
         asked = form["properties"]
         assert isinstance(asked, dict)
         reply = json.dumps({key: REPLY[key] for key in asked})
         self.written = tokens(reply)
-        if self._step in self._steps:
-            talk = conversation(situation, images=self._model.settings.images)
-            text = sum(tokens(one.text) + _MARKS + self._picture * len(one.pictures) for one in talk)
-            self.sent.append(text + (0.0 if self._model.form == "none" else tokens(json.dumps(form))))
+        talk = conversation(situation, images=self._model.settings.images)
+        text = sum(tokens(one.text) + _MARKS + self._picture * len(one.pictures) for one in talk)
+        self.sent.append(text + (0.0 if self._model.form == "none" else tokens(json.dumps(form))))
         joints = [joint for joint in situation.task.joints if joint != situation.task.target]
-        return Decision(joint=joints[self._step % len(joints)], replies=(reply,))
+        return Decision(joint=joints[len(self.sent) % len(joints)], replies=(reply,))
 
 
-class _LockedPlant:
-    """A box on which every second attempt moves its joint, but never the target, so that the trial goes on.
+class _LockedPlant(SymbolicPlant):
+    """The rules of a box whose target never moves, so that the trial goes on, with pictures that show nothing.
 
     A robot's verdict and a camera's reading are right.
     """
 
-    facts: ClassVar[Mapping[str, Fact]] = {}
-
-    def __init__(self, box: Lockbox) -> None:
-        self._now, self._target, self._attempts = box.initial, box.target_index, 0
+    def __init__(self, plan: Plan) -> None:
+        super().__init__(plan.box)
+        self._pictured, camera = is_pictured(plan.modality), Camera(width=1, height=1, focal=1, panel=np.eye(4))
+        self._blank = Frame(
+            rgb=np.zeros((1, 1, 3), np.uint8),
+            depth=np.ones((1, 1), np.float32),
+            camera=camera,
+            handles=np.ones((len(plan.box.joints), 2, 3)),
+            renderer="",
+        )
 
     def observe(self) -> Snapshot:
-        return Snapshot(configuration=self._now, sensed={CAMERA: bits(self._now)})
+        return self._sensed(super().observe())
 
     def attempt(self, joint: int) -> Snapshot:
-        self._attempts += 1
-        moves = self._attempts % 2 == 1 and joint != self._target
-        self._now = tuple(at ^ (i == joint and moves) for i, at in enumerate(self._now))
-        outcome: Outcome = "moved" if moves else "blocked"
-        sensed = {CAMERA: bits(self._now), VERDICT: outcome}
-        return Snapshot(configuration=self._now, joint=joint, outcome=outcome, sensed=sensed)
+        if joint == self._box.target_index:
+            return self._sensed(replace(super().observe(), joint=joint, outcome="blocked"))
+        return self._sensed(super().attempt(joint))
 
-    def close(self) -> None:
-        """Nothing is open."""
-
-
-@dataclass(frozen=True)
-class _Placeholder:
-    """A camera whose pictures show nothing; there is none where no positions are told."""
-
-    camera: CameraChannel
-    shown = CameraChannel.shown
-
-    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: Generator) -> Percept:
-        if percept.positions is None:
-            return replace(percept, outcome=None, text="")
-        kinds: tuple[PictureKind, ...] = ("rgb",) if self.camera.depth == "none" else ("rgb", "depth")
-        pictures = tuple(Picture(kind=kind, png=b"") for kind in kinds)
-        return Percept(joint=percept.joint, text=self.camera.caption(percept.joint), pictures=pictures)
+    def _sensed(self, truth: Snapshot) -> Snapshot:
+        sensed = {CAMERA: bits(truth.configuration), VERDICT: truth.outcome}
+        look = (lambda: self._blank) if self._pictured else None
+        return replace(truth, sensed=sensed, look=look, render=lambda _: self._blank)

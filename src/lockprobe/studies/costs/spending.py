@@ -102,23 +102,22 @@ def most_dollars(usage: Usage | None, price: Price) -> float:
 
 
 class Ledger:
-    """The cost of the calls of a study, added up by agent."""
+    """The cost of calls, added up.
 
-    def __init__(self, study: Study, calls: Iterable[Call] = ()) -> None:
-        self._sums: dict[str, Spending | None] = dict.fromkeys(study.agents)
+    Attributes:
+        by_agent: Agent -> its spending, in the order in which they made their first calls.
+    """
+
+    def __init__(self, calls: Iterable[Call] = ()) -> None:
+        self.by_agent = dict[str, Spending]()
         for call in calls:
             self.add(call)
 
     def add(self, call: Call) -> None:
         """Add a call."""
-        before = self._sums.get(call.agent)
+        before = self.by_agent.get(call.agent)
         spent = Spending.of(call, before.price if before else price_of(call.agent))
-        self._sums[call.agent] = before + spent if before else spent
-
-    @property
-    def by_agent(self) -> dict[str, Spending]:
-        """Spending by agent, in the order of the study; agents without calls are left out."""
-        return {agent: spent for agent, spent in self._sums.items() if spent is not None}
+        self.by_agent[call.agent] = before + spent if before else spent
 
     @property
     def total(self) -> Spending:
