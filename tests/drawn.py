@@ -24,11 +24,6 @@ def published(axes):
     return places, [line.get_label() for line in found]
 
 
-def staircases(axes):
-    """Every line that is a staircase."""
-    return [line for line in axes.lines if line.get_drawstyle() == "steps-post"]
-
-
 def shades(axes):
     """The corners of every shade."""
     found = [shade for shade in axes.collections if isinstance(shade, PolyCollection)]

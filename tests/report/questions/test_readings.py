@@ -5,7 +5,7 @@ from builders import write_study
 from reported import found_in
 
 from lockprobe.report.format import entry_text
-from lockprobe.report.page import Page, parts_of, tables_of
+from lockprobe.report.page import parts_of, tables_of
 from lockprobe.report.questions.contrasts import SECTIONS
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
