@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 import lockprobe
-from lockprobe.statistics.branch import branch_effects, continuation, fork_steps
+from lockprobe.statistics.branch import branch_effects, fork_steps
+from lockprobe.statistics.loops import onset
 from lockprobe.trial.record import ForkName
 
 
@@ -48,12 +49,8 @@ def test_a_place_is_one_after_which_the_trial_goes_on():
     assert fork_steps(one, "4") == (4,)
     assert fork_steps(one, str(last)) == ()
     assert fork_steps(one, "every") == tuple(range(1, last))
-    (onset,) = fork_steps(one, "onset")
-    assert continuation(one.actions[:onset]) is not None
-    assert continuation(one.actions[: onset - 1]) is None
-    drawn = {fork_steps(trial(number), "before-onset") for number in range(1, 12)}
-    assert len(drawn) > 3
-    assert all(not steps or steps[0] >= 3 for steps in drawn)
+    assert fork_steps(one, "onset") == (onset(one.actions),)
+    assert fork_steps(one, "first-lie") == ()
 
 
 def test_continuations_are_paired_and_a_trial_counts_once():
@@ -69,18 +66,14 @@ def test_continuations_are_paired_and_a_trial_counts_once():
 
 
 def test_outcomes_of_the_next_action():
-    parents = [trial(1), trial(2)]
-    forks, repeated = [], []
+    parents, forks = [trial(1), trial(2)], []
     for parent in parents:
-        (at,) = fork_steps(parent, "onset")
-        on, last = continuation(parent.actions[:at]), parent.steps[at - 1].joint
-        other = next(joint for joint in parent.joints if joint not in (on, last))
-        repeated.append(float(on == last))
-        forks += [fork(parent, arm, solved=False, at=at, following=to) for arm, to in (("truth", on), ("lie", other))]
-    effects = effects_of(forks, parents, ["onset"])
-    assert only(effects, "leaves loop").change.value == 1
+        last = parent.steps[3].joint
+        other = next(joint for joint in parent.joints if joint != last)
+        forks += [fork(parent, arm, solved=False, following=to) for arm, to in (("truth", last), ("lie", other))]
+    effects = effects_of(forks, parents, ["4"])
     again = only(effects, "repeats")
-    assert [again.after_truth, -again.change.value] == [sum(repeated) / 2] * 2
+    assert (again.after_truth, again.change.value) == (1.0, -1.0)
     assert only(effects, "steps").change.value == 0
 
 

@@ -18,7 +18,7 @@ from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.study import design_of
 from lockprobe.trial.condition import Contrast
 
-CROSSING = [1, -1, -1, 1]
+CROSSING = [1, 1, -1, -1]
 TEMPLATE = outcomes([make_trial([0] * 20, trial=i, budget=20) for i in range(1, 61)])
 
 
@@ -34,8 +34,10 @@ def drawn(seed, chances, n=40):
     return [group(rng.random(n) < chance) for chance in chances]
 
 
-def found_of(groups, weights=CROSSING, **more):
-    return contrast(dict(enumerate(groups)), dict(enumerate(weights)), **more)
+def found_of(groups):
+    """The first half of the groups less the second; of four groups a difference of differences."""
+    names, half = list("abcd")[: len(groups)], len(groups) // 2
+    return contrast(dict(zip(names, groups, strict=True)), Contrast(of=names[:half], minus=names[half:]), scale=half)
 
 
 @given(st.lists(st.tuples(*[st.booleans()] * 4), min_size=2, max_size=9))
@@ -52,7 +54,7 @@ def test_of_several_boxes_a_contrast_holds_of_boxes_like_these():
     """Of six boxes two alone change success: from 40 blocks that is clear, from six boxes it is not."""
     box = np.array([f"box-{i % 6}" for i in range(40)])
     never, twice = group([False] * 40), group([i % 6 < 2 for i in range(40)])
-    alone, over = (found_of([replace(one, box=of) for one in (twice, never)], [1, -1]) for of in (box[:0], box))
+    alone, over = (found_of([replace(one, box=of) for one in (twice, never)]) for of in (box[:0], box))
     assert alone.clear
     assert not over.clear
     assert (over.value, over.p_value > alone.p_value) == (alone.value, True)
@@ -154,9 +156,9 @@ def test_interactions_are_corrected_for_their_number_and_stand_once_in_a_grid_wh
     assert [one.conditions[1, 1] for _, one, *_ in found if not one.axes] == conditions[3:5]
     assert [axis.name for axis in found[-1][1].axes] == ["tremble p", "drop p"]
     whole = list(interactions(*played(["flip?p=0.4", "tremble?p=0.1", "flip?p=0.4 + tremble?p=0.1"])))
-    assert [(one.weights, choices) for _, one, _, choices in whole] == [
-        ({"truth": 1, "tremble?p=0.1": -1, "flip?p=0.4": -1, "flip?p=0.4 + tremble?p=0.1": 1}, 1)
-    ]
+    ((_, one, _, choices),) = whole
+    of, minus = ("truth", "flip?p=0.4 + tremble?p=0.1"), ("tremble?p=0.1", "flip?p=0.4")
+    assert (one.interaction, choices) == (Contrast(of=of, minus=minus), 1)
 
 
 def test_other_conditions_change_no_p_value_of_a_factor_and_every_group_is_corrected_for_all_of_it():

@@ -9,7 +9,7 @@ from lockprobe.interventions.conditions import read_condition, sweep
 from lockprobe.statistics.design import CONDITIONS, CONTROLS, FLIPS, crossed_of, factors_of, series_of
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import Study, arms_of, design_of
-from lockprobe.trial.condition import Condition
+from lockprobe.trial.condition import Condition, Contrast
 
 TRUTH = Condition()
 FLIPS_ACTING = [read_condition(f"flip?p={p}") for p in (0.2, 0.4, 0.8)]
@@ -122,22 +122,23 @@ def test_conditions_that_differ_in_one_dose_alone_are_a_series_from_0(specs, fou
     assert all([*doses.values()] == sorted(doses.values()) for doses in made.values())
 
 
+FOUR = Contrast(of=("truth", f"{FLIP} + tremble?p=0.1"), minus=("tremble?p=0.1", FLIP))
+
+
 @pytest.mark.parametrize(
-    ("specs", "weights"),
+    ("specs", "found"),
     [
         (("truth", "nudge", BOTH), []),  # one of the four is missing
-        (("truth", "nudge", FLIP, BOTH), [{"truth": 1, "nudge": -1, FLIP: -1, BOTH: 1}]),
+        (("truth", "nudge", FLIP, BOTH), [Contrast(of=("truth", BOTH), minus=("nudge", FLIP))]),
         (("truth", "flip?p=0.2,0.4", "tremble?p=0.1,0.2"), []),
         (("truth", "flip?p=0.4 + tremble?p=0.1"), []),  # one dose each
-        (("truth", FLIP, f"{FLIP} + tremble?p=0.1", "flip?p=0.2 + tremble?p=0.1"), [{}]),
-        (
-            (CROSSED,),
-            [dict(zip(("truth", "tremble?p=0.1", FLIP, f"{FLIP} + tremble?p=0.1"), (1, -1, -1, 1), strict=True))] * 2,
-        ),
+        (("truth", FLIP, f"{FLIP} + tremble?p=0.1", "flip?p=0.2 + tremble?p=0.1"), [None]),
+        ((CROSSED,), [FOUR, FOUR]),
     ],
 )
-def test_what_is_crossed_has_weights_where_every_combination_is_played(specs, weights):
-    assert [one.weights for one in crossed_of(arms(*specs))] == weights
+def test_what_is_crossed_has_an_interaction_where_every_combination_is_played(specs, found):
+    made = [one.interaction for one in crossed_of(arms(*specs))]
+    assert [one and ({*one.of}, {*one.minus}) for one in made] == [one and ({*one.of}, {*one.minus}) for one in found]
 
 
 def factors_in(*specs, controls=()):

@@ -29,7 +29,7 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.executor import Limits
 
-_AT = "Fork after the reports of these steps, or at onset, first-lie, before-onset, every."
+_AT = "Fork after the reports of these steps, or at onset, first-lie, every."
 _TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark, withheld."
 _THEN = "Later reports: as in the condition of the trial, or the truth."
 

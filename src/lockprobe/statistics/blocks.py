@@ -32,9 +32,6 @@ from lockprobe.trial.condition import Contrast
 Array = NDArray[np.float64]
 Labels = NDArray[Any]
 
-Weights = Mapping[str, int]
-"""Condition -> its weight in a contrast; they sum to 0."""
-
 FEWEST = 7
 """The fewest people, and the fewest blocks of luck, for a test: a variance from fewer is too uncertain."""
 
@@ -104,32 +101,27 @@ def blocks_of(groups: Sequence[Outcomes]) -> Blocks:
     return Blocks(solved=solved, steps=steps, person=person, box=box[:0] if one_box else box, place=place, order=order)
 
 
-def contrast(groups: Mapping[str, Outcomes], weights: Weights, *, factor: float = 1.0, choices: int = 1) -> Difference:
-    """The mean over blocks of a contrast of success; of nothing if no block has a trial under all of its conditions.
+def contrast(groups: Mapping[str, Outcomes], asked: Contrast, *, scale: int = 1, choices: int = 1) -> Difference:
+    """The mean success under the conditions of one side less that under those of the other, over blocks.
 
-    The P value is from sign flips of whole blocks, or holds at every look. If trials broke, interval and P value hold
-    whatever became of these.
+    It is of nothing if no block has a trial under all of them. The P value is from sign flips of whole blocks, or holds
+    at every look. If trials broke, interval and P value hold whatever became of these.
 
     Args:
         groups: Condition -> its trials.
-        weights: What is asked for.
-        factor: Scales the sums.
+        asked: What is asked for.
+        scale: By what the mean is multiplied: 2 for a difference of two differences.
         choices: So many means are judged together (Bonferroni).
     """
-    column = np.array([*weights.values()], dtype=np.float64)
+    more, less = asked.of, asked.minus
+    column = np.array([len(less)] * len(more) + [-len(more)] * len(less), dtype=np.float64)
+    most = len(more) * len(less)
 
     def mean(of: Sequence[Outcomes]) -> Difference:
-        blocks, most = blocks_of(of), float(column[column > 0].sum())
-        return mean_of_blocks(blocks.solved @ column[:, None], blocks, unit=most, factor=factor, choices=choices)
+        blocks = blocks_of(of)
+        return mean_of_blocks(blocks.solved @ column[:, None], blocks, unit=most, factor=scale / most, choices=choices)
 
-    return whatever_broke(mean, [groups[name] for name in weights], list(column > 0))
-
-
-def asked_contrast(groups: Mapping[str, Outcomes], asked: Contrast, *, choices: int = 1) -> Difference:
-    """The mean success under the conditions of one side less that under those of the other."""
-    more, less = asked.of, asked.minus
-    weights = dict.fromkeys(more, len(less)) | dict.fromkeys(less, -len(more))
-    return contrast(groups, weights, factor=1 / (len(more) * len(less)), choices=choices)
+    return whatever_broke(mean, [groups[name] for name in (*more, *less)], list(column > 0))
 
 
 def mean_of_blocks(

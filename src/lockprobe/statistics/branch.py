@@ -7,7 +7,6 @@ alone. Forks also measure the first lie in a truthful world, which the records o
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -19,34 +18,22 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.blocks import Array, mean_of_blocks, rare_block
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.distributions import holm_by_family
+from lockprobe.statistics.loops import onset
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Difference
-from lockprobe.trial.luck import Luck
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import false_reports
 
-RULES = ("onset", "first-lie", "before-onset", "every")
+RULES = ("onset", "first-lie", "every")
 """Where a trial can be forked, in addition to a step's number: at the report that completes its first loop; at its
-first false report; at one step drawn from 3 up to its first loop, or to its end; after every step."""
+first false report; after every step."""
 
 TRUTH = "truth"
 """The arm with which others are compared."""
 
-OUTCOMES: Mapping[str, str] = {
-    "success": "points",
-    "steps": "steps",
-    "leaves loop": "points",
-    "repeats": "points",
-}
+OUTCOMES: Mapping[str, str] = {"success": "points", "steps": "steps", "repeats": "points"}
 """Outcome -> the unit of its change. The box is solved; steps that the whole trial takes, its budget where it is not
-solved; the next action is not the one that continues the loop (in a loop alone); the next action repeats that of the
-fork."""
-
-_LOOP = 3
-"""Actions that are in a loop if they have stood in this order before, without overlap."""
-
-_EARLIEST = 3
-"""The first step that ``before-onset`` draws."""
+solved; the next action repeats that of the fork."""
 
 
 class ForkEffect(NamedTuple):
@@ -74,15 +61,6 @@ class ForkEffect(NamedTuple):
     agents: int
 
 
-def continuation(actions: tuple[str, ...]) -> str | None:
-    """The action that continues a loop: what followed the latest earlier copy of the last three; None without one."""
-    last = actions[-_LOOP:]
-    for start in range(len(actions) - 2 * _LOOP, -1, -1):
-        if len(last) == _LOOP and actions[start : start + _LOOP] == last:
-            return actions[start + _LOOP]
-    return None
-
-
 def check_rule(rule: str) -> None:
     """Refuse a rule that is neither a step from 1 nor one of :data:`RULES`."""
     if rule not in RULES and not (rule.isdecimal() and int(rule) >= 1):
@@ -92,20 +70,13 @@ def check_rule(rule: str) -> None:
 def fork_steps(trial: Trial, rule: str) -> tuple[int, ...]:
     """The steps after whose reports a rule forks a trial, which must have gone on; refused as by :func:`check_rule`."""
     check_rule(rule)
-    last, actions = len(trial.steps) - 1, trial.actions
+    last = len(trial.steps) - 1
     if rule == "every":
         return tuple(range(1, last + 1))
     if rule == "first-lie":
         found = next((n for n, false in enumerate(false_reports(trial), 1) if false), 0)
-    elif rule in RULES:
-        found = next((n for n in range(1, last + 2) if continuation(actions[:n]) is not None), 0)
-        if rule == "before-onset":  # up to the first loop, or to the end; nowhere if the loop comes too early
-            end = min(found or last, last)
-            luck = Luck(seed=trial.seed, box=trial.box, repetition=trial.repetition, trial=trial.trial)
-            draw = luck.at(rule).random()
-            found = _EARLIEST + int(draw * (end - _EARLIEST + 1)) if end >= _EARLIEST else 0
     else:
-        found = int(rule)
+        found = onset(trial.actions) if rule == "onset" else int(rule)
     return (found,) if 1 <= found <= last else ()
 
 
@@ -144,7 +115,7 @@ def branch_effects(
                 if len(forked) < (len(points) if rules is None else 2):
                     continue
                 for outcome in OUTCOMES:
-                    pairs = [_pairs(there[point], parents[point[0]], point[1], arm, outcome) for point in forked]
+                    pairs = [_pairs(there[point], arm, outcome) for point in forked]
                     if len(own := [one for one in pairs if one is not None]) > 1:
                         of = _effect(own, outcome, budget, agents)
                         found.append(ForkEffect(agent, condition, where, arm, truthful, outcome, *of, agents))
@@ -155,32 +126,25 @@ def branch_effects(
     return found
 
 
-def _pairs(arms: Mapping[str, Mapping[int, Trial]], parent: Trial, at: int, arm: str, outcome: str) -> Array | None:
+def _pairs(arms: Mapping[str, Mapping[int, Trial]], arm: str, outcome: str) -> Array | None:
     """Outcomes of an arm and of a true report, one row per continuation; None if either is missing.
 
     If continuations share no luck, one true report may serve several rows: it is the recorded trial.
     """
-    told, changed = arms.get(TRUTH), arms.get(arm)
-    if not told or not changed:
-        return None
-    base = {time: _outcome(fork, parent, at, outcome) for time, fork in told.items()}
-    only = next(iter(base.values())) if len(base) == 1 else math.nan
-    pairs = np.array([(_outcome(fork, parent, at, outcome), base.get(time, only)) for time, fork in changed.items()])
-    kept = pairs[~np.isnan(pairs).any(axis=1)]
-    return kept if len(kept) else None
 
-
-def _outcome(fork: Trial, parent: Trial, at: int, outcome: str) -> float:
-    following = fork.steps[at].joint
-    match outcome:
-        case "success":
+    def of(fork: Trial) -> float:
+        if outcome == "success":
             return float(fork.solved)
-        case "steps":
+        if outcome == "steps":
             return float(len(fork.steps) if fork.solved else fork.budget)
-        case "repeats":
-            return float(following == parent.steps[at - 1].joint)
-    on = continuation(parent.actions[:at])
-    return math.nan if on is None else float(following != on)
+        at = fork.fork.at if fork.fork else 0
+        return float(fork.steps[at].joint == fork.steps[at - 1].joint)
+
+    told, changed = arms.get(TRUTH, {}), arms.get(arm, {})
+    only = next(iter(told.values())) if len(told) == 1 else None
+    base = {time: true for time in changed if (true := told.get(time, only)) is not None}
+    pairs = np.array([(of(changed[time]), of(true)) for time, true in base.items()])
+    return pairs if len(pairs) else None
 
 
 def _effect(trials: Sequence[Array], outcome: str, budget: int, agents: int) -> tuple[float, Difference]:

@@ -16,7 +16,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from lockprobe.statistics.blocks import asked_contrast, block_mean, blocks_of, contrast
+from lockprobe.statistics.blocks import block_mean, blocks_of, contrast
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.design import CONDITIONS, LEVELS, Crossed, Design, Family
@@ -92,7 +92,7 @@ def declared(
             found = [_misread(own, one, sizes[baseline])]
         else:
             groups = {label: cell.outcomes for label, cell in own.items()}
-            change = asked_contrast(groups, one, choices=sizes[baseline])
+            change = contrast(groups, one, choices=sizes[baseline])
             found = [change, *(_share(groups, side) for side in (one.of, one.minus))] if change.n else [change]
         if found[0].n:
             yield agent, name, sizes[baseline], found
@@ -193,10 +193,11 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, D
     )
 
     def found_in(agent: str, crossed: Crossed, choices: int = 1) -> Difference | None:
-        own = {name: acted[agent, name].outcomes for name in crossed.weights if (agent, name) in acted}
-        if not own or len(own) < len(crossed.weights):
+        asked = crossed.interaction
+        if asked is None or not all((agent, name) in acted for name in (*asked.of, *asked.minus)):
             return None
-        found = contrast(own, crossed.weights, choices=choices)
+        own = {name: acted[agent, name].outcomes for name in (*asked.of, *asked.minus)}
+        found = contrast(own, asked, scale=2, choices=choices)
         return found if found.n else None
 
     for agent, (modality, control) in product(design.agents, design.controls.items()):

@@ -28,6 +28,7 @@ from typing import NamedTuple
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.spec import Spec, split_specs
+from lockprobe.trial.condition import Contrast
 from lockprobe.trial.doses import dose_of, without_doses
 from lockprobe.trial.record import STATES
 
@@ -221,13 +222,14 @@ class Crossed:
         return rows, columns
 
     @property
-    def weights(self) -> dict[str, int]:
-        """The weight of each condition in the interaction; none if one of the four is not played."""
+    def interaction(self) -> Contrast | None:
+        """Half of it, as a contrast; None if one of the four conditions is not played."""
         (low, *_, high), (least, *_, most) = self.doses
-        corners = {(low, least): 1, (low, most): -1, (high, least): -1, (high, most): 1}
-        if not corners.keys() <= self.conditions.keys():
-            return {}
-        return {self.conditions[at]: weight for at, weight in corners.items()}
+        alike, apart = ((low, least), (high, most)), ((low, most), (high, least))
+        if not {*alike, *apart} <= self.conditions.keys():
+            return None
+        of, minus = (tuple(self.conditions[at] for at in corners) for corners in (alike, apart))
+        return Contrast(of=of, minus=minus)
 
 
 def crossed_of(arms: Sequence[SeriesArm]) -> Iterator[Crossed]:

@@ -65,7 +65,6 @@ class DifferenceAt(Difference):
         low, high: Ends of the interval of the second less the first in trials that ended; its level is 1 - 0.05 /
             (doses compared with the lowest times agents judged together). If trials broke, it holds whatever became of
             them.
-        only: Pairs solved at the lowest dose alone, and at this one alone; None for people.
         exchange: Permutation P value, corrected for all doses (Westfall & Young's single-step maximum of differences in
             standard errors) and for the agents; McNemar's if one condition is compared with another.
         test: What the P value is of.
@@ -78,7 +77,6 @@ class DifferenceAt(Difference):
     dose: float
     first: Proportion
     second: Proportion
-    only: tuple[int, int] | None
     exchange: float
     p_value: float
     test: str
@@ -199,13 +197,11 @@ def _at_every_look(groups: Sequence[Outcomes], agents: int) -> Found:
     courses = at_every_look(family, agents=agents, margin=margin) if family else ()
     found = []
     for (i, own), course in zip(solved.items(), courses, strict=True):
-        pairs = paired(own[:, 0] > 0, own[:, 1] > 0)
         before, after = (share_at_every_look(column) for column in own.T)
         found.append(
             DifferenceAt(
-                dose=float(i), first=before, second=after, value=pairs.value, low=course.low, high=course.high,
-                only=(pairs.only_first, pairs.only_second), exchange=course.p_value, p_value=course.p_value,
-                test=E_PROCESS, course=course,
+                dose=float(i), first=before, second=after, value=course.value, low=course.low, high=course.high,
+                exchange=course.p_value, p_value=course.p_value, test=E_PROCESS, course=course,
             )
         )  # fmt: skip
     return tuple(found)
@@ -226,7 +222,6 @@ def _difference(
     With ``apart`` they are of two studies, so that no trials are pairs and nobody played in both.
     """
     first, second = (proportion(int(one.solved.sum()), len(one)) for one in (before, after))
-    only = None
     if before.crossed or after.crossed:
         both, test = joined([before, after]), CLUSTERED
         later = both.dose == 1
@@ -245,10 +240,10 @@ def _difference(
         first, second = (share_of(column, (), (), box) for column in solved.T)
         test = "McNemar, and interval" if exchange is None else PERMUTED
         tested = min(1.0, choices * pairs.p_value) if exchange is None else exchange
-        interval_p, only = min(1.0, choices * pairs.interval_p), (pairs.only_first, pairs.only_second)
+        interval_p = min(1.0, choices * pairs.interval_p)
     return DifferenceAt(
-        dose=dose, first=first, second=second, value=found.value, low=found.low, high=found.high, only=only,
-        exchange=tested, p_value=max(tested, interval_p), test=test,
+        dose=dose, first=first, second=second, value=found.value, low=found.low, high=found.high, exchange=tested,
+        p_value=max(tested, interval_p), test=test,
     )  # fmt: skip
 
 

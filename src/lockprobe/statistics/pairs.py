@@ -49,13 +49,10 @@ class Paired(Difference):
     """The paired difference of two conditions: the share solved under the second minus that under the first.
 
     Attributes:
-        only_first, only_second: Pairs solved under the first condition alone, and under the second alone.
         p_value: McNemar's exact test, two-sided; 1 if no pair differs.
         interval_p: The P value of the interval: below 0.05 if one at 95 % leaves out 0.
     """
 
-    only_first: int
-    only_second: int
     p_value: float
     interval_p: float
 
@@ -102,8 +99,6 @@ def paired(first: Flags, second: Flags, box: Labels = ONE_BOX, *, choices: int =
             few_differ(int(np.sum(apart < 0)), int(np.sum(apart > 0)), k)
     lows, highs = zip(*ends, strict=True)
     return Paired(
-        only_first=one,
-        only_second=two,
         n=int(n),
         value=(only[1] - only[0]) / n if n else math.nan,
         low=max(-1.0, min(lows)),

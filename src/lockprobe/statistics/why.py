@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import Literal, NamedTuple
 
-from lockprobe.statistics.blocks import asked_contrast, blocks_of
+from lockprobe.statistics.blocks import blocks_of, contrast
 from lockprobe.statistics.contrast import Cells
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.design import PLANNED, Design, arms_of
@@ -114,12 +114,12 @@ def decide(groups: Mapping[str, Outcomes], *, agents: int = 1) -> Decision:
     The arms are those of :data:`~lockprobe.statistics.design.PLANNED`, and ``remark`` for a claim on the form. A change
     is less than the margin if the whole interval is.
     """
-    total = asked_contrast(groups, TOTAL, choices=agents)
+    total = contrast(groups, TOTAL, choices=agents)
     if not total.detected():
         small = total.low is not None and total.high is not None and max(-total.low, total.high) < MARGIN
         return Decision(total=total, verdict="no change" if small else "inconclusive")
     contrasts = {
-        name: asked_contrast(groups, one, choices=agents)
+        name: contrast(groups, one, choices=agents)
         for name, one in CONTRASTS.items()
         if {*one.of, *one.minus} <= groups.keys()
     }

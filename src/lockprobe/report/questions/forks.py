@@ -102,8 +102,8 @@ _NOTE = Note(
         "<p>A fork continues a finished trial from the report of one step. The steps before it are taken from the "
         "record. That report, or the action after it, is changed, and the agent continues, with the same random "
         "numbers in every arm if it is seeded. Each trial counts once, with all its continuations. <i>steps</i>: "
-        "number of steps, with the budget for unsolved trials. <i>leaves loop</i>, <i>repeats</i>: the next action "
-        "does not continue the current loop, or repeats the last one.</p>"
+        "number of steps, with the budget for unsolved trials. <i>repeats</i>: the next action repeats the "
+        "last one.</p>"
     ),
 )
 
