@@ -35,7 +35,7 @@ def points(function, p=P7, repetitions=3, noise=0.0, seed=0):
 def test_an_exact_parabola_is_found_with_its_peak():
     data = points(lambda x: 0.7 - 4 * (x - 0.4) ** 2)
     fit, loops = trend(data, "success", drawn(data)), trend(data, "loop_rate", 1 - drawn(data))
-    assert fit.value == pytest.approx([0.7 - 4 * (x - 0.4) ** 2 for x in fit.dose])
+    assert fit.curve["value"] == pytest.approx([0.7 - 4 * (x - 0.4) ** 2 for x in fit.curve["x"]])
     assert (fit.turning, fit.kind) == (pytest.approx(0.4), "maximum")
     assert (loops.turning, loops.kind) == (pytest.approx(0.4), "minimum")
 
@@ -44,22 +44,22 @@ def test_the_band_is_the_spread_of_fits_to_the_resamples():
     data = points(lambda x: 0.5 + x / 3, noise=0.1)
     draws = drawn(data)
     fit, x = trend(data, "success", draws), np.array([d.dose for d in data])
-    curves = [np.polyval(np.polyfit(x, row, 2), fit.dose) for row in draws]
-    assert fit.low == pytest.approx(np.percentile(curves, 2.5, axis=0).tolist())
-    assert fit.high == pytest.approx(np.percentile(curves, 97.5, axis=0).tolist())
-    assert trend(data, "success", NONE).low == ()
+    curves = [np.polyval(np.polyfit(x, row, 2), fit.curve["x"]) for row in draws]
+    assert fit.curve["low"] == pytest.approx(np.percentile(curves, 2.5, axis=0).tolist())
+    assert fit.curve["high"] == pytest.approx(np.percentile(curves, 97.5, axis=0).tolist())
+    assert trend(data, "success", NONE).curve["low"] == ()
 
 
 def test_r_and_its_p_value_are_the_librarys():
     rng = np.random.default_rng(1)
     x, y = rng.random((2, 21))
     draws = x + 0.1 * rng.normal(size=(500, 21)), y + 0.1 * rng.normal(size=(500, 21))
-    r, low, high, p_value = correlation(x, y, draws)
-    assert (r, p_value) == pytest.approx(tuple(stats.pearsonr(x, y)))
+    found = correlation(x, y, draws)
+    assert (found.value, found.p_value) == pytest.approx(tuple(stats.pearsonr(x, y)))
     resampled = [stats.pearsonr(*pair).statistic for pair in zip(*draws, strict=True)]
-    assert (low, high) == pytest.approx(tuple(np.percentile(resampled, [2.5, 97.5])))
-    assert correlation(x, y, (np.empty((0, 21)),) * 2)[1:3] == (None, None)
-    assert correlation(x, -x, draws)[::3] == pytest.approx((-1, 0))
+    assert (found.low, found.high) == pytest.approx(tuple(np.percentile(resampled, [2.5, 97.5])))
+    assert correlation(x, y, (np.empty((0, 21)),) * 2).low is None
+    assert (correlation(x, -x, draws).value, correlation(x, -x, draws).p_value) == pytest.approx((-1, 0))
     for constant_or_few in (np.full(5, 0.5), np.arange(3.0), np.empty(0)):
         n = len(constant_or_few)
         assert correlation(np.arange(float(n)), constant_or_few, (np.empty((0, n)),) * 2) is None

@@ -68,7 +68,7 @@ def chance(
             raise BadFile(sequences, "holds no action sequence")
         if (seen := len(set(chain.from_iterable(trials)))) > actions:
             raise BadFile(sequences, f"all lines: {seen} distinct actions, but --actions is {actions}")
-        level = expected_loop_rate(trials, null, actions=actions)
+        level = expected_loop_rate(((len(trial), actions) for trial in trials), null)
         setting = f"{null}, the lengths of {len(trials)} trials"
     else:
         length = 20 if length is None else length

@@ -25,7 +25,7 @@ from lockprobe.statistics.broken_trials import whatever_broke
 from lockprobe.statistics.clustered import alike_weights, clustered_variance, student
 from lockprobe.statistics.every_look import Numbers, at_every_look
 from lockprobe.statistics.outcomes import BlockOrder, Outcomes
-from lockprobe.statistics.pairs import FEW, mean_over_boxes, paired, score_interval
+from lockprobe.statistics.pairs import FEW, mean_over_boxes, score_interval
 from lockprobe.statistics.proportions import ALPHA, Difference
 from lockprobe.trial.condition import Contrast
 
@@ -152,24 +152,6 @@ def mean_of_blocks(
     if blocks is None or not len(blocks.box):
         return mean
     return mean_over_boxes(mean, np.nanmean(numbers[played], axis=1), blocks.box[played], choices=choices)
-
-
-def success_in_pairs(blocks: Blocks, first: int, second: int) -> Difference:
-    """One group's success minus another's in common blocks, with McNemar's test and Agresti and Min's interval.
-
-    Beside people both are Student's, clustered by person. Of several boxes each counts alike
-    (:mod:`lockprobe.statistics.pairs`). ``first`` and ``second`` are their columns.
-    """
-    solved, box = blocks.whole([first, second])
-    found = paired(solved[:, 0], solved[:, 1], box)
-    low, high, p_value = found.low, found.high, max(found.p_value, found.interval_p) if len(box) else found.p_value
-    if blocks.person.size:
-        both = ~np.isnan(blocks.solved[:, [first, second]]).any(axis=1)
-        person, (one, two) = blocks.people([first], [second])[both, 0], solved.T.astype(np.float64)
-        over = crossed_mean(two - one, np.arange(len(person)), person, unit=1.0)
-        low, high = (-1.0, 1.0) if over.low is None or over.high is None else (over.low, over.high)
-        p_value = 1.0 if over.p_value is None else over.p_value
-    return Difference(value=found.value, low=low, high=high, p_value=p_value, n=found.n)
 
 
 def block_mean(differences: Array, *, unit: float = 1.0, choices: int = 1, rare: RareBlock | None = None) -> Difference:

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.grouping import grouped
-from lockprobe.statistics.blocks import block_mean, blocks_of, rare_block, success_in_pairs
+from lockprobe.statistics.blocks import block_mean, blocks_of, rare_block
 from lockprobe.statistics.broken_trials import bounded, whatever_broke, worst
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.distributions import holm, student_tails
@@ -211,15 +211,15 @@ class ModalityEffect(NamedTuple):
         modalities: From low to high fidelity.
         trend: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), corrected for agents. Variants of a
             modality (``rgbd?depth=height``) have equal fidelity. None with one fidelity or too few clusters.
-        pairs: Every two modalities, the second of higher fidelity: how soon the box is solved in it, corrected for the
-            pairs (Holm) and for agents, and its final success less that in the first, over the trials that both have.
+        pairs: Every two modalities, the second of higher fidelity, and how soon the box is solved in it, corrected for
+            the pairs (Holm) and for agents.
         agents: Number of agents that are judged together.
     """
 
     agent: str
     modalities: tuple[str, ...]
     trend: Hazard
-    pairs: tuple[tuple[str, str, Hazard, Difference], ...]
+    pairs: tuple[tuple[str, str, Hazard], ...]
     agents: int
 
 
@@ -233,34 +233,19 @@ def modality_effects(agents: Sequence[Course]) -> Iterator[ModalityEffect]:
     shown = grouped((one for one in lowest if len(one.outcomes.ended)), lambda one: one.agent)
     several = [sorted(own, key=lambda one: by_fidelity(one.modality)) for own in shown.values() if len(own) > 1]
     kinds = [own[0].baseline for own in several]
-
-    def final(groups: Sequence[Outcomes]) -> Difference:
-        return success_in_pairs(blocks_of(groups), 0, 1)
-
     for own, kind in zip(several, kinds, strict=True):
         together = kinds.count(kind)
-        pairs = [*combinations([(one.modality, one.outcomes) for one in own], 2)]
-        hazards = [solving(one, two) for (_, one), (_, two) in pairs]
-        tested = holm([one.p_value for one in hazards])
+        pairs, trend = [*combinations(own, 2)], _trend(own)
+        hazards = [solving(one.outcomes, two.outcomes) for one, two in pairs]
+        tested = zip((trend, *hazards), (trend.p_value, *holm([one.p_value for one in hazards])), strict=True)
+        trend, *hazards = (replace(of, p_value=None if p is None else min(1.0, together * p)) for of, p in tested)
         yield ModalityEffect(
             agent=own[0].agent,
             modalities=tuple(one.modality for one in own),
-            trend=_corrected(_trend(own), together),
-            pairs=tuple(
-                (
-                    first,
-                    second,
-                    _corrected(replace(hazard, p_value=p_value), together),
-                    whatever_broke(final, (one, two), (False, True)),
-                )
-                for ((first, one), (second, two)), hazard, p_value in zip(pairs, hazards, tested, strict=True)
-            ),
+            trend=trend,
+            pairs=tuple((one.modality, two.modality, of) for (one, two), of in zip(pairs, hazards, strict=True)),
             agents=together,
         )
-
-
-def _corrected(found: Hazard, agents: int) -> Hazard:
-    return found if found.p_value is None else replace(found, p_value=min(1.0, agents * found.p_value))
 
 
 def _trend(shown: Sequence[Course]) -> Hazard:

@@ -1,6 +1,6 @@
-"""Measures of single trials, shipped or from packages, and their means over the trials of a condition.
+"""Measures of single trials, most of them of packages, and their means over the trials of a condition.
 
-:data:`MEASURES` holds the shipped ones. An installed package adds a measure by an entry point of its name in the group
+An installed package adds a measure by an entry point of its name in the group
 ``lockprobe.measures``; ``python:module:name?option=value`` names a function directly.
 """
 
@@ -12,7 +12,6 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from inspect import signature
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -21,7 +20,6 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import Plugin, allow, find_plugin, first_line, is_own_function, plugin_names
 from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.statistics.clustered import clustered_variance, share_of, student
-from lockprobe.statistics.loops import cover, onset
 from lockprobe.statistics.outcomes import ended, outcomes
 from lockprobe.statistics.proportions import Difference
 from lockprobe.trial.record import Trial
@@ -30,55 +28,13 @@ Measure = Callable[[Trial], float | bool | None]
 """A trial -> a number, yes or no, or None where it does not apply."""
 
 
-def _steps_to_solve(trial: Trial) -> int | None:
-    """Steps until the target moved, in solved trials only: read it with the share solved."""
-    return len(trial.steps) if trial.solved else None
-
-
 def _solved(trial: Trial) -> bool:
     """Whether the target moved within the budget."""
     return trial.solved
 
 
-def _repeated(trial: Trial) -> float | None:
-    """Share of choices that repeat the joint of the choice before, in trials of two steps or more, [0, 1]."""
-    chosen = [step.chosen or step.joint for step in trial.steps]
-    pairs = list(pairwise(chosen))
-    return sum(first == second for first, second in pairs) / len(pairs) if pairs else None
-
-
-def _redundant(trial: Trial) -> float | None:
-    """Share of steps that retry a joint in a true configuration in which it was already tried, [0, 1]."""
-    pairs = {(step.state, step.joint) for step in trial.steps}
-    return 1.0 - len(pairs) / len(trial.steps) if trial.steps else None
-
-
-def _loop(trial: Trial) -> bool:
-    """Whether some run of three or more actions appears at least twice without overlap (Sec. 3.3)."""
-    return onset(trial.actions) > 0
-
-
-def _covered(trial: Trial) -> float | None:
-    """Share of steps in the best cover by action loops, [0, 1] (Sec. 3.3)."""
-    return cover(trial.actions).share if trial.steps else None
-
-
-def _told_falsely(trial: Trial) -> float | None:
-    """Share of reported attempts whose report was false, [0, 1]."""
-    reported = [step for step in trial.steps if step.told_moved is not None]
-    return sum(step.told_falsely for step in reported) / len(reported) if reported else None
-
-
-MEASURES: Mapping[str, Measure] = {
-    "solved": _solved,
-    "steps-to-solve": _steps_to_solve,
-    "repeated": _repeated,
-    "redundant": _redundant,
-    "loop": _loop,
-    "covered": _covered,
-    "told-falsely": _told_falsely,
-}
-"""Name -> measure."""
+MEASURES: Mapping[str, Measure] = {"solved": _solved}
+"""Those that ship by name; what else Lockprobe measures has rows in every report."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from lockprobe.statistics.broken_trials import worst
 from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.how_soon import excess, grid
 from lockprobe.statistics.outcomes import Outcomes, Point
-from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.proportions import ALPHA, Difference
 
 RESAMPLES = 2000
 
@@ -41,22 +41,17 @@ Array = NDArray[np.float64]
 Quantity = Literal["success", "loop_rate"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Trend:
-    """The second-order fit that the paper draws, with its band.
+class Trend(NamedTuple):
+    """The second-order fit that the paper draws.
 
     Attributes:
-        dose: The doses at which the fit is evaluated.
-        value: The fit there.
-        low, high: 2.5th and 97.5th percentiles over bootstrap resamples; empty without resamples.
+        curve: Doses (``x``), the fit there (``value``), and 2.5th and 97.5th percentiles over bootstrap resamples
+            (``low``, ``high``), empty without any.
         turning: The dose of its extremum, if strictly inside the range.
         kind: ``maximum`` or ``minimum``; empty without one.
     """
 
-    dose: tuple[float, ...]
-    value: tuple[float, ...]
-    low: tuple[float, ...]
-    high: tuple[float, ...]
+    curve: dict[str, Any]
     turning: float | None
     kind: str
 
@@ -77,24 +72,17 @@ def trend(points: Sequence[Point], quantity: Quantity, draws: Array) -> Trend | 
     bend, edge = float(fitted[2]), 1e-9 * (last - first)  # inside the range by more than rounding
     where = -float(fitted[1]) / (2 * bend) if abs(bend) >= 1e-9 else math.nan
     inside = first + edge < where < last - edge
-    return Trend(
-        dose=tuple(grid.tolist()),
-        value=tuple((basis @ fitted).tolist()),
-        low=tuple(map(float, low)),
-        high=tuple(map(float, high)),
-        turning=where if inside else None,
-        kind=("maximum" if bend < 0 else "minimum") if inside else "",
-    )
+    lines = {"x": grid, "value": basis @ fitted, "low": low, "high": high}
+    kind = ("maximum" if bend < 0 else "minimum") if inside else ""
+    return Trend({name: tuple(map(float, line)) for name, line in lines.items()}, where if inside else None, kind)
 
 
 FEWEST_DOTS = 4
 """Points of which a correlation is given: of three, r is near -1 or 1 by chance, and its P value only rounding."""
 
 
-def correlation(
-    x: Array, y: Array, drawn: tuple[Array, Array]
-) -> tuple[float, float | None, float | None, float] | None:
-    """Pearson's r over points (Fig. 5a), the ends of its 95 % interval, its P value; None of a constant or few points.
+def correlation(x: Array, y: Array, drawn: tuple[Array, Array]) -> Difference | None:
+    """Pearson's r over points (Fig. 5a) with its 95 % interval and P value; None of a constant or few points.
 
     The ends are percentiles over resamples of both, shape (resamples, points), None without any. The P value is from
     Student's t, as if points were independent and trials of equal length.
@@ -107,7 +95,7 @@ def correlation(
     draws = _pearson(*drawn)
     finite = draws[np.isfinite(draws)]
     low, high = np.percentile(finite, [2.5, 97.5]).tolist() if len(finite) else (None, None)
-    return r, low, high, float(p_value)
+    return Difference(value=r, low=low, high=high, p_value=p_value, n=len(x))
 
 
 def _pearson(x: Array, y: Array) -> Array:

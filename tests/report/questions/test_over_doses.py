@@ -142,5 +142,4 @@ def test_every_two_modalities_have_a_line_with_the_numbers_of_their_rows(tmp_pat
         ["llm:a/x (positions and outcomes in words)", "RGB"],
         ["llm:a/x (positions and outcomes in words)", "RGB-D"],
     ]
-    assert {row.family for row in found.where("success_difference", agent="llm:a/x")} >= {"every two modalities"}
     assert len(head) == len(table[0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 from statistics import fmean
@@ -22,7 +21,7 @@ from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.how_soon import looping
 from lockprobe.statistics.loops import cover
-from lockprobe.statistics.loops.chance import Null, chance_level
+from lockprobe.statistics.loops.chance import Null, expected_loop_rate
 from lockprobe.statistics.outcomes import ended, points
 from lockprobe.statistics.proportions import ALPHA, Z
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
@@ -49,10 +48,8 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
     yield from cell.share("loop_rate", share_of(found.looped, found.player, found.luck, found.box))
     for one in points(found):
         yield cell.estimate("loop_rate", one.loop_rate, n=one.n, of=f"rep={one.repetition}")
-    sizes = Counter((len(trial.steps), len(trial.joints)) for trial in trials)
     for null in get_args(Null):
-        levels = [(count / n, chance_level(*size, null=null)) for size, count in sizes.items()]
-        level, error = (sum(share * one[of] for share, one in levels) for of in (0, 1))
+        level, error = expected_loop_rate(((len(trial.steps), len(trial.joints)) for trial in trials), null)
         ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
         how: dict[str, Any] = {"low": ends[0], "high": ends[1], "note": "simulation"} if error else {"note": "exact"}
         yield cell.estimate("loop_rate", level, of=null, n=n, **how)
@@ -67,10 +64,8 @@ def _over_doses(course: played.Course) -> Iterator[Row]:
     yield from fit_rows("loop_fit", "loop_rate", course)
     loops, success = (np.array([getattr(one, name) for one in shares]) for name in ("loop_rate", "success"))
     if (r := correlation(loops, success, (course.draws["loop_rate"], course.draws["success"]))) is not None:
-        of_shares: dict[str, Any] = of | {"quantity": "loop_success", "n": len(shares)}
-        value, low, high, p_value = r
-        test: dict[str, Any] = {"p_value": p_value, "test": "Student's t", "unit": "r"}
-        yield Estimate(**of_shares, of="correlation", value=value, low=low, high=high, **test)
+        test: dict[str, Any] = {"test": "Student's t", "unit": "r", "clusters": None}
+        yield measured_row("loop_success", r, **of, of="correlation", **test)
     if hazard := looping(found):
         note = {1: "sooner", -1: "later"}.get(hazard.direction, "")
         yield measured_row("hazard_ratio", hazard, **of, of="first loops", unit="ratio", test="log-rank", note=note)

@@ -11,19 +11,15 @@ from lockprobe.report.format import count_of
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import by_conditions, condition_words, under, varied
 from lockprobe.report.rows import Cell, Estimate, Results, Row
-from lockprobe.report.section import Block, Lines, Note, Part, Section, Table
+from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.misinterpretation import Claim, claims
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import state_after
 
-_ERRORS = {
-    "misread": ("misread", "claim and report differ (misread)"),
-    "false_report": ("falsely_told", "report and truth differ"),
-    "false_belief": ("false_belief", "claim and truth differ"),
-}
-"""Errors of claims -> which claims have them, and what they are."""
+_ERRORS = {"misread": "misread", "false_report": "falsely_told", "false_belief": "false_belief"}
+"""Errors of claims -> which claims have them."""
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
@@ -47,7 +43,7 @@ def _by_trial(wrong: Sequence[Sequence[bool]]) -> Proportion:
 def _of_claims(cell: PlayedCell, said: Sequence[Sequence[Claim]]) -> Iterator[Estimate]:
     if not said:
         return
-    for quantity, (error, _) in _ERRORS.items():
+    for quantity, error in _ERRORS.items():
         yield from cell.share(quantity, _by_trial([list(map(attrgetter(error), one)) for one in said]))
     misread = [[claim for claim in one if claim.misread] for one in said]
     invented = [[claim.claimed == "moved" for claim in one] for one in misread]
@@ -80,17 +76,6 @@ def _table1(found: Results) -> Lines:
 _TABLE = Table("table1", _table1)
 
 
-def _beliefs(found: Results) -> Lines:
-    """How often claim and report, report and truth, and claim and truth differ; where no report was false, the same."""
-    cells = _asked(found)
-    yield ["agent", _varied(cells), *(head for _, head in _ERRORS.values())]
-    for cell in cells if any(cell.value("false_report") for cell in cells) else ():
-        yield [*_names(cell, cells), *map(cell.get, _ERRORS)]
-
-
-_BELIEFS = Table("beliefs", _beliefs)
-
-
 def _varied(cells: list[Cell]) -> str:
     """What tells the rows of an agent apart: the modality where that alone differs, else flip rate or condition."""
     alone = len({one.p for one in cells}) == 1 and len({one.modality for one in cells}) > 1
@@ -103,12 +88,6 @@ def _names(cell: Cell, among: list[Cell]) -> tuple[str, str]:
         return cell.agent, cell.label.removeprefix(f"{cell.agent} (").removesuffix(")")
     return cell.label, under(cell, among)
 
-
-_BELIEVED = Note(
-    "How often claim and report, report and truth, and claim and truth differ. A false report that is misread leaves a "
-    "true belief.",
-    "Intervals (95 %) are clustered by trial.",
-)
 
 _NOTE = Note(
     "The paper's Table 1: claims about the last action that contradict what the agent was told, or what the pictures "
@@ -128,8 +107,7 @@ def _show(found: Results) -> Iterator[Part]:
     if shares[0] == shares[1]:
         some = f"{shares[0]} of the claims contradict the report."
         said = some if high.value("misread") else "No claim contradicts the report."
-    beliefs: list[Block] = [_BELIEFS, _BELIEVED] if _BELIEFS.cells(found) else []
-    yield Part("What is misread?", said, [_TABLE, _NOTE, *beliefs])
+    yield Part("What is misread?", said, [_TABLE, _NOTE])
 
 
-SECTIONS = (Section("misreading", "Misreading", _rows, _show, (_TABLE, _BELIEFS)),)
+SECTIONS = (Section("misreading", "Misreading", _rows, _show, (_TABLE,)),)

@@ -29,8 +29,7 @@ _NOTHING = "Nothing could be compared."
 def fit_rows(quantity: str, of: Quantity, course: Course) -> Iterator[Row]:
     """The paper's second-order least-squares fit over repetitions, and where it turns."""
     if fit := trend(course.points, of, course.draws[of]):
-        of_points = course.of | {"n": len(course.points)}
-        yield Curve(quantity=quantity, **of_points, x=fit.dose, value=fit.value, low=fit.low, high=fit.high)
+        yield Curve(quantity=quantity, **course.of, n=len(course.points), **fit.curve)
         if fit.turning is not None:
             yield Estimate(quantity=quantity, **course.of, of=fit.kind, value=fit.turning, unit="dose")
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Hashable, Sequence
+from collections.abc import Iterable
 from functools import cache
 from importlib.resources import files
 from math import perm, sqrt
@@ -86,19 +86,13 @@ def chance_level(length: int, actions: int = 4, *, null: Null = "uniform") -> Ch
     return Chance(float(found.mean()), float(error))
 
 
-def expected_loop_rate(sequences: Sequence[Sequence[Hashable]], null: Null, *, actions: int) -> Chance:
-    """The loop rate of a blind agent in trials of exactly these lengths (at least one trial), the mean over them.
+def expected_loop_rate(sizes: Iterable[tuple[int, int]], null: Null) -> Chance:
+    """The loop rate of a blind agent in trials of these lengths and numbers of actions (at least one trial).
 
     Its error is an upper bound where levels of several lengths were simulated together.
     """
-    if not sequences:
-        raise BadValue("trials", 0, "at least 1")
-    if actions < (seen := len({action for sequence in sequences for action in sequence})):
-        raise BadValue("actions", actions, f"at least the {seen} that the trials hold")
-    levels = [
-        (count / len(sequences), chance_level(length, actions, null=null))
-        for length, count in Counter(map(len, sequences)).items()
-    ]
+    counted = Counter(sizes)
+    levels = [(n / counted.total(), chance_level(*size, null=null)) for size, n in counted.items()]
     probability, error = (sum(share * level[of] for share, level in levels) for of in (0, 1))
     return Chance(probability, error)
 
