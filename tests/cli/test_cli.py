@@ -1,41 +1,34 @@
 """The command as users meet it: one line for a mistake, plain lines or JSON, names that do not change."""
 
-import csv
-import io
-import json
 import os
 import pty
 import subprocess
-import sys
 
 import forked
 import pytest
-from typed import typed
+from typed import in_process
+
+ASKED = ("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", 4, "--repetitions", 2, "--no-report")
 
 
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
     path = tmp_path_factory.mktemp("cli") / "study"
-    done = typed("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
-                     "--repetitions", 2, "--seed", 3, "--no-report", "--out", path)  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    assert in_process(*ASKED, "--out", path).exit_code == 0
     return path
 
 
-def test_plain_lines_say_what_is_played(directory):
-    again = typed("run", "flips", "--agent", "random", "--agent", "human-inspired", "--p", "0,0.4", "--trials", 4,
-                      "--repetitions", 2, "--seed", 3, "--no-report", "--out", directory)  # fmt: skip
-    assert (
-        "Study flips on chain-4: 2 conditions: truth; flip?p=0.4; 2 repetitions of 4 trials of 20 steps" in again.stdout
-    )
-    assert "32 of 32 trials are done already; 0 are owed" in again.stdout
-    assert "\x1b" not in again.stdout
+def test_plain_lines_say_what_is_played(lockprobe, directory):
+    _, said, _ = lockprobe(*ASKED, "--out", directory)
+    assert "Study flips on chain-4: 2 conditions: truth; flip?p=0.4; 2 repetitions of 4 trials of 20 steps" in said
+    assert "16 of 16 trials are done already; 0 are owed" in said
+    assert "\x1b" not in said
 
 
 def test_a_terminal_gets_a_live_table(tmp_path):
     ours, theirs = pty.openpty()
     process = forked.start(
-        ["run", "flips", "--agent", "random", "--trials", 50, "--no-report", "--out", tmp_path],
+        ["run", "flips", "--agent", "random", "--trials", 4, "--no-report", "--out", tmp_path],
         stdout=theirs, stderr=theirs, env=os.environ | {"TERM": "xterm", "COLUMNS": "120"},
     )  # fmt: skip
     os.close(theirs)
@@ -51,29 +44,16 @@ def test_a_terminal_gets_a_live_table(tmp_path):
     os.close(ours)
     assert process.wait() == 0
     text = shown.decode()
-    assert "1050/1050 trials" in text
+    assert "84/84 trials" in text
     assert "solved" in text
     assert "steps/s" in text
 
 
-def test_export_is_tidy(directory):
-    rows = list(csv.DictReader(io.StringIO(typed("export", directory, "--format", "csv").stdout)))
-    assert list(rows[0]) == [
-        "key", "agent", "box", "modality", "condition", "p", "repetition", "trial", "step", "joint", "label", "moved",
-        "told_moved", "claimed", "misread", "state", "target", "ending", "panel",
-    ]  # fmt: skip
-    lines = typed("export", directory, "--format", "jsonl").stdout.splitlines()
-    assert len(lines) == len(rows)
-    assert json.loads(lines[0])["step"] == 1
-
-
-def test_what_cannot_be_written_is_one_line(directory, tmp_path):
-    done = typed("export", directory, "--out", tmp_path / "no" / "steps.csv")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    assert "cannot be written (No such file or directory)" in done.stderr
+def test_what_cannot_be_written_is_one_line(lockprobe, directory, tmp_path):
     (tmp_path / "full").symlink_to("/dev/full")
-    done = typed("export", directory, "--out", tmp_path / "full")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    for out, said in (("no/steps.csv", "cannot be written (No such file or directory)"), ("full", "full")):
+        status, _, error = lockprobe("export", directory, "--out", tmp_path / out)
+        assert (status, error.count("\n"), said in error) == (2, 1, True)
 
 
 @pytest.mark.parametrize(
@@ -107,17 +87,18 @@ def test_a_users_mistake_is_one_line_in_plain_words(lockprobe, tmp_path, monkeyp
 
 
 @pytest.mark.parametrize("group", [[], ["box"]])
-def test_without_a_command_the_help_is_printed_line_by_line(group):
-    done, asked = typed(*group), typed(*group, "--help")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.split() == asked.stdout.split()
-    assert "\n  list " in done.stderr or "\n  run  " in done.stderr
+def test_without_a_command_the_help_is_printed_line_by_line(lockprobe, group):
+    status, said, error = lockprobe(*group)
+    assert (status, said) == (2, "")
+    assert error.split() == lockprobe(*group, "--help")[1].split()
+    assert "\n  list " in error or "\n  run  " in error
 
 
-def test_without_out_the_same_command_finds_its_directory_again(tmp_path):
+def test_without_out_the_same_command_finds_its_directory_again(lockprobe, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     for _ in range(2):
-        done = typed("run", "flips", "--agent", "round-robin", "--trials", 1, "--no-report", cwd=tmp_path)
-    assert "21 of 21 trials are done already" in done.stdout
+        said = lockprobe("run", "flips", "--agent", "round-robin", "--trials", 1, "--no-report")[1]
+    assert "21 of 21 trials are done already" in said
     assert len(list((tmp_path / "lockprobe-runs").iterdir())) == 1
 
 
@@ -127,9 +108,8 @@ def test_a_date_of_builds_that_is_no_number_ends_no_command(lockprobe, directory
 
 
 def test_a_closed_pipe_is_no_error(directory):
-    done = subprocess.run(
-        f"{sys.executable} -m lockprobe export {directory} | head -n 1", shell=True, capture_output=True, text=True,
-        check=False,
-    )  # fmt: skip
-    assert done.stdout.startswith("key,agent")
-    assert done.stderr == ""
+    reads, writes = os.pipe()
+    os.close(reads)
+    process = forked.start(["export", directory], stdout=writes, stderr=subprocess.PIPE)
+    os.close(writes)
+    assert process.communicate()[1] == ""

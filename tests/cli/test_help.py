@@ -144,45 +144,39 @@ def test_ctrl_c_while_modules_are_imported_is_one_line(lockprobe, monkeypatch):
     assert lockprobe("status", "x") == (130, "", "lockprobe: stopped by Ctrl-C\n")
 
 
-def _imported(*command_lines):
-    """Which modules commands have imported when they end, one after the other in a new process."""
-    code = (
-        "import sys; from lockprobe.cli import main\n"
-        f"for line in {command_lines}:\n"
-        "    sys.argv = ['lockprobe', *line.split()]\n"
-        "    try: main()\n"
-        "    except SystemExit: pass\n"
-        "sys.stderr.write('\\n' + ' '.join(sys.modules))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return {name.removeprefix("lockprobe.") for name in done.stderr.splitlines()[-1].split()}
-
-
 REPORT = {"report.results", "scipy", "matplotlib", "jinja2", "httpx2", "mujoco", "starlette", "uvicorn"}
 """What takes up to two seconds of processor."""
 
 TYPED_WRONG = ("run flisp", "run flips --tirals 3", "run flips --trials many", "run tests", "run flips --agent humn")
 
-
-@pytest.mark.parametrize(
-    ("lines", "not_imported"),
-    [
-        (["--help"], {"numpy", "pydantic", "trial.record", "httpx2", "xllamacpp"}),
-        (["box show", "box list"], {"scipy", "trial.record", "boxes.boxfile"}),
-        (["loops --help", "run --help", *TYPED_WRONG], REPORT | {"numpy", "rich", "asyncio"}),
-        (["list agents"], REPORT | {"numpy", "asyncio"}),
-    ],
-    ids=["help", "boxes", "typing mistakes", "list"],
-)
-def test_what_is_quick_imports_nothing_heavy(lines, not_imported):
-    assert not not_imported & _imported(*lines)
+HELPED = [*(f"{command} --help" for command in COMMANDS), "run flips --condition fip?p=0.4"]
 
 
-def test_help_an_estimate_and_a_status_import_no_report_and_help_no_provider(tmp_path):
-    """The library of prices brings a client along."""
+def test_what_is_quick_imports_nothing_heavy(tmp_path):
+    """One after the other in a new process. What an estimate asks, the library of prices, brings a client along."""
     agent = "llm:openai/gpt-4o"
     write_study(tmp_path / "s", small_study([agent]), [make_trial(SOLUTION, agent=agent)])
-    helped = [f"{command} --help" for command in COMMANDS]
-    assert not REPORT & _imported(*helped, "run flips --condition fip?p=0.4")
     priced = f"run flips --estimate --agent {agent}", f"status {tmp_path / 's'}"
-    assert REPORT & _imported(*priced) <= {"httpx2"}
+    for groups in (
+        [(["box show", "box list"], {"scipy", "trial.record", "boxes.boxfile"})],
+        [
+            (["--help"], {"numpy", "pydantic", "trial.record", "httpx2", "xllamacpp"}),
+            (["loops --help", "run --help", *TYPED_WRONG], REPORT | {"numpy", "rich", "asyncio"}),
+            (["list agents"], REPORT | {"numpy", "asyncio"}),
+            (HELPED, REPORT),
+            (priced, REPORT - {"httpx2"}),
+        ],
+    ):
+        code = (
+            "import sys; from lockprobe.cli import main\n"
+            f"for lines in {[lines for lines, _ in groups]}:\n"
+            "    for line in lines:\n"
+            "        sys.argv = ['lockprobe', *line.split()]\n"
+            "        try: main()\n"
+            "        except SystemExit: pass\n"
+            "    sys.stderr.write('\\nloaded: ' + ' '.join(sys.modules) + '\\n')"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        loaded = re.findall("^loaded: (.*)", done.stderr, re.MULTILINE)
+        for (lines, heavy), names in zip(groups, loaded, strict=True):
+            assert not heavy & {name.removeprefix("lockprobe.") for name in names.split()}, lines

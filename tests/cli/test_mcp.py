@@ -20,7 +20,6 @@ import forked
 from stored import contents
 from tool_player import SPEC, Player, plain_records
 
-from lockprobe.cli.mcp import records_directory
 from lockprobe.interfaces.mcp import LONGEST_LINE
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
@@ -136,11 +135,6 @@ def test_standard_input_is_no_file(project):
         assert "a pipe from the client" in done.stderr.read()
         done.stderr.close()
     assert not (project / "S").exists()
-
-
-def test_records_lie_with_the_user_s_data_by_default(project):
-    planned = study("flips", agent=["mcp:agent"])
-    assert records_directory(planned) == project / "data" / "lockprobe" / f"flips-{planned.identity}"
 
 
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_played_twice(project):

@@ -10,7 +10,7 @@ from lockprobe.report.page import Page
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 
-SMALL = {"agent": ["cognitive:perseverant", "human-inspired"], "trials": 8, "repetitions": 2, "seed": 5}
+SMALL = {"agent": ["cognitive:perseverant", "human-inspired"], "trials": 4, "repetitions": 2, "seed": 5}
 FLIPS = {"p": [0, 0.4, 0.8]}
 BESIDE = [
     {"condition": ["nudge"]},

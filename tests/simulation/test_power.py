@@ -117,12 +117,12 @@ def test_persons_and_boxes_are_solved_as_stated_and_no_person_meets_luck_twice(g
     """The spread of what a person opens is that of their skill and of the luck of their boxes."""
     model = Clusters(**given, of="boxes" if of == "boxes" else "persons", between=of == "between")
     conditions = len(model.success)
-    groups = model.groups(6000 * conditions, np.random.default_rng(1))
+    groups = model.groups(1500 * conditions, np.random.default_rng(1))
     if of == "boxes":
         assert all((one.box == groups[0].box).all() and (one.trial == groups[0].trial).all() for one in groups)
     else:
         everybody = np.concatenate([one.player for one in groups])
-        assert np.unique(everybody, return_counts=True)[1].tolist() == [model.each * conditions] * 6000 * conditions
+        assert np.unique(everybody, return_counts=True)[1].tolist() == [model.each * conditions] * 1500 * conditions
         pairs = np.stack([everybody, np.concatenate([one.trial for one in groups]).astype(str)])
         assert len(np.unique(pairs, axis=1).T) == len(everybody)
         assert all(len(np.unique(one.trial)) == len(one) for one in groups)  # nobody else has it under this condition

@@ -56,11 +56,6 @@ def rivals():
     return [replace(trial, agent=f"llm:{trial.agent}") if trial.agent != "random" else trial for trial in played]
 
 
-def unsolved(*p):
-    """Two trials of a model at each p that end with the budget."""
-    return [make_trial([0] * 20, agent="llm:x", p=one, trial=i) for one in p for i in (1, 2)]
-
-
 PEOPLE = small_study(("participant",), (0.0, 0.2, 0.4, 0.6), 2, 5)
 HOSTILE = ("llm:$\\frac{", "python:" + "mx" * 96, "_hidden<script>", "llm:\u4e2d\u0e01")
 LONG = tuple(f"cognitive:random-map?window={window}&avoid=failed&lapse=0.1" for window in (1, 2))
@@ -74,7 +69,6 @@ STUDIES = {
         make_trial([0] * (p > 0) + [3, 2, 1, 0], agent=name, p=p) for name in (*HOSTILE, *LONG) for p in (0.0, 0.5)
     ],
     "people": lambda had: played_by_people(PEOPLE) + had(rivals),
-    "few people": lambda had: played_by_people(small_study(("participant",), (0.0, 0.6), 1, 2), 1) + unsolved(0.0, 0.6),
 }
 """Trials by what is special about them."""
 
