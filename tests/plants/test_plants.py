@@ -62,7 +62,8 @@ def test_what_the_plant_has_anyway_is_no_change_and_the_rest_is_written_in_one_w
     change = plant_change("twin?pose_error=0.004", {"pose_error": "0.0040", "looks": "plain", "tilt": "30.0"})
     assert (change.options, change.own) == ({"tilt": "30"}, {"tilt": 20.0})
     assert change.on("twin?pose_error=0.004") == "twin?pose_error=0.004&tilt=30"
-    assert plant_change("twin?pose_error=0.004", {"pose_error": "0"}).doses == {"plant.pose_error below 0.004": 0.004}
+    ((part, doses),) = plant_change("twin?pose_error=0.004", {"pose_error": "0"}).parts
+    assert (dict(part.options), doses) == ({"pose_error below 0.004": "0.004"}, ("pose_error below 0.004",))
 
 
 @pytest.mark.parametrize(

@@ -51,39 +51,53 @@ class TextChannel:
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text, without the facts that must not be told. Nothing is drawn from ``rng``."""
+        outcome, positions = self._facts(percept)
         text = self.written(percept, task, first=not past)
         if percept.corrects is not None:
             corrected = self.written(percept.corrects, task, first=False)
             text = corrected + (" " if self.form == "words" else "\n") + f"{CORRECTION} {text}"
         return replace(
             percept,
-            outcome=None if self.tell == "state" else percept.outcome,
-            positions=None if self.tell == "outcome" else percept.positions,
+            outcome=outcome,
+            positions=positions,
             states_only=self.tell == "state",
             in_full=self.tell != "outcome" and self.form != "words",
             text=text,
         )
 
+    def _facts(self, percept: Percept) -> tuple[Outcome | None, Positions]:
+        """What is told of a percept."""
+        told = None if self.tell == "outcome" else percept.positions
+        return None if self.tell == "state" else percept.outcome, told
+
     def written(self, percept: Percept, task: Task, *, first: bool) -> str:
         """The text of a percept; the ``first`` report of a trial may also say where joints lie."""
-        outcome = None if self.tell == "state" else percept.outcome
-        positions = None if self.tell == "outcome" else percept.positions
-        untold = (outcome, positions) == (None, None) or (
-            self.form == "words" and outcome is None and self.tell != "state"
-        )
-        joint = None if untold else percept.joint
-        rows = rows_of(task) if self.places and first else []
-        return (_words if self.form == "words" else _json)(joint, outcome, positions, task, rows)
+        outcome, positions = self._facts(percept)
+        joint, rows = percept.joint, rows_of(task) if self.places and first else []
+        if self.form == "words":
+            sentences = []
+            if joint is not None and outcome is not None:
+                sentences.append(f"{joint} {in_words(outcome)}.")
+            elif joint is not None and positions is not None and self.tell == "state":
+                sentences.append(f"You attempted {joint}.")
+            if positions is not None:
+                there = [label for label, position in zip(task.joints, positions, strict=True) if position]
+                sentences.append(f"At 1: {', '.join(there) or 'none'}.")
+            return " ".join([*sentences, *places_said(task, rows)])
+        said: dict[str, object] = {}
+        if joint is not None and (outcome, positions) != (None, None):
+            said |= {"attempted": joint} | ({} if outcome is None else {"moved": outcome == "moved"})
+        if positions is not None:
+            said["positions"] = dict(zip(task.joints, map(int, positions), strict=True))
+        if rows:
+            kinds = {label: _kind(task, label) for label in task.joints} if task.kinds else {}
+            said["panel"] = {"rows from above, each from left to right": rows} | ({"kinds": kinds} if kinds else {})
+        return json.dumps(said) if said else ""
 
     def shown(self, percept: Percept) -> object:
         """What agents get of a percept: the joint, the facts that are told, and pictures that were there before."""
-        return (
-            percept.joint,
-            None if self.tell == "state" else percept.outcome,
-            None if self.tell == "outcome" else percept.positions,
-            None if percept.corrects is None else self.shown(percept.corrects),
-            percept.pictures,
-        )
+        corrects = None if percept.corrects is None else self.shown(percept.corrects)
+        return percept.joint, *self._facts(percept), corrects, percept.pictures
 
 
 def rows_of(task: Task) -> list[list[str]]:
@@ -99,16 +113,6 @@ def _kind(task: Task, label: str) -> str:
     return _KINDS.get(task.kinds[task.joints.index(label)], "") if task.kinds else ""
 
 
-def _words(joint: str | None, outcome: Outcome | None, positions: Positions, task: Task, rows: Rows) -> str:
-    sentences = []
-    if joint is not None:
-        sentences.append(f"You attempted {joint}." if outcome is None else f"{joint} {in_words(outcome)}.")
-    if positions is not None:
-        there = [label for label, position in zip(task.joints, positions, strict=True) if position]
-        sentences.append(f"At 1: {', '.join(there) or 'none'}.")
-    return " ".join([*sentences, *places_said(task, rows)])
-
-
 def places_said(task: Task, rows: Rows) -> list[str]:
     """Where joints lie on the panel, row by row, and which slide and which turn."""
     sentences = []
@@ -117,15 +121,3 @@ def places_said(task: Task, rows: Rows) -> list[str]:
         named = (f"{label} ({kind})" if (kind := _kind(task, label)) else label for label in row)
         sentences.append(f"{where}, from left to right: {', '.join(named)}.")
     return sentences
-
-
-def _json(joint: str | None, outcome: Outcome | None, positions: Positions, task: Task, rows: Rows) -> str:
-    said: dict[str, object] = {} if joint is None else {"attempted": joint}
-    if joint is not None and outcome is not None:
-        said["moved"] = outcome == "moved"
-    if positions is not None:
-        said["positions"] = dict(zip(task.joints, map(int, positions), strict=True))
-    if rows:
-        kinds = {label: _kind(task, label) for label in task.joints} if task.kinds else {}
-        said["panel"] = {"rows from above, each from left to right": rows} | ({"kinds": kinds} if kinds else {})
-    return json.dumps(said) if said else ""

@@ -26,7 +26,7 @@ from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMist
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import parse_json
 from lockprobe.foundation.seeds import generator
-from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
+from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.validation import AS_WRITTEN, Text, check_probability, check_whole, plain
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
@@ -533,12 +533,8 @@ def arms_of(conditions: Iterable[Condition]) -> tuple[SeriesArm, ...]:
     """Conditions as their specs tell them; doses of pictures and of the plant stand among those of interventions."""
     found = []
     for one in conditions:
-        shown, doses = modality_doses(one.modality)
-        pictured = [(Spec(spec_name(shown), options={option: value}), (option,)) for option, value in doses.items()]
-        told = [(Spec.parse(spec), names) for spec, names in one.acting]
-        parts = (*told, *pictured, *one.plant.parts)
-        specs, of = tuple(spec for spec, _ in parts), tuple(names for _, names in parts)
-        found.append(SeriesArm(label=one.label, specs=specs, doses=of, modality=shown))
+        specs, doses = tuple(spec for spec, _ in one.parts), tuple(names for _, names in one.parts)
+        found.append(SeriesArm(label=one.label, specs=specs, doses=doses, modality=modality_doses(one.modality)[0]))
     return tuple(found)
 
 

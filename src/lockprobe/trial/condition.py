@@ -138,11 +138,6 @@ class PlantChange:
             found.append((Spec(PLANT, options={name: said}), doses))
         return tuple(found)
 
-    @property
-    def doses(self) -> dict[str, float]:
-        """Its doses by name, ``{"plant.pose_error": 0.01}``, all above 0."""
-        return {f"{PLANT}.{name}": float(spec.options[name]) for spec, doses in self.parts for name in doses}
-
 
 def _recorded(interventions: tuple[Intervention | Recorded, ...]) -> list[dict[str, object]]:
     """Interventions as settings name them."""
@@ -205,6 +200,14 @@ class Condition:
         return tuple(zip(self.specs, doses, strict=False))  # the last spec may be the plant's
 
     @cached_property
+    def parts(self) -> tuple[tuple[Spec, tuple[str, ...]], ...]:
+        """The same of all that differs from the truth: interventions, doses of pictures, and options of the plant."""
+        shown, worse = modality_doses(self.modality)
+        told = [(Spec.parse(spec, "intervention"), options) for spec, options in self.acting]
+        pictured = [(Spec(spec_name(shown), options={option: value}), (option,)) for option, value in worse.items()]
+        return *told, *pictured, *self.plant.parts
+
+    @cached_property
     def doses(self) -> Mapping[str, float]:
         """The doses that are not 0 of its interventions, of its modality and of its plant.
 
@@ -212,19 +215,16 @@ class Condition:
         not act.
         """
         found, seen = dict[str, float](), Counter[str]()
-        for text, options in self.acting:
-            spec = Spec.parse(text, "intervention")
-            seen[spec.full_name] += 1
-            name = spec.full_name + f"#{seen[spec.full_name]}" * (seen[spec.full_name] > 1)
-            given = {option: dose_of(spec, option, options[0]) for option in options}
-            if options and given[options[0]]:
-                found |= {f"{name}.{option}": dose for option, dose in given.items()}
-        for option, value in modality_doses(self.modality)[1].items():
+        for spec, options in (part for part in self.parts if part[1]):
+            seen[first := f"{spec.full_name}.{options[0]}"] += 1
+            name = spec.full_name + f"#{seen[first]}" * (seen[first] > 1)
             try:
-                found[f"{spec_name(self.modality)}.{option}"] = float(value)
+                given = {option: dose_of(spec, option, options[0]) for option in options}
             except ValueError:
-                raise BadValue(f"{option} of {self.modality}", value, "a number; --sweep takes several") from None
-        return {name: dose for name, dose in found.items() if dose} | self.plant.doses
+                raise BadValue("dose", str(spec), "a number; --sweep takes several") from None
+            if given[options[0]]:
+                found |= {f"{name}.{option}": dose for option, dose in given.items() if dose}
+        return found
 
     @property
     def p(self) -> float | None:
@@ -234,8 +234,8 @@ class Condition:
     @property
     def does_nothing(self) -> bool:
         """Whether it equals the truth: no intervention or doses of 0, and the study's own plant."""
-        found = [(Spec.parse(spec, "intervention").options, doses) for spec, doses in self.acting]
-        return not self.plant.options and all(doses and float(said[doses[0]]) == 0 for said, doses in found)
+        told = self.parts[: len(self.interventions)]
+        return not self.plant.options and all(doses and float(spec.options[doses[0]]) == 0 for spec, doses in told)
 
 
 def place_of(kind: type[Any]) -> str:

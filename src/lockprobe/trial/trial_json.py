@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
 from reprlib import repr as shortened
 
 from pydantic import TypeAdapter, ValidationError
@@ -44,7 +43,7 @@ def trial_from_json(line: bytes | str) -> Trial:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
         raise BadValue("trial record", where or "line", f"a trial ({first['msg']})") from error
-    for what, got, expected in chain(*(_of_step(step, trial) for step in trial.steps), _of_whole(trial)):
+    for what, got, expected in _faults(trial):
         raise BadValue(f"trial record, {what}", got, expected)
     return trial
 
@@ -74,52 +73,43 @@ class TrialReader:
         return keep((*what, step.told_moved, step.told_state, step.told, step.remark), step)
 
 
-def _of_step(step: Step, trial: Trial) -> _Faults:
-    joints, place = trial.joints, f"step {step.step}, "
-    if step.joint not in joints:
-        yield f"{place}joint", step.joint, f"one of {', '.join(joints)}"
-    for name, bits in (("state", step.state), ("told state", step.told_state)):
-        if bits is not None and not (len(bits) == len(joints) and set(bits) <= {"0", "1"}):
-            yield f"{place}{name}", bits, f"{len(joints)} positions, each 0 or 1"
-    for what, got, expected in _of_decision(step.decision, trial.labels):
-        yield f"{place}{what}", got, expected
-
-
-def _of_whole(trial: Trial) -> _Faults:
-    """What is wrong between the parts of a record: its key, its steps, their changes and its ending.
+def _faults(trial: Trial) -> _Faults:
+    """What is wrong between the parts of a record: its steps, its key, their changes and its ending.
 
     A trial ends when the target moves or the steps run out, or with an error if there is one.
     """
-    steps, budget, name = len(trial.steps), trial.budget, str(trial.name)
+    steps, budget, joints, name = len(trial.steps), trial.budget, trial.joints, str(trial.name)
+    known, wide = f"one of {', '.join(joints)}", len(joints)
+    readings = [one[CAMERA] for one in (trial.opening_sensed, *(step.sensed for step in trial.steps)) if CAMERA in one]
+    for step in trial.steps:
+        if step.joint not in joints:
+            yield f"step {step.step}, joint", step.joint, known
+        for what, bits in (("state", step.state), ("told state", step.told_state)):
+            if bits is not None and not (len(bits) == wide and set(bits) <= {"0", "1"}):
+                yield f"step {step.step}, {what}", bits, f"{wide} positions, each 0 or 1"
+        for what, got, expected in _of_decision(step.decision, trial.labels):
+            yield f"step {step.step}, {what}", got, expected
     key, numbers = str(trial.fork or name), [step.step for step in trial.steps]  # no two trials of a study share a key
     reached = [step.step for step in trial.steps if step.moved and step.joint == trial.target]
     last = "a last step that moved the target" if trial.solved else "no step that moved the target"
     counts = (*trial.changed.items(), ("all together", trial.changed_steps))
-    joints, places = len(trial.joints), sorted(trial.labels) == sorted(trial.listing) and len(trial.labels)
-    readings = [one[CAMERA] for one in (trial.opening_sensed, *(step.sensed for step in trial.steps)) if CAMERA in one]
-    for wrong, what, got, expected in (
-        (trial.target not in trial.joints, "target", trial.target, f"one of the joints {', '.join(trial.joints)}"),
-        (places != joints, "labels", trial.labels, f"one for each of {joints} joints, each listed"),
-        *(
-            (not is_reading(one, joints), CAMERA, one, f"{joints} positions, each 0, 1 or {UNCLEAR}")
-            for one in readings
-        ),
-        (trial.fork is not None and trial.fork.parent != name, "fork of", trial.fork and trial.fork.parent, name),
-        (trial.key != key, "key", trial.key, key),
-        (not 0 <= (trial.p or 0) <= 1, "flip.p", trial.p, "a number from 0 to 1"),
-        (not steps <= budget <= LONGEST, "steps", steps, f"at most the budget of {min(budget, LONGEST)}"),
-        (numbers != [*range(1, steps + 1)], "numbers of steps", numbers, f"1 to {steps}"),
-        *((not 0 <= n <= steps, f"steps changed by {spec}", n, f"0 to {steps}, its steps") for spec, n in counts),
-        (
-            (trial.error is None) == (trial.ending == "error"),
-            "error",
-            trial.error,
-            "one exactly if the ending is error",
-        ),
-        (reached != [steps] * trial.solved, "ending", trial.ending, f"solved, or {last}" if reached else last),
-        (trial.ending == "budget" and steps != budget, "steps", steps, f"{budget}, since the steps ran out"),
+    listed = len(trial.labels) == wide and sorted(trial.labels) == sorted(trial.listing)
+    failed = "one exactly if the ending is error"
+    for right, what, got, expected in (
+        (trial.target in joints, "target", trial.target, known),
+        (listed, "labels", trial.labels, f"one for each of {wide} joints, each listed"),
+        *((is_reading(one, wide), CAMERA, one, f"{wide} positions, each 0, 1 or {UNCLEAR}") for one in readings),
+        (trial.fork is None or trial.fork.parent == name, "fork of", trial.fork and trial.fork.parent, name),
+        (trial.key == key, "key", trial.key, key),
+        (0 <= (trial.p or 0) <= 1, "flip.p", trial.p, "a number from 0 to 1"),
+        (steps <= budget <= LONGEST, "steps", steps, f"at most the budget of {min(budget, LONGEST)}"),
+        (numbers == [*range(1, steps + 1)], "numbers of steps", numbers, f"1 to {steps}"),
+        *((0 <= n <= steps, f"steps changed by {spec}", n, f"0 to {steps}, its steps") for spec, n in counts),
+        ((trial.error is None) != (trial.ending == "error"), "error", trial.error, failed),
+        (reached == [steps] * trial.solved, "ending", trial.ending, f"solved, or {last}" if reached else last),
+        (trial.ending != "budget" or steps == budget, "steps", steps, f"{budget}, since the steps ran out"),
     ):
-        if wrong:
+        if not right:
             yield what, got, expected
 
 
@@ -138,7 +128,7 @@ def usable(decision: Decision, task: Task) -> Decision:
 
     Anyone can write an agent: ``ReplyFault`` if it cannot be executed or recorded.
     """
-    why, kept = "", tuple(map(str, getattr(decision, "replies", None) or ()))
+    kept = tuple(map(str, getattr(decision, "replies", None) or ()))
     if not isinstance(decision, Decision):  # of an object the type alone, because its words may hold anything
         plain = decision is None or isinstance(decision, str | int | float)
         found = shortened(decision) if plain else f"an object of type {type(decision).__name__}"
@@ -160,9 +150,7 @@ def usable(decision: Decision, task: Task) -> Decision:
             raise ReplyFault(f"its {what}: got {shortened(got)}, expected {expected}", kept)
     except ValidationError as error:
         first = error.errors()[0]
-        why = f"its {'.'.join(map(str, first['loc']))} cannot be written ({first['msg']})"
+        raise ReplyFault(f"its {'.'.join(map(str, first['loc']))} cannot be written ({first['msg']})", kept) from None
     except (TypeError, ValueError) as error:
-        why = f"it cannot be written ({error})"
-    if why:
-        raise ReplyFault(why, kept)
+        raise ReplyFault(f"it cannot be written ({error})", kept) from None
     return decision if task.assessment else replace(decision, claimed=None, claim_probability=None)
