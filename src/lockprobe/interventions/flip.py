@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import compress
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
@@ -30,6 +31,8 @@ Others = Literal["fresh", "kept", "partly", "noisy"]
 Part = Literal["both", "outcome", "position"]
 Only = Literal["moved", "blocked", "any"]
 While = Literal["looping", "always"]
+
+_BITS = tuple(1 << place for place in range(64))
 
 READINGS: Mapping[tuple[Inverts, Others], str] = {
     ("position", "fresh"): "memoryless state noise",
@@ -179,7 +182,7 @@ class OutcomeFlip:
         if positions is not None and percept.joint is not None:
             place = task.joints.index(percept.joint)
             before = past[-1].reported.positions if past else None
-            now, last = (sum([1 << i for i, at in enumerate(one) if at]) for one in (positions, before or positions))
+            now, last = sum(compress(_BITS, positions)), sum(compress(_BITS, before or positions))
             bit, moved = 1 << place, outcome == "moved"
             if before is None or outcome is None:  # nothing to compare the joint with: its position follows the truth
                 last = (last & ~bit) | ((now ^ moved * bit) & bit)
@@ -190,7 +193,7 @@ class OutcomeFlip:
             outcome = "blocked" if outcome == "moved" else "moved"
         if (outcome, positions) == (percept.outcome, percept.positions):
             return percept
-        return replace(percept, outcome=outcome, positions=positions)
+        return percept.but(outcome=outcome, positions=positions)
 
     def numbers(self, joints: int) -> int:
         """How many random numbers of a report decide what it tells: one, or one more for each joint."""

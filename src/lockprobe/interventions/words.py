@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -56,8 +56,7 @@ class TextChannel:
         if percept.corrects is not None:
             corrected = self.written(percept.corrects, task, first=False)
             text = corrected + (" " if self.form == "words" else "\n") + f"{CORRECTION} {text}"
-        return replace(
-            percept,
+        return percept.but(
             outcome=outcome,
             positions=positions,
             states_only=self.tell == "state",

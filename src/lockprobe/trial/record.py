@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from math import isfinite
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from lockprobe.foundation.errors import FINAL, Boundary
 from lockprobe.foundation.spec import PEOPLE, group_of
@@ -130,6 +130,13 @@ class Percept:
     unlabelled: bool = False
     corrects: Percept | None = None
     look: Callable[..., Frame] | None = field(default=None, compare=False, repr=False)
+
+    def but(self, **changes: Any) -> Percept:
+        """The percept with other facts, as ``replace`` gives it in three times as long: every report is changed so."""
+        return Percept(**{name: getattr(self, name) for name in _OF_PERCEPTS} | changes)
+
+
+_OF_PERCEPTS = tuple(part.name for part in fields(Percept))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
