@@ -36,7 +36,7 @@ def test_every_one_that_ships_has_a_line_in_the_documentation():
 MORE = [
     *(f"flip?p=0.3&{reading}" for reading in ("keep=0.5", "others=kept", "at=4", "from=9", "while=looping")),
     *(f"flip?p=0.3&inverts=position&{others}" for others in ("keep=0.5", "others=kept", "others=noisy")),
-    "correction?p=0.4&first=truth&last=lie", "remark?after=0", "distract?p=0.3&luck=flip",
+    "correction?p=0.4&first=truth&last=lie", "distract?p=0.3&luck=flip",
 ]  # fmt: skip
 CONTRACTS = [spec for spec in ROWS if "like=" not in spec] + MORE
 """But for the one that needs another study, whose tests have the same laws."""
@@ -93,7 +93,6 @@ def test_every_one_keeps_its_contract_and_plays_as_in_truth_at_dose_0(spec, monk
         ("history?last=-1", "a whole number from 0"),
         ("hypothesis?ask=never", "ask: got 'never', expected one of before, after, off"),
         ("nudge?after=1", "expected a number of copies from 2"),
-        ("remark?after=1", "a number of copies from 2; for remark also 0"),
         ("prompt", "a file with an instruction"),
     ],
 )

@@ -12,7 +12,6 @@ from lockprobe.interventions.conditions import interventions_of
 from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
 from lockprobe.interventions.misread_flip import MisreadFlip
 from lockprobe.interventions.told import Phantom
-from lockprobe.statistics.loops import onset
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of
 from lockprobe.trial.record import Moment, Percept, Task
@@ -103,18 +102,47 @@ def test_options_leave_out_some_of_the_same_steps():
     assert lies("flip?p=0.5&only=blocked", seed=3)[0] == every - moved
     assert lies("flip?p=0.5&from=5", seed=3)[0] == {step for step in every if step >= 5}
     assert lies("flip?p=0.5&until=9", seed=3)[0] == {step for step in every if step <= 9}
+    assert lies("flip?p=1&until=1", seed=3)[0] == {1}
     assert lies("flip?p=0.5&from=5&until=9", seed=3)[0] == {step for step in every if 5 <= step <= 9}
     assert lies("flip?p=0.5&at=4;8;11", seed=3)[0] == every & {4, 8, 11}
 
 
-@pytest.mark.parametrize("seed", range(1, 5))
-def test_while_looping_every_report_is_true_until_the_first_loop_is_complete(seed):
-    every, trial = lies("flip?p=1&while=looping", agent="random", seed=seed)
-    first = onset(trial.actions) or None
-    assert min(every, default=None) == first
-    for step in range(1, len(trial.steps) + 1):
-        before, last = trial.actions[: max(step - 3, 0)], trial.actions[max(step - 3, 0) : step]
-        assert (step in every) == any(before[i : i + 3] == last for i in range(len(before) - 2))
+def test_independent_noise_leaves_whole_reports_out():
+    trial = played(replace(LIKE[0], others="noisy"), p=0.9, modality="symbolic")
+    some = run_trial(
+        agent="random",
+        box="chain-8",
+        condition="flip?p=0.9&inverts=position&others=noisy&at=4",
+        modality="symbolic",
+        max_steps=40,
+    )
+    wrong = [sum(errors) for errors in told_errors(some)]
+    assert wrong[3] > 4
+    assert sum(wrong) == wrong[3]
+    assert min(sum(errors) for errors in told_errors(trial)) > 2
+
+
+def test_after_a_missing_report_the_false_one_is_false_to_the_truth():
+    trial = run_trial(
+        condition="flip?p=1&at=2 + drop?p=1&at=1", agent="round-robin", box="chain-7", modality="symbolic"
+    )
+    _, second, third = trial.steps[:3]
+    wrong = [
+        name for name, told, true in zip(trial.joints, second.told_state, third.state, strict=True) if told != true
+    ]
+    assert (second.told_moved, wrong) == (not second.moved, [second.joint])
+
+
+@pytest.mark.parametrize(
+    ("attempted", "lies"),
+    [("ABCABC", True), ("ABCAB", False), ("ABCXABC", True), ("ABABA", False), ("ABCABD", False), ("XABCABC", True)],
+)
+def test_while_looping_every_report_is_true_until_the_last_three_attempts_stood_so_before(attempted, lies):
+    past = [Moment(was=TRUTH, told=TRUTH), *(Moment(was=TRUTH, told=TRUTH, attempted=one) for one in attempted[:-1])]
+    task = Task(joints=tuple("ABCDX"), target="X", budget=20)
+    report = Percept(joint=attempted[-1], outcome="moved")
+    flip = OutcomeFlip(p=1.0, while_="looping")
+    assert (flip.perceive(report, tuple(past), task, np.random.default_rng(1)) != report) == lies
 
 
 # Flips like the misreadings of a finished study.

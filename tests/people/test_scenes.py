@@ -7,6 +7,7 @@ import pytest
 from seated import GO_ON, WORDS, parts, people_study, percept_of, under
 from seen import PhotographedPlant
 
+from lockprobe.interventions.asked_and_done import ASIDES
 from lockprobe.interventions.conditions import flips
 from lockprobe.people.diary import Answers, Attempt, Diary, Did, Joined, Slot
 from lockprobe.people.experiment import Experiment, read_words
@@ -198,7 +199,7 @@ REPORTS = {
     "correction?p=1": "{told}",
     "correction?p=1 + symbolic": "{told}",
     "delay?lag=1 + symbolic": "{a} {did} {a} is now at {at}. At 1: {ones}.",
-    "nudge + remark?after=0": "You attempted {b}. {b} is now at {at}. At 1: {ones}.",
+    "nudge + distract?p=1": "You attempted {b}. {b} is now at {at}. At 1: {ones}.",
 }
 """Condition -> what is read after a step."""
 
@@ -229,8 +230,9 @@ def test_reports_are_in_the_language_of_the_page():
 
 
 def test_remarks_stay_in_view_warnings_stand_above_every_step_and_the_report_is_of_the_joint_attempted():
-    seen, _ = under_one("remark?after=0", [0, 1])
-    assert all(line.endswith(seen.remark) for line in seen.history)
+    seen, _ = under_one("distract?p=1", [0, 1])
+    assert seen.history[-1].endswith(seen.remark)
+    assert all(line.endswith(ASIDES) for line in seen.history)
     nudged, _ = under_one("nudge", [1, 2, 0, 1, 2, 0])
     assert [nudged.remark in line for line in nudged.history] == [False] * 5 + [True]
     for joints in ([], [0, 1]):

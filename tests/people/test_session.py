@@ -48,7 +48,7 @@ ASKING = {
     ],
 }
 CONDITIONS = (
-    "truth", "flip?p=0.4 + nudge", "remark?after=0", "distract?p=0.5 + warn", "correction?p=0.4", "drop?p=0.3",
+    "truth", "flip?p=0.4 + nudge", "distract?p=0.5 + warn", "correction?p=0.4", "drop?p=0.3",
     "delay?lag=2", "tremble?p=0.3", "tremble?p=1&at=3", "flip?p=0.4&only=blocked + symbolic",
 )  # fmt: skip
 SILENT = ("round-robin", "random")

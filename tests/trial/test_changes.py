@@ -76,7 +76,7 @@ def test_what_changes_nothing_is_counted_as_nothing(condition):
         ("tremble?p=1", [12]),
         ("history?last=2", [9]),
         ("warn", [12]),
-        ("remark?after=0", [11]),
+        ("distract?p=1", [11]),
         ("correction?p=1", [11]),
         ("hypothesis?ask=off", [12]),
         ([TextAfter()], [12]),

@@ -65,8 +65,9 @@ class Warn:
 class Nudge:
     """A sentence tells the agent that it repeats itself, when it has just completed a copy of an action loop.
 
-    With ``after=2`` that is the first loop of a trial, so it is said once at most; with more, it is said whenever the
-    last choices are that many consecutive copies.
+    A loop is a run of three or more choices, as in the paper (Sec. 3.3). With ``after=2`` it is the first loop of a
+    trial, between whose copies there may be other choices, so it is said once at most; with more, it is said whenever
+    the last choices are that many consecutive copies.
     """
 
     name: ClassVar[str] = "nudge"
@@ -74,37 +75,26 @@ class Nudge:
     after: int = 2
 
     def __post_init__(self) -> None:
-        if self.after < 2 and (self.name, self.after) != ("remark", 0):
-            raise BadValue("after", self.after, "a number of copies from 2; for remark also 0, which is always")
+        if self.after < 2:
+            raise BadValue("after", self.after, "a number of copies from 2")
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with the sentence, where it is due."""
-        due = loops_completed(past, self.after) if self.after else len(past) > 1
+        chosen, copies = tuple(moment.chosen for moment in past[1:]), self.after
+        if copies == 2:
+            due = len(chosen) > 0 and onset(chosen) == len(chosen)
+        else:
+            lengths = range(3, len(chosen) // copies + 1)
+            due = any(chosen[-length:] * copies == chosen[-length * copies :] for length in lengths)
         return briefing.remarking(self.says) if due else briefing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remark(Nudge):
-    """The control of ``nudge``: at the same moments, a sentence of about that length without information.
-
-    With ``after=0`` it is said before every step but the first.
-    """
+    """The control of ``nudge``: at the same moments, a sentence of about that length without information."""
 
     name: ClassVar[str] = "remark"
     says: ClassVar[str] = REMARK
-
-
-def loops_completed(past: tuple[Moment, ...], copies: int) -> bool:
-    """Whether the last choice completed this many disjoint copies of an action loop.
-
-    A loop is a run of three or more choices, as in the paper (Sec. 3.3). Two copies are those of the first loop of the
-    trial, and there may be other choices between them; more copies are consecutive.
-    """
-    chosen = tuple(moment.chosen for moment in past[1:])
-    if copies == 2:
-        return len(chosen) > 0 and onset(chosen) == len(chosen)
-    longest = len(chosen) // copies
-    return any(chosen[-length:] * copies == chosen[-length * copies :] for length in range(3, longest + 1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

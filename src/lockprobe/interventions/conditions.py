@@ -70,24 +70,24 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
     """
     if spec.strip() in ("", TRUTH):
         return ()
-    return tuple(_made(Spec.parse(part, "intervention")) for part in split_specs(spec))
+    found = list[Intervention]()
+    for part in (Spec.parse(one, "intervention") for one in split_specs(spec)):
+        name = part.full_name
+        if (kind := shipped_as(part)) is not None:
+            found.append(cast(Intervention, with_options(kind, name, part.options)))
+            continue
+        if (plugin := find_plugin("intervention", str(part))) is None:
+            raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
+        kind = _checked(name, plugin.load())
+        with plugin.guarded():
+            found.append(cast(Intervention, with_options(kind, name, part.options)))
+    return tuple(found)
 
 
 def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
     """Interventions with the report in words inserted: only those with ``after_words`` act after it."""
     after = [one for one in interventions if InterventionTraits.of(one).after_words]
     return (*(one for one in interventions if one not in after), words, *after)
-
-
-def _made(spec: Spec) -> Intervention:
-    name = spec.full_name
-    if (kind := shipped_as(spec)) is not None:
-        return cast(Intervention, with_options(kind, name, spec.options))
-    if (plugin := find_plugin("intervention", str(spec))) is None:
-        raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
-    kind = _checked(name, plugin.load())
-    with plugin.guarded():
-        return cast(Intervention, with_options(kind, name, spec.options))
 
 
 def _checked(spec: str, kind: Any) -> type[Any]:
@@ -149,7 +149,10 @@ def read_condition(spec: str, name: str = "", plant: str = "symbolic") -> Condit
     {'plant.pose_error': 0.01}
     """
     parts = split_specs(spec)
-    modality = _without_zeros(parts.pop()) if says_modality(spec) else STATES
+    modality = STATES
+    if says_modality(spec):  # without doses of 0, so that equal modalities have equal names
+        said = Spec.parse(parts.pop(), "modality")
+        modality = str(said.without([dose for dose in MODALITY_DOSES if said.options.get(dose) in ("0", "0.0")]))
     changes = [Spec.parse(part, "condition").options for part in parts if spec_name(part) == PLANT]
     acting = " + ".join(part for part in parts if spec_name(part) != PLANT)
     asked = dict(chain.from_iterable(options.items() for options in changes))
@@ -163,12 +166,6 @@ def read_condition(spec: str, name: str = "", plant: str = "symbolic") -> Condit
 def says_modality(spec: str) -> bool:
     """Whether the last part of a condition's spec says how the box is shown."""
     return spec_name(split_specs(spec)[-1]) in MODALITIES
-
-
-def _without_zeros(modality: str) -> str:
-    """A modality without doses of 0, so that equal modalities have equal names."""
-    spec = Spec.parse(modality, "modality")
-    return str(spec.without([dose for dose in MODALITY_DOSES if spec.options.get(dose) in ("0", "0.0")]))
 
 
 def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
@@ -191,7 +188,14 @@ def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
             raise BadValue("sweep", spec, f"at most {_MOST} combinations, not {many}")
         found = [dict(zip(swept, map(str.strip, values), strict=True)) for values in product(*swept.values())]
         ways.append([str(part.adding(values)) for values in found] if swept else [str(part)])
-        known = _doses_of(ways[-1][0], plant) if swept else []
+        known, one = list[str](), ways[-1][0]
+        if swept and spec_name(one) in MODALITIES:
+            known = list(MODALITY_DOSES)
+        elif swept and spec_name(one) == PLANT:
+            plant_change(plant, Spec.parse(one).options)  # refuses an option that there is not
+            known = list(resolve_plant(plant).doses)
+        elif swept:
+            known = [name for _, names in read_condition(one).acting for name in names]
         if wrong := [option for option in swept if option not in known]:
             expected = f"values of a dose ({', '.join(known) or 'this has none'}), not of {', '.join(wrong)}"
             raise BadValue("sweep", spec, expected)
@@ -208,13 +212,3 @@ def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
         ]
         conditions.append(read_condition(" + ".join(acting), plant=plant))
     return tuple(dict.fromkeys(conditions))
-
-
-def _doses_of(part: str, plant: str) -> list[str]:
-    """The options of a part of a sweep, with one value of each, that are doses."""
-    if spec_name(part) in MODALITIES:
-        return list(MODALITY_DOSES)
-    if spec_name(part) == PLANT:
-        plant_change(plant, Spec.parse(part).options)  # refuses an option that there is not
-        return list(resolve_plant(plant).doses)
-    return list(chain.from_iterable(names for _, names in read_condition(part).acting))

@@ -102,21 +102,18 @@ class OutcomeFlip:
         check_probability("flip rate p", self.p)
         check_probability("keep", self.keep)
         check_choices(self)
-        self._agree()
         for what, step in (("from", self.from_), ("until", self.until), *(("at", step) for step in self.at)):
             if step is not None and step < 1:
                 raise BadValue(what, step, "a step from 1")
         if self.until is not None and self.until < (self.from_ or 1):
             raise BadValue("until", self.until, f"a step from {self.from_}, the first step of the flip")
-
-    def _agree(self) -> None:
-        """Let ``others`` and ``keep`` say the same; each may be said alone."""
         if self.part == "outcome" and (self.inverts, self.others, self.keep) != ("outcome", "fresh", 0):
             raise BadValue("part", self.part, "none with inverts, others or keep: with it every position is true")
         if self.others == "noisy":
             if (self.inverts, self.keep, self.part, self.only, self.while_) != ("position", 0, "both", "any", "always"):
                 raise BadValue("others", self.others, "inverts=position with it, and no keep, part, only or while")
             return
+        # others and keep say the same; each may be said alone
         said: Others = "fresh" if self.keep == 0 else "kept" if self.keep == 1 else "partly"
         if self.others == "kept" and self.keep == 0:
             object.__setattr__(self, "keep", 1.0)
