@@ -6,10 +6,10 @@ The columns of every edited row, the identity too, are those that its record wou
 import json
 from pathlib import Path
 
-from stored import records, rewrite, sql
+from stored import records, rewrite, sql, written
 
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.store import checksum, written
+from lockprobe.studies.records.store import checksum
 
 
 class Evidence:

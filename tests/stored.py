@@ -4,15 +4,21 @@ import json
 import sqlite3
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.spec import PEOPLE, group_of
+from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.costs.call_log import Calls
-from lockprobe.studies.records.store import INSERT, STORE, checksum, read, row_of, write_acts, written
+from lockprobe.studies.records.store import INSERT, SCHEMA, STORE, checksum, read, row_of, write_acts
 from lockprobe.trial.trial_json import TrialReader
+
+
+def written(directory: Path) -> AbstractContextManager[Database]:
+    """The store of a directory, to be written; made if it is missing."""
+    return Database.writing(directory / STORE, SCHEMA)
 
 
 def sql(directory: Path, statement: str, *values: object) -> list[Any]:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import pytest
 from builders import SOLUTION, call_of, make_trial, write_study
+from stored import written as opened
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.cli.status import status
@@ -18,7 +19,6 @@ from lockprobe.report.page import write_report
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.store import written as opened
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
 
 DEAR, FREE = "llm:fake/dear", "llm:fake/unheard"

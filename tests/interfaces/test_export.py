@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from stored import acts, rewrite_acts
+from stored import written as opened
 from taking_part import START, take_part
 
 import lockprobe
 from lockprobe.interfaces import export
 from lockprobe.interfaces.export import TABLES, Table, steps_table, table_of, tidy, trial_rows, trials_table
 from lockprobe.people.diary import Answers, Did, read_diaries, write_entry
-from lockprobe.studies.records.store import written as opened
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB, CEM = "aaaa01", "bbbb02", "cccc03"

@@ -5,13 +5,12 @@ import shutil
 
 import pytest
 from builders import small_study, write_study
-from stored import acts, rewrite_acts, sql
+from stored import acts, rewrite_acts, sql, written
 from taking_part import READ, START, take_part
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import Attempt, Did, Joined, Slot, acts_of_steps, read_diaries, take_diaries, write_entry
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.records.store import written
 
 JOINED = Joined(
     identity="3f9a01bc",

@@ -27,7 +27,7 @@ from lockprobe.studies.branch import read_forks
 from lockprobe.studies.decisions import Decision, answers_by_agent, block_orders, broken_by_agent, counted
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load, replaced_records
-from lockprobe.studies.records.store import has_joined
+from lockprobe.studies.records.store import holds
 from lockprobe.studies.study import Study, design_of
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import Trial
@@ -218,7 +218,7 @@ def open_study(directory: Path) -> OpenedStudy:
         BadFile: If it is not that of a study, or a record or a participant's diary is damaged.
     """
     diaries, gone = list["Diary"](), 0
-    if lexists(directory / PEOPLE_DIRECTORY) or has_joined(directory):
+    if lexists(directory / PEOPLE_DIRECTORY) or holds(directory, "act"):
         from lockprobe.people.diary import read_diaries  # with every act of a person, which few studies have
         from lockprobe.people.withdrawal import withdrawn
 

@@ -8,13 +8,13 @@ from contextlib import contextmanager, suppress
 import pytest
 from builders import call_of, make_trial, small_study
 from stored import contents, sql
+from stored import written as opened
 from taking_part import take_part
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Damaged
 from lockprobe.people.diary import read_diaries
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.records import store
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import save_sound_rows
@@ -98,8 +98,8 @@ STEPS = [RecordedAttempt("A", None, "You attempted A.", "why"), RecordedAttempt(
 
 @contextmanager
 def log_in(directory):
-    with store.written(directory) as opened:
-        yield AttemptLog(opened)
+    with opened(directory) as store:
+        yield AttemptLog(store)
 
 
 def written(directory, key="k", steps=STEPS):

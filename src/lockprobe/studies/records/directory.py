@@ -17,10 +17,10 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.foundation.storage.atomic_file import refuse_links, write_file
+from lockprobe.foundation.storage.atomic_file import refuse_links, write_file, writing
 from lockprobe.foundation.storage.database import Database
 from lockprobe.studies import PEOPLE_DIRECTORY, SETTINGS
-from lockprobe.studies.records.store import STORE, has_joined, holds_records, last_rows, written
+from lockprobe.studies.records.store import SCHEMA, STORE, holds, last_rows
 from lockprobe.studies.study import SIZES, EarlierSize, Study, settings_of, study_from
 
 _LOCK = ".lock"
@@ -45,18 +45,14 @@ def locked_store(path: Path) -> Iterator[Database]:
         refuse_links(one, within=path)
     with ExitStack() as held:
         held.callback(_remove_empty, new)
-        try:
+        with writing(path):
             path.mkdir(parents=True, exist_ok=True)
-            _lock(path, os.O_RDONLY, held)
-        except BlockingIOError:
-            raise DirectoryBusy(path) from None
-        except OSError as error:
-            raise BadFile(path, f"cannot be written ({error.strerror})") from error
+            _lock(path, held)
         missing = [path / _LOCK, *(one for one in (settings, path / STORE) if not one.exists())]
         before, invited = settings.read_bytes() if settings.is_file() else None, people.exists()
         kept = False
         try:
-            with written(path) as store:
+            with Database.writing(path / STORE, SCHEMA) as store:
                 rows = last_rows(store)
                 try:
                     yield store
@@ -78,17 +74,17 @@ def _remove_empty(directories: Iterable[Path]) -> None:
             directory.rmdir()
 
 
-def _lock(path: Path, flags: int, held: ExitStack) -> None:
-    """Lock the directory against other writers, or a file in it where the file system locks no directories."""
-    handle = os.open(path, flags, 0o600)
-    held.callback(os.close, handle)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise
-    except OSError:  # a file system without any locks writes without them
-        if flags == os.O_RDONLY:
-            _lock(path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, held)
+def _lock(directory: Path, held: ExitStack) -> None:
+    """Lock a directory against other writers, or a file in it where the file system locks no directories."""
+    for path, flags in ((directory, os.O_RDONLY), (directory / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW)):
+        held.callback(os.close, handle := os.open(path, flags, 0o600))
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise DirectoryBusy(directory) from None
+        except OSError:  # a file system without any locks writes without them
+            continue
+        return
 
 
 def read_study(directory: Path | str) -> Study:
@@ -108,7 +104,7 @@ def write_settings(directory: Path, study: Study) -> None:
 
     What they say of earlier sizes is never forgotten, nor are contrasts, unless the study has others.
     """
-    if holds_records(directory) and (directory / SETTINGS).exists():
+    if holds(directory, "trial", "call", "attempt") and (directory / SETTINGS).exists():
         there = read_study(directory)
         earlier = max(there.earlier, study.earlier, key=len)
         study = replace(study, earlier=earlier, contrasts=study.contrasts or there.contrasts)
@@ -124,22 +120,18 @@ def claim(directory: Path, study: Study) -> None:
         SettingsChanged: If any other setting differs.
         BadFile: If there are records without settings, or settings that cannot be read or written.
     """
-    has_settings, played = (directory / SETTINGS).exists(), holds_records(directory)
+    has_settings, played = (directory / SETTINGS).exists(), holds(directory, "trial", "call", "attempt")
     if played and not has_settings:
         raise BadFile(directory, f"holds {STORE} but no {SETTINGS}: put it back, or give another --out")
-    if not (played or (has_settings and has_joined(directory))):  # who has joined plays this study
-        write_settings(directory, study)
-        return
-    there = read_study(directory)
-    extended = len(there.earlier) < len(study.earlier)
-    if different := study.differences(there, but=SIZES if extended else ()):
-        raise SettingsChanged(directory, different)
-    agents = there.joined(study.agents)
-    part = study.shard if study.shard == there.shard else None  # of several parts it holds the whole
-    asks = study.contrasts and study.contrasts != there.contrasts
-    if extended or asks or agents != there.agents or part != there.shard:
-        joined = replace(study, agents=agents, names={**there.names, **study.names}, shard=part)
-        write_settings(directory, joined.ordered_as(there))
+    if played or (has_settings and holds(directory, "act")):  # who has joined plays this study
+        there = read_study(directory)
+        extended = len(there.earlier) < len(study.earlier)
+        if different := study.differences(there, but=SIZES if extended else ()):
+            raise SettingsChanged(directory, different)
+        part = study.shard if study.shard == there.shard else None  # of several parts it holds the whole
+        joined = replace(study, agents=there.joined(study.agents), names={**there.names, **study.names}, shard=part)
+        study = joined.ordered_as(there)
+    write_settings(directory, study)
 
 
 def extended(planned: Study, directory: Path) -> Study:
@@ -166,7 +158,7 @@ def extended(planned: Study, directory: Path) -> Study:
         return planned
     planned = replace(planned, earlier=there.earlier)
     same = all(getattr(there, name) == getattr(planned, name) for name in SIZES)
-    if same or not holds_records(directory):
+    if same or not holds(directory, "trial", "call", "attempt"):
         return planned
     if PEOPLE in {*there.agents, *planned.agents}:
         raise BadValue("trials", planned.trials, f"{there.trials}: people are compared at one look, at a fixed number")

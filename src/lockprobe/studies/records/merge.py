@@ -31,13 +31,14 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import (
     ALBUM,
     INSERT,
+    SCHEMA,
+    STORE,
     checksum,
     keep_picture,
     read,
     row_of,
     trial_in,
     unpacked,
-    written,
 )
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.trial_json import TrialReader
@@ -197,7 +198,7 @@ def save_sound_rows(directory: Path, into: Path) -> int:
         BadFile: If the store is missing, or cannot even be opened.
     """
     study, reader, diaries = read_study(directory), TrialReader(), Counter[str]()
-    with read(directory) as damaged, written(into) as store, store.transaction() as writing:
+    with read(directory) as damaged, Database.writing(into / STORE, SCHEMA) as store, store.transaction() as writing:
         known = {one.label: study.record_identity(one) for one in study.conditions}
         for _, seconds, identity, record in _rows(damaged, "trial", "seconds, identity, record"):
             with suppress(BadFile, BadValue):

@@ -115,13 +115,6 @@ class OnRecord(NamedTuple):
 
 
 @contextmanager
-def written(directory: Path) -> Iterator[Database]:
-    """The store of a directory, to be written; made if it is missing. The caller has locked the directory."""
-    with Database.writing(directory / STORE, SCHEMA) as store:
-        yield store
-
-
-@contextmanager
 def read(directory: Path | str) -> Iterator[Database]:
     """The store of a directory, to be read."""
     path = Path(directory) / STORE
@@ -204,27 +197,21 @@ def write_acts(writing: Connection, participant: str, first: int, entries: Itera
     writing.executemany("insert into act (participant, number, entry, crc) values (?, ?, ?, ?)", rows)
 
 
-def last_rows(store: Database) -> tuple[int, ...]:
-    """The numbers of the last trial, call, attempt and act; 0 without one."""
-    tables = ("trial", "call", "attempt", "act")
-    return tuple(int(store.one(f"select coalesce(max(id), 0) from {one}")[0]) for one in tables)  # noqa: S608 - ours
+_LOGS = ("trial", "call", "attempt", "act")
 
 
-def holds_records(directory: Path) -> bool:
-    """Whether trials, paid calls or steps are stored in a directory, so that its settings are no longer free."""
-    return any(_last_rows_in(directory)[:3])
+def last_rows(store: Database) -> dict[str, int]:
+    """The number of the last trial, call, attempt and act, by table; 0 without one."""
+    return {one: int(store.one(f"select coalesce(max(id), 0) from {one}")[0]) for one in _LOGS}  # noqa: S608 - ours
 
 
-def has_joined(directory: Path) -> bool:
-    """Whether somebody takes part in a directory."""
-    return any(_last_rows_in(directory)[3:])
-
-
-def _last_rows_in(directory: Path) -> tuple[int, ...]:
+def holds(directory: Path, *tables: str) -> bool:
+    """Whether something is in one of these tables of a directory: trials, paid calls or steps fix its settings."""
     if not is_there(directory / STORE):
-        return ()
+        return False
     with read(directory) as store:
-        return last_rows(store)
+        last = last_rows(store)
+    return any(last[table] for table in tables)
 
 
 def keep_picture(album: Path, picture: Picture) -> None:
