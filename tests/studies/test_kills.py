@@ -33,7 +33,7 @@ from lockprobe.studies.running.runner import Limits, run_study
 KILLS = int(os.environ.get("LOCKPROBE_KILLS", "3"))
 """How often a run is killed; ``LOCKPROBE_KILLS=100`` in the environment kills so often."""
 
-MOMENTS = 0.3
+MOMENTS = 0.2
 """Within so many seconds from its first call a run is killed: that is several replies on each connection."""
 
 MODEL = "import lockprobe.agents.llm.model"
@@ -59,21 +59,22 @@ def replies(directory):
     return 0
 
 
-def ended(start, directory, luck, by=signal.SIGKILL):
-    """The exit status of a run in a directory that gets a signal some moments after its first reply."""
-    process = begun(start, directory)
-    time.sleep(luck.uniform(0, MOMENTS))
-    process.send_signal(by)
-    return process.wait()
+def ended(start, directory, luck, by=signal.SIGKILL, copy=None):
+    """The exit status of a run in a directory that gets a signal some moments after its first reply.
 
-
-def begun(start, directory):
-    """A run in a directory that has its first reply."""
+    Just before, its files are copied one after the other, in any order, as a power cut leaves them.
+    """
     before, began = replies(directory), time.monotonic()
     process = start()
     while replies(directory) <= before and process.poll() is None and time.monotonic() - began < 60:
         time.sleep(0.005)
-    return process
+    time.sleep(luck.uniform(0, MOMENTS))
+    if copy is not None:
+        copy.mkdir()
+        for name in luck.sample(["study.json", "study.db", "study.db-wal"], 3):
+            shutil.copyfile(directory / name, copy / name)
+    process.send_signal(by)
+    return process.wait()
 
 
 SPEC = "llm:openai-api/fake/model"
@@ -82,7 +83,7 @@ MANY = Limits(access=Access(connections=32))
 DONE = {"trial": "current", "call": "call ->> 'reply' is not null"}
 """The rows of a table that never change again."""
 # Many joints, so that no two trials have the same conversation, and one step of it is one request.
-STUDY = {"box": "random-8-1", "p": [0.3], "trials": 12 + 2 * KILLS, "repetitions": 1, "max_steps": 10}
+STUDY = {"box": "random-8-1", "p": [0.3], "trials": 8 + 2 * KILLS, "repetitions": 1, "max_steps": 10}
 OPTIONS = [f"--{name.replace('_', '-')}={value[0] if name == 'p' else value}" for name, value in STUDY.items()]
 
 
@@ -101,6 +102,7 @@ def runs(directory):
 
 
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp_path, monkeypatch):
+    """Nor is it after a power cut: of some logs the disk has not got the end."""
     planned = study(StudyOptions(agent=[SPEC], **STUDY))
     manner = Manner(median=0.05)
     with elsewhere(manner) as url:
@@ -109,13 +111,13 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
         asked = account(url)
     assert asked["arrived"] == len(asked["conversations"]) == sum(len(trial.steps) for trial in whole)
     luck, directory, kills, lost = random.Random(7), tmp_path / "killed", 0, 0
-    kept = {table: [] for table in DONE}
+    kept, copies = {table: [] for table in DONE}, [tmp_path / f"copy-{kill}" for kill in range(KILLS)]
     with elsewhere(manner) as url:
         monkeypatch.setenv("FAKE_BASE_URL", url)
         assert ended(partial(runs, directory), directory, luck, signal.SIGINT) == 130
         lost = settled(url)["arrived"] - sum(call.reply is not None for call in read_calls(directory))
         assert 0 <= lost <= CONNECTIONS
-        while kills < KILLS and ended(partial(runs, directory), directory, luck) == -signal.SIGKILL:
+        while kills < KILLS and ended(partial(runs, directory), directory, luck, copy=copies[kills]) == -signal.SIGKILL:
             kills += 1
             seen, replies = settled(url), sum(call.reply is not None for call in read_calls(directory))
             assert 0 <= seen["arrived"] - replies - lost <= CONNECTIONS
@@ -127,8 +129,20 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
         assert kills == KILLS
         assert len(load(directory)) < planned.size
         run_study(planned, directory, limits=MANY)
-        seen = account(url)
-    assert {trial.key: trial for trial in load(directory)} == {trial.key: trial for trial in whole}
+        seen, in_order = account(url), [trial.key for trial in load(directory)]
+        for copy in copies[::2]:
+            log = copy / "study.db-wal"
+            os.truncate(log, luck.randrange(log.stat().st_size * 2 // 3, log.stat().st_size))
+        for copy in copies:
+            with Journal.open(copy, planned) as journal:
+                assert list(journal.trials) == in_order[: len(journal.trials)]
+            there = {trial.key: trial for trial in load(copy)}
+            assert there == {trial.key: trial for trial in whole if trial.key in journal.trials}
+            answered = {call.key for call in read_calls(copy) if not call.broken_off}
+            assert answered >= there.keys()  # what was paid for is there before its trial
+        run_study(planned, copy, limits=MANY)
+    for one in (directory, copy):
+        assert {trial.key: trial for trial in load(one)} == {trial.key: trial for trial in whole}
     assert len(replaced_records(directory)) == 0
     calls = [call for call in read_calls(directory) if call.reply is not None]
     broken = [call for call in read_calls(directory) if call.reply is None]
@@ -143,7 +157,7 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
 
 
 def test_what_a_run_of_strategies_has_told_of_is_on_disk_when_it_is_killed(tmp_path):
-    planned = study(StudyOptions(agent=["random", "human-inspired"], p=[0.3], trials=100 + 150 * KILLS, repetitions=1))
+    planned = study(StudyOptions(agent=["random", "human-inspired"], p=[0.3], trials=50 + 60 * KILLS, repetitions=1))
     asked = ["run", "flips", "--agent=random", "--agent=human-inspired", "--p=0.3", "--no-report", "--json"]
     asked += [f"--trials={planned.trials}", "--repetitions=1", f"--out={tmp_path / 'killed'}"]
     luck, told = random.Random(3), set()
@@ -263,40 +277,6 @@ def test_killed_when_a_call_or_a_trial_is_written(tmp_path, monkeypatch, unbroke
     calls = read_calls(tmp_path / "killed")
     assert sum(call.broken_off for call in calls) == ((what, when) in {(ASKED, "after"), (ANSWERED, "before")})
     assert sum(not call.broken_off for call in calls) == len(once)
-
-
-def test_a_copy_of_any_moment_as_a_power_cut_leaves_it_opens_and_is_finished(tmp_path, monkeypatch):
-    """The file and its log are copied one after the other, in any order; of some logs the disk has not got the end."""
-    planned, luck, directory = study(StudyOptions(agent=[SPEC], **STUDY)), random.Random(5), tmp_path / "killed"
-    copies = []
-    with elsewhere(Manner(median=0.05)) as url:
-        monkeypatch.setenv("FAKE_BASE_URL", url)
-        whole = {trial.key: trial for trial in run_study(planned, tmp_path / "whole", limits=MANY)}
-        process = begun(partial(runs, directory), directory)
-        while len(load(directory)) < planned.size // 3:
-            time.sleep(luck.uniform(0, MOMENTS))
-            copies.append(copy := tmp_path / f"copy-{len(copies)}")
-            copy.mkdir()
-            for name in luck.sample(["study.json", "study.db", "study.db-wal"], 3):
-                shutil.copyfile(directory / name, copy / name)
-        process.kill()
-        process.wait()
-        in_order = [trial.key for trial in load(directory)]
-        assert planned.size // 3 <= len(in_order) < planned.size
-        for copy in copies[::2]:
-            log = copy / "study.db-wal"
-            os.truncate(log, luck.randrange(log.stat().st_size * 2 // 3, log.stat().st_size))
-        for copy in copies:
-            with Journal.open(copy, planned) as journal:
-                assert list(journal.trials) == in_order[: len(journal.trials)]
-            assert {trial.key: trial for trial in load(copy)} == {key: whole[key] for key in journal.trials}
-            answered = [call for call in read_calls(copy) if not call.broken_off]
-            assert {
-                call.key for call in answered
-            } >= journal.trials.keys()  # what was paid for is there before its trial
-        for copy in copies[-1:]:
-            run_study(planned, copy, limits=MANY)
-            assert {trial.key: trial for trial in load(copy)} == whole
 
 
 # Plays a study where no file can grow beyond so many bytes, as on a full disk.

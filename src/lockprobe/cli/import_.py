@@ -69,7 +69,6 @@ def take(
         for number, what in (
             (gathered.different, f"trials differ between SOURCE and {directory}, which keeps its own."),
             (gathered.replies, "replies of unfinished trials were imported; these trials continue from them."),
-            (gathered.pictures_missing, "pictures were not found."),
             (len(coming), "participants."),
         )
         if number

@@ -12,9 +12,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 _VARIABLE = "PYTHONSAFEPATH"
-_lock = threading.Lock()
-_before: list[str | None] = []
-"""The variable as each one who starts an interpreter now found it; the first found the user's."""
 
 
 @contextmanager
@@ -37,18 +34,15 @@ def safe_path() -> Iterator[None]:
     Python puts it first for ``-c`` and ``-m``, so that a ``signal.py`` that lies there runs in its place. Outside of it
     the environment of the user's own programs is as it was.
     """
-    with _lock:
-        _before.append(os.environ.get(_VARIABLE))
-        os.environ[_VARIABLE] = "1"
+    before = os.environ.get(_VARIABLE)
+    os.environ[_VARIABLE] = "1"
     try:
         yield
     finally:
-        with _lock:
-            before = _before.pop()
-            if not _before and before is None:
-                del os.environ[_VARIABLE]
-            elif not _before and before is not None:
-                os.environ[_VARIABLE] = before
+        if before is None:
+            os.environ.pop(_VARIABLE, None)
+        else:
+            os.environ[_VARIABLE] = before
 
 
 @contextmanager

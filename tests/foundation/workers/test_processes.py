@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from lockprobe.foundation.errors import BadFile, Missing, UserMistake
+from lockprobe.foundation.errors import Missing, UserMistake
 from lockprobe.foundation.workers import THIS_PROCESS, Lost, Processes, lose, processes
 
 
@@ -115,6 +115,7 @@ FATES = {
     ends: Lost("a worker process died, exit status 3"),
     gives_up: Lost("it hangs in line 8", explained=True),
     within_a_message: Lost("a worker process died, exit status -9"),
+    leaves_a_child: Lost("a worker process died, exit status 5"),
 }
 
 
@@ -122,39 +123,17 @@ def fated():
     return lambda job: job(job) if callable(job) else -job
 
 
-def test_a_job_that_ends_its_process_is_lost_alone_and_the_work_goes_on():
-    jobs = [1, *FATES, *range(2, 16)]
-    assert dict(Processes(1).each(fated, jobs, at_once=4)) == {job: FATES.get(job) or -job for job in jobs}
-
-
-def test_a_child_of_a_dead_process_keeps_nobody_waiting(tmp_path, monkeypatch):
+def test_a_job_that_ends_its_process_is_lost_alone_and_the_work_goes_on(tmp_path, monkeypatch):
     monkeypatch.setenv("CHILD", str(tmp_path / "child"))
-    found = dict(Processes(1).each(fated, [leaves_a_child, 1]))
+    jobs = [ends, gives_up, within_a_message, 1, leaves_a_child, *range(2, 17)]
+    assert dict(Processes(1).each(fated, jobs, at_once=5)) == {job: FATES.get(job) or -job for job in jobs}
     os.kill(int((tmp_path / "child").read_text()), signal.SIGKILL)
-    assert found == {leaves_a_child: Lost("a worker process died, exit status 5"), 1: -1}
 
 
 def mistaken():
     raise UserMistake("no such model")
 
 
-def mistaken_job():
-    def work(job):
-        raise BadFile("here", "is full")
-
-    return work
-
-
-@pytest.mark.parametrize(("begin", "said"), [(mistaken, "no such model"), (mistaken_job, "here: is full")])
-def test_a_users_mistake_is_raised_here(begin, said):
-    with pytest.raises(UserMistake, match=said):
-        list(Processes(1).each(begin, [1, 2]))
-
-
-def dying():
-    os._exit(4)
-
-
-def test_processes_that_keep_dying_end_the_work():
-    with pytest.raises(Missing, match=r"lost 3 times in a row.*exit status 4.*enough for 1\? try --workers 1"):
-        list(Processes(1).each(dying, range(9)))
+def test_a_users_mistake_is_raised_here():
+    with pytest.raises(UserMistake, match="no such model"):
+        list(Processes(1).each(mistaken, [1, 2]))

@@ -1,13 +1,8 @@
 """Nothing finished is lost, nothing is repeated, whenever the process dies."""
 
-import os
-import signal
-import subprocess
 import zlib
 from dataclasses import replace
-from pathlib import Path
 
-import forked
 import pytest
 from builders import call_of, make_trial, small_study
 from stored import sql, timings
@@ -73,22 +68,6 @@ def test_two_writers_are_one_too_many(tmp_path):
         Journal.open(tmp_path, STUDY),
     ):
         pass
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals")
-def test_ctrl_c_leaves_a_directory_to_resume_and_says_so(tmp_path):
-    command = ["run", "flips", "--agent", "random", "--trials", "20000",
-               "--repetitions", "1", "--p", "0", "--out", str(tmp_path)]  # fmt: skip
-    process = forked.start(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    for line in process.stdout:
-        if "trials ·" in line:
-            break
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=20)
-    assert process.returncode == 130
-    assert f"Stopped. Every finished trial is in {tmp_path}; run the same command again to go on." in out
-    assert "Traceback" not in err
-    assert 0 < len(load(Path(tmp_path))) < 20000
 
 
 INVITING = small_study(["participant", "random"], trials=3)

@@ -1,15 +1,12 @@
 """Records say of which study they are, are what was written, and are each in one shard."""
 
-import random
 import zlib
 from dataclasses import replace
 from functools import partial
 
 import pytest
 from builders import make_trial, small_study, write_study
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from stored import contents, sql
+from stored import sql
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
@@ -109,30 +106,6 @@ def test_a_record_that_is_none_is_named_with_its_trial_and_nothing_is_overwritte
     assert sql(tmp_path, "select * from trial") == before
 
 
-def test_no_single_bit_of_a_record_flips_unseen(tmp_path):
-    trial = make_trial([0, 1, 2, 3, 0, 1], claims=[None, "moved"], budget=6)
-    write_study(tmp_path, STUDY, [trial])
-    before, seen, luck = contents(tmp_path), 0, random.Random(1)
-    (record,) = sql(tmp_path, "select record from trial")
-    for bit in luck.sample(range(8 * len(record)), 300):
-        flipped = bytearray(record)
-        flipped[bit // 8] ^= 1 << bit % 8
-        sql(tmp_path, "update trial set record = ?", bytes(flipped))
-        try:
-            assert load(tmp_path) == [trial]  # a bit that says nothing, as behind the last one of the data
-        except Damaged:
-            seen += 1
-    assert seen > 290
-    sql(tmp_path, "update trial set record = ?", record)
-    assert contents(tmp_path) == before
-
-
-@settings(max_examples=25)
-@given(key=st.text(), of=st.integers(1, 60))
-def test_every_key_is_in_exactly_one_part(key, of):
-    assert sum(Shard(number=number, of=of).has(key) for number in range(1, of + 1)) == 1
-
-
 @pytest.mark.parametrize(
     "text", ["", "3", "0/3", "4/3", "3/", "-1/3", "1/3/5", "1/100001", "x/y", " 1/3", "9" * 30 + "/9"]
 )
@@ -150,9 +123,3 @@ def test_every_picture_is_kept_under_its_name(tmp_path):
         keep_picture(tmp_path / "pictures", picture)
     kept = {path.name: path.read_bytes() for path in (tmp_path / "pictures").iterdir()}
     assert kept == {ONE.name: b"one", TWO.name: b"two"}
-
-
-def test_an_album_that_cannot_be_written_is_said_in_one_line(tmp_path):
-    (tmp_path / "pictures").write_text("in the way")
-    with pytest.raises(BadFile, match="pictures: cannot be written"):
-        keep_picture(tmp_path / "pictures", Picture(kind="rgb", png=b"picture"))

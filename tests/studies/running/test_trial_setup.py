@@ -59,18 +59,6 @@ def test_a_plant_that_cannot_be_made_breaks_its_trial(monkeypatch, fault):
     assert "jammed" in trial.error.message
 
 
-def test_the_same_seed_gives_the_same_pictures(tmp_path):
-    pytest.importorskip("mujoco")
-    plant = "fast-twin?looks=varied&depth_noise=0.002&width=64&height=64"
-    one, other = (
-        run_trial(agent="viewer", plant=plant, modality="rgbd", max_steps=1, pictures=tmp_path / name)
-        for name in ("one", "other")
-    )
-    assert one == other
-    files = {name: (tmp_path / "one" / name).read_bytes() for name in one.picture_names}
-    assert files == {path.name: path.read_bytes() for path in (tmp_path / "other").iterdir()} != {}
-
-
 def test_all_plants_of_a_run_act_in_one_thread_and_hold_nobody_up(monkeypatch):
     """An attempt ends only when somebody else has had a turn meanwhile."""
     threads, closed = set(), []

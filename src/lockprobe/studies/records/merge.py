@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.read_records import tally
 from lockprobe.studies.records.store import (
     ALBUM,
     INSERT,
@@ -38,6 +38,7 @@ from lockprobe.studies.records.store import (
     read,
     row_of,
     trial_in,
+    trials_in,
     unpacked,
 )
 from lockprobe.trial.pictures.picture import Picture
@@ -58,7 +59,6 @@ class Gathered:
         unfinished: Trials begun in a source and finished nowhere; they are owed.
         replies: Replies added for unfinished trials, which resume from them.
         agents: Agents that were new to the study.
-        pictures_missing: Pictures named by added trials that were not found.
     """
 
     taken: int = 0
@@ -67,12 +67,13 @@ class Gathered:
     unfinished: int = 0
     replies: int = 0
     agents: tuple[str, ...] = ()
-    pictures_missing: int = 0
 
 
 def check_source(directory: Path) -> None:
     """Refuse a directory in which something is damaged, or which is not that of a study."""
-    load(directory)
+    with read(directory) as store:
+        tally(store, read_study(directory))
+        deque(trials_in(store, "true"), maxlen=0)
     read_calls(directory)
     AttemptLog.read(directory)
 
@@ -141,7 +142,9 @@ def _take(journal: Journal, source: Path, found: Gathered) -> _Calls:
                 log.broke(key)
             rows = ((None, *row[1:]) for row in attempts.get(key, ()))
             writing.executemany("insert into attempt values (?, ?, ?, ?, ?, ?, ?, ?)", rows)
-            found.pictures_missing += sum(not _copied(name, source, journal.directory) for name in trial.picture_names)
+            for there in (source / ALBUM / name for name in trial.picture_names):
+                if there.is_file():
+                    keep_picture(journal.directory / ALBUM, Picture(kind="rgb", png=read_input(there)))
             journal.append(trial, seconds, record)
             found.taken += 1
         for (key,) in store.rows("select key from trial where current and owed"):
@@ -162,16 +165,6 @@ def _copy_calls(
     with journal.store.transaction() as writing:
         writing.executemany("insert into call (key, call, crc) values (?, ?, ?)", missing)
     return missing
-
-
-def _copied(name: str, source: Path, into: Path) -> bool:
-    """Copy a picture; whether it was there, and is what it is called."""
-    there = source / ALBUM / name
-    picture = Picture(kind="rgb", png=read_input(there)) if there.is_file() else None
-    if picture is None or picture.name != name:
-        return False
-    keep_picture(into / ALBUM, picture)
-    return True
 
 
 _LEAST = 16
