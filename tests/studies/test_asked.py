@@ -73,7 +73,6 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("flips", {"agent": f"human-inspired?lapse=0.{'1' * 200}"}, "name of an agent: got 'human-inspired?lapse"),
         ("flips", {"sweep": "drop?p=0,1e-300"}, "a dose of drop?p=1e-300: got {'drop.p': 1e-300}, expected 0, or a"),
         ("flips", {"contrasts": {"a": {"of": "lie", "minus": "truth"}}}, "no condition of the contrast a is called 'lie'"),
-        ("flips", {"parts": True}, "parts: got True, expected none with flips, but with why"),
         ("flips", {"flip": "afresh"}, "flip: got 'afresh', expected 'transient', 'sticky', 'outcome-only'"),
         ("why", {"flip": "sticky,integrated"}, "flip: got ['sticky', 'integrated'], expected one, which all"),
         ("why", {"as_paper": True}, "as_paper: got True, expected none with why, but with flips, modalities"),
@@ -83,7 +82,7 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("why", PICTURED, "modality: got 'rgb', expected symbolic, with or without options: pictures cannot be"),
         ("why", {"modality": ["symbolic", "rgb"]}, "modality: got ['symbolic', 'rgb'], expected one, which all"),
         ("why", {"flip": "independent"}, "others: got 'noisy', expected one of fresh, kept"),
-        ("why", {"parts": True, "modality": "symbolic?tell=state"}, "part: got 'outcome', expected both with symbolic"),
+        ("why", {"condition": "flip?p=0.4&part=outcome"}, "part: got 'outcome', expected both with symbolic"),
         ("why", {"condition": "flip?p=0.4"}, "condition: got 'flip?p=0.4', expected another condition than lie"),
         ("why", {"condition": "warn + symbolic"}, "condition: got 'warn + symbolic', expected none that is shown"),
         ("looks", {"modality": ["rgb", "rgbd"]}, "modality: got ['rgb', 'rgbd'], expected one, which all conditions"),
@@ -285,9 +284,6 @@ def test_why_plays_every_arm_at_the_papers_rate_and_other_conditions_after_them(
     more = study("why", p=0.2, condition="flip?p=0.2&while=looping", agent="random", trials=2)
     assert labels(more) == [*ARMS, "flip?p=0.2&while=looping"]
     assert more.conditions[1].specs == ("flip?p=0.2",)
-    parts = study("why", parts=True, agent="random")
-    assert labels(parts) == [*ARMS, "false outcome", "false position", "phantom", "hidden moves", "invented moves"]
-    assert parts.modalities == ("symbolic",)
 
 
 @pytest.mark.parametrize("flip", ["re-observed", "integrated", "memoryless", "latched", "outcome-only"])
@@ -412,7 +408,7 @@ def test_as_paper_a_hosted_model_is_sent_these_messages(tmp_path, monkeypatch):
 
 OF_TRIALS = {"repetition", "trial", "pictures"}
 OF_STUDIES = {
-    "study", "trials", "strategy_trials", "repetitions", "full", "as_paper", "parts", "name", "sweep",
+    "study", "trials", "strategy_trials", "repetitions", "full", "as_paper", "name", "sweep",
     "until", "most", "boxes", "contrasts",
 }  # fmt: skip
 

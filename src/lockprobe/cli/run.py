@@ -28,7 +28,7 @@ WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)
 HEADINGS = {
     "Options": "agent p trials until condition box full out estimate budget",
     "The study": "boxes repetitions strategy_trials most seed max_steps plant layout shuffle as_paper",
-    "Reports and conditions": "sweep flip parts modality assessment hypothesis",
+    "Reports and conditions": "sweep flip modality assessment hypothesis",
     "Running": "workers shard cluster allow report json",
     "Hosted models": "connections timeout retries",
 }

@@ -154,6 +154,11 @@ class StudyOptions(BaseModel):
         "One condition for each dose: 'tremble?p=0,0.1,0.2'; for several doses with plus signs between, one for every"
         " combination; may be repeated (nothing)."
     )
+    as_paper: bool = _option(
+        "The paper's set-up, as far as it is known: states of all joints as JSON, labels and panel drawn once, no "
+        "hypothesis, its numbers of trials; other options override (flips, modalities; docs/as-paper.md).",
+        default=False,
+    )
     layout: LayoutKind | None = _option(
         "Where joints lie on the panel (fixed, as in the box; dealt: at random, in all trials alike; shuffled: at "
         "random in every trial, as it is where people or pictures see places, if the plant can)."
@@ -168,15 +173,7 @@ class StudyOptions(BaseModel):
     hypothesis: Ask | None = _option(
         "When a hosted model says how the box works, in a sentence: before or after its choice, or off (before)."
     )
-    parts: bool = _option(
-        "Also play the parts of a false report, in reports that tell outcomes and positions (why).", default=False
-    )
     full: bool = _option("The paper's 7 x 3 x 10 trials per agent (flips).", default=False)
-    as_paper: bool = _option(
-        "The paper's set-up, as far as it is known: states of all joints as JSON, labels and panel drawn once, no "
-        "hypothesis, its numbers of trials; other options override (flips, modalities; docs/as-paper.md).",
-        default=False,
-    )
     name: str | None = _option("A name for the study, with which keys of records begin (the study's).")
 
     @property

@@ -55,7 +55,7 @@ class Preset(StudyOptions):
     Attributes:
         when: Case -> what is played instead: ``short``, where nothing is said of what is played; on ``several_boxes``;
             the paper's ``full`` size; ``as_paper``, as close to the paper as it says (each option cites its section;
-            ``docs/as-paper.md`` compares them with the defaults); with the ``parts`` of a false report.
+            ``docs/as-paper.md`` compares them with the defaults).
         strategies: ``short`` or ``full`` -> what strategies play besides, since it costs nothing.
         models: The same -> what alone models play beside strategies.
     """
@@ -175,7 +175,7 @@ def _with_defaults(asked: StudyOptions) -> tuple[StudyOptions, set[str]]:
     """
     own = preset(asked.study)
     plant = resolve_plant((own.plant or "symbolic") if asked.plant is None else asked.plant)
-    for case in ("full", "parts", "as_paper"):
+    for case in ("full", "as_paper"):
         if getattr(asked, case) and case not in own.when:
             having = ", ".join(name for name in STUDIES if case in preset(name).when)
             raise BadValue(case, True, f"none with {asked.study}, but with {having}")
@@ -190,7 +190,6 @@ def _with_defaults(asked: StudyOptions) -> tuple[StudyOptions, set[str]]:
         "several_boxes": several,
         "full": asked.full,
         "as_paper": asked.as_paper,
-        "parts": asked.parts,
         "plain": not (asked.as_paper or several or acting or said & {"flip", "modality"}),
     }
     cases, usual = {case for case, held in holds.items() if held}, dict[str, Any](plant=plant.spec)
@@ -228,8 +227,7 @@ def _conditions(asked: StudyOptions, request: StudyOptions, plant: PlantSource) 
             raise BadValue(what, values, "at least one, and every one once")
     if asked.flip == ["outcome-only"]:
         modalities = [*map(blind, modalities)]
-    ships = preset(asked.study)
-    own = [*(ships.condition or ()), *((ships.when["parts"].condition or ()) if asked.parts else ())]
+    own = preset(asked.study).condition or []
     if not own and request.condition is None and request.sweep is None:
         others = [one for kind in kinds[1:] for one in flips([rate for rate in p if rate], kind, modalities)]
         return (*flips(p, kinds[0], modalities), *others)
