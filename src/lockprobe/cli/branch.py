@@ -22,7 +22,8 @@ from lockprobe.report.questions.forks import RARE, fork_rows, fork_said, fork_ta
 from lockprobe.report.section import without_rare
 from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.rules import Rules
-from lockprobe.studies.branch import FORKS, branching, play_forks
+from lockprobe.studies import FORKS
+from lockprobe.studies.branch import branching, play_forks
 from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal

@@ -1,24 +1,28 @@
-"""Formats money, tokens and the estimated cost of a study."""
+"""Formats money, tokens, errors and the estimated cost of a study."""
 
 from __future__ import annotations
 
 import json as json_
 import sys
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from math import floor, log10
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, price_lines
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.costs.estimate import Estimate, estimates
 from lockprobe.studies.costs.spending import Spending
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import on_record
 from lockprobe.studies.records.store import STORE, OnRecord, read
 from lockprobe.studies.study import Study
+
+if TYPE_CHECKING:
+    from lockprobe.studies.costs.estimate import Estimate
 
 
 def money(dollars: float) -> str:
@@ -83,6 +87,8 @@ def print_estimates(study: Study, directory: Path, *, json: bool) -> None:
     if is_there(directory / STORE):
         with read(directory) as store:
             done = on_record(store, read_study(directory))
+    from lockprobe.studies.costs.estimate import estimates  # a trial's loop, which what was spent needs not
+
     found = estimates(study, done)
     if json:
         print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))
@@ -94,6 +100,12 @@ def print_estimates(study: Study, directory: Path, *, json: bool) -> None:
             print("\n".join(map(printable, price_lines(Spec.parse(one.agent).name))))
     if not found:
         print("No cost: no trial that asks a provider is owed.")
+
+
+def in_boundaries(errors: Mapping[str, int]) -> str:
+    """Errors by boundary: ``3 errors: model 2, reply 1``; empty where there are none."""
+    named = ", ".join(f"{name} {errors[name]}" for name in sorted(errors))
+    return f"{count(sum(errors.values()), 'error')}: {named}" if errors else ""
 
 
 def spent_in_words(spent: Spending) -> str:

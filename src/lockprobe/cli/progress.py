@@ -6,7 +6,7 @@ import json as json_
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext, redirect_stdout
 from dataclasses import replace
 
@@ -15,7 +15,15 @@ from rich.live import Live
 from rich.text import Text
 
 from lockprobe.agents.catalogue import AgentSource
-from lockprobe.cli.format_cost import estimate_facts, estimate_lines, money, settings_line, spent_facts, spent_in_words
+from lockprobe.cli.format_cost import (
+    estimate_facts,
+    estimate_lines,
+    in_boundaries,
+    money,
+    settings_line,
+    spent_facts,
+    spent_in_words,
+)
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
@@ -49,12 +57,6 @@ def done_of(journal: Journal, study: Study | None = None) -> int:
     return sum(
         not one.owed_again and (study is None or one.spec in study.run_agents) for one in journal.trials.values()
     )
-
-
-def in_boundaries(errors: Mapping[str, int]) -> str:
-    """Errors by boundary: ``3 errors: model 2, reply 1``; empty where there are none."""
-    named = ", ".join(f"{name} {errors[name]}" for name in sorted(errors))
-    return f"{count(sum(errors.values()), 'error')}: {named}" if errors else ""
 
 
 def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:

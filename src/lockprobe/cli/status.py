@@ -10,22 +10,22 @@ from typing import Any
 
 from lockprobe.cli import options
 from lockprobe.cli.command import Directory
-from lockprobe.cli.format_cost import money, spent_facts
+from lockprobe.cli.format_cost import in_boundaries, money, spent_facts
 from lockprobe.cli.printing import print_rows
-from lockprobe.cli.progress import in_boundaries
 from lockprobe.cli.result import decided, read_result
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
+from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import flow_of, read_diaries
 from lockprobe.people.withdrawal import withdrawn
-from lockprobe.studies.branch import FORKS, read_forks
+from lockprobe.studies import FORKS
 from lockprobe.studies.costs.call_log import kept_replies, read_calls
 from lockprobe.studies.costs.spending import Ledger, Spending, total
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import Tally, load, tally
-from lockprobe.studies.records.store import read, trials_in
+from lockprobe.studies.records.store import STORE, read, trials_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -38,6 +38,10 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         steps, seconds = store.one("select total(steps), total(seconds) from trial where not current")
         errors = {one.boundary: next(trials_in(store, "id = ?", one.first)).error for one in records if one.boundary}
         over = {key for (key,) in store.rows("select key from trial where current and not owed")} if logged else set()
+    forked = 0
+    if is_there(directory / FORKS / STORE):
+        with read(directory / FORKS) as store:
+            (forked,) = store.one("select count(*) from trial where current and not owed")
     steps, seconds = steps + sum(one.steps for one in records), seconds + sum(one.seconds for one in records)
     trials = load(directory, study) if study.until else []
     report, flow = read_result(directory), flow_of(read_diaries(directory), withdrawn(directory))
@@ -52,7 +56,7 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
         "in_progress_calls": sum(kept.values()),
         "steps": int(steps),
         "seconds_playing": round(seconds, 1),
-        "forks": sum(not fork.owed_again for fork in read_forks(directory)),
+        "forks": forked,
         "reported": None if report is None else report.progress.finished,
         "participants": flow
         and {"joined": flow["consented"], "finished": flow["finished"], "withdrawn": flow["withdrawn"]},

@@ -29,7 +29,8 @@ from lockprobe.people.diary import acts_of_steps
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.replay import AgentKind, ReplayedTrial, is_foreign, kind_of, played_again
 from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
-from lockprobe.studies.branch import FORKS, fork_plan
+from lockprobe.studies import FORKS
+from lockprobe.studies.branch import fork_plan
 from lockprobe.studies.costs.call_log import kept_replies, read_calls
 from lockprobe.studies.decisions import due
 from lockprobe.studies.records.attempt_log import AttemptLog

@@ -5,3 +5,6 @@ SETTINGS = "study.json"
 
 PEOPLE_DIRECTORY = "people"
 """The directory in it with the texts and settings with which people take part; what they do is in the store."""
+
+FORKS = "forks"
+"""The directory in it with forks of its trials."""

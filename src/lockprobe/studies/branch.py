@@ -20,6 +20,7 @@ from lockprobe.interventions.conditions import interventions_in, interventions_o
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.told import Correction
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
+from lockprobe.studies import FORKS
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.records.journal import Journal
@@ -33,9 +34,6 @@ from lockprobe.trial.plan import Fork, Plan
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import ForkName, Trial
 from lockprobe.trial.source import false_reports
-
-FORKS = "forks"
-"""The directory of forks in that of their study."""
 
 TOLD: Mapping[str, str] = {
     "truth": "",
