@@ -9,7 +9,7 @@ from queue import Queue
 from lockprobe_robot.hardware import sight
 
 from lockprobe.boxes.families import box
-from lockprobe.plants.operator import ENTER
+from lockprobe.plants.manual import ENTER
 from lockprobe.studies.running.single import run_trial
 
 PATH = Path(__file__).parents[2] / "examples" / "twin_camera.py"

@@ -6,7 +6,7 @@ import re
 from drawn_board import HANDLES, HEIGHT, WIDTH, board
 from PIL import Image
 
-from lockprobe.plants.operator import ENTER, OperatorStopped
+from lockprobe.plants.manual import ENTER, OperatorStopped
 
 ASKED = re.compile(r"Move joint \w \(([\w-]+)\) from ([01]) to ([01])")
 

@@ -12,8 +12,7 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName, UserMistake
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.plants.catalogue import PLANTS, plant_change, resolve_plant
-from lockprobe.plants.manual import Manual
-from lockprobe.plants.operator import ENTER, OperatorStopped, TerminalOperator
+from lockprobe.plants.manual import ENTER, Manual, OperatorStopped, TerminalOperator
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run_study

@@ -8,7 +8,7 @@ from lockprobe_robot.hardware.rig import Board, Rig, calibrated_board
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.hardware.sight import CameraSight, ImageHandles, Shot
 
-from lockprobe.plants.operator import ENTER, OperatorStopped
+from lockprobe.plants.manual import ENTER, OperatorStopped
 
 SPACE = {"low": (-1.0, -1.0, -1.0), "high": (1.0, 1.0, 1.0)}
 

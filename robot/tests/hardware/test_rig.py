@@ -28,7 +28,7 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.operator import ConsentingOperator
+from lockprobe.plants.manual import ConsentingOperator
 from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_plant

@@ -15,7 +15,7 @@ from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from scipy.spatial.transform import Rotation
 
 from lockprobe.boxes.families import box
-from lockprobe.plants.operator import ConsentingOperator
+from lockprobe.plants.manual import ConsentingOperator
 
 ROOT = Path(__file__).parents[3]
 PATH = ROOT / "examples" / "ur_arm.py"

@@ -34,8 +34,7 @@ from lockprobe.foundation.plugins import (
     runs_foreign_code,
 )
 from lockprobe.foundation.spec import Spec, arguments_from
-from lockprobe.plants.manual import Manual
-from lockprobe.plants.operator import TerminalOperator
+from lockprobe.plants.manual import Manual, TerminalOperator
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.trial.condition import PlantChange
 from lockprobe.trial.plan import Plan
@@ -96,10 +95,21 @@ class PlantSource:
         return self.picture_size is not None or self.photographs
 
 
-_SYMBOLIC = PlantSource(spec="symbolic", make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, options={})
-
-
 _HERE = {
+    "symbolic": PlantSource(
+        spec="symbolic", make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, options={}
+    ),
+    "manual": PlantSource(
+        spec="manual",
+        make=lambda box, labels, rng: Manual(box, labels=labels, operator=TerminalOperator()),
+        lays_out=False,
+        is_attended=lambda: True,
+        options={},
+    ),
+}
+
+
+_SAID = {
     "symbolic": "The rules and nothing else.",
     "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Option of "
     "lockprobe-robot: camera.",
@@ -111,7 +121,7 @@ def known_plants() -> dict[str, str]:
     found = dict[str, str]()
     for name in PLANTS:
         try:
-            found[name] = _HERE.get(name) or " ".join(docstring(_of_robot(name).load()).split())
+            found[name] = _SAID.get(name) or " ".join(docstring(_of_robot(name).load()).split())
         except Missing as missing:
             found[name] = str(missing)
     return found
@@ -130,19 +140,11 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     """The plant that a spec names."""
     if not isinstance(spec, str | Spec):
         raise BadValue("plant", spec, f"one of {', '.join(PLANTS)}")
-    if str(spec) == "symbolic":
-        return _SYMBOLIC
+    if (here := _HERE.get(str(spec))) is not None:
+        return here
     spec = spec if isinstance(spec, Spec) else Spec.parse(spec, "plant")
     if spec.full_name == "symbolic":
         raise BadValue("plant", str(spec), "symbolic without options")
-    if spec.full_name == "manual" and not spec.options:
-        return PlantSource(
-            spec=str(spec),
-            make=lambda box, labels, rng: Manual(box, labels=labels, operator=TerminalOperator()),
-            lays_out=False,
-            is_attended=lambda: True,
-            options={},
-        )
     if spec.full_name in PLANTS:
         ours: PlantSource = _of_robot(str(spec)).load()(spec)
         return ours

@@ -2,20 +2,98 @@
 
 The truth is the person's answer, or what a :class:`Sight` reads from a picture (``manual?camera=FOLDER`` of
 lockprobe-robot). The person sees the agent's label and the name of the joint in the box. The plant needs a terminal, so
-its trials are played in this process, one at a time.
+its trials are played in this process, one at a time. The operator answers one question at a time, at the terminal or
+scripted in tests.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
-from lockprobe.foundation.errors import PlantFault
-from lockprobe.plants.operator import ENTER, Operator, ask_to_begin
+from lockprobe.foundation.child_processes import interruptible
+from lockprobe.foundation.errors import PlantFault, UserMistake
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact, Snapshot, in_words
+
+ENTER = ""
+"""The answer of a person who only presses Enter."""
+
+
+class OperatorStopped(PlantFault):
+    """Raised when the operator types ``q``, the input ends, or nobody is there. It ends a trial as ``error: plant``."""
+
+
+class Operator(Protocol):
+    """A person who works at the box."""
+
+    def ask(self, question: str, answers: Sequence[str]) -> str:
+        """Ask in one line until one of the answers is given, in lower case; with :data:`ENTER` it may be empty.
+
+        ``OperatorStopped`` if the person stops, or nobody is there.
+        """
+        ...
+
+    def tell(self, line: str) -> None:
+        """Show a line that needs no answer."""
+        ...
+
+
+def ask_to_begin(operator: Operator, question: str = "Press Enter when they stand so, q to stop.") -> None:
+    """Ask whether the box is set up for a trial."""
+    try:
+        operator.ask(question, (ENTER,))
+    except OperatorStopped as stopped:
+        raise UserMistake(f"{stopped}; no trial had begun, so nothing is lost: the same command goes on") from None
+
+
+class ConsentingOperator:
+    """An automatic operator that agrees to everything, only for rehearsals in which nothing real moves."""
+
+    def __init__(self) -> None:
+        self._began = False
+
+    def ask(self, question: str, answers: Sequence[str]) -> str:
+        """Yes, or Enter once."""
+        if ENTER not in answers:
+            return "y"
+        if self._began:
+            raise OperatorStopped("the box does not stand as it should, and nobody is there to set it up")
+        self._began = True
+        return ENTER
+
+    def tell(self, line: str) -> None:
+        """Discard the line."""
+
+
+class TerminalOperator:
+    """Asks on standard error and reads lines from standard input, so that standard output stays for results."""
+
+    def ask(self, question: str, answers: Sequence[str]) -> str:
+        """The answer that is typed. Ctrl-C ends the run at once."""
+        while True:
+            sys.stderr.write(f"{printable(question)} ")
+            sys.stderr.flush()
+            with interruptible():
+                line = sys.stdin.readline()
+            if not line:
+                sys.stderr.write("\n")
+                raise OperatorStopped("the input ended before the operator answered")
+            typed = line.strip().lower()
+            if typed in ("q", "quit"):
+                raise OperatorStopped("the operator stopped")
+            if (answer := {"yes": "y", "no": "n"}.get(typed, typed)) in answers:
+                return answer
+            known = ", ".join("Enter" if answer == ENTER else answer for answer in answers)
+            self.tell(f"Not an answer here: type {known}, or q to stop.")
+
+    def tell(self, line: str) -> None:
+        """Print one line."""
+        sys.stderr.write(f"{printable(line)}\n")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,10 +166,11 @@ class Manual:
         assert before is not None
         ask = f"Move joint {called} from {before[joint]:d} to {not before[joint]:d}"
         if self._sight is None:
-            moved = self._moved(f"{ask}. Did it move? y/n, q to stop:")
+            yes_or_no = ("y", "n")
+            moved = self._operator.ask(f"{ask}. Did it move? y/n, q to stop:", yes_or_no) == "y"
             if moved != (free := self._box.may_move(before, joint)):  # perhaps a typing error
                 rule = f"By the rules of {self._box.name} {called} is {'free' if free else 'locked'}."
-                moved = self._moved(f"{rule} Did it really move? y/n, q to stop:")
+                moved = self._operator.ask(f"{rule} Did it really move? y/n, q to stop:", yes_or_no) == "y"
             after: Configuration = tuple(at != (moved and i == joint) for i, at in enumerate(before))
         else:
             ask = f"{ask} if it goes. Take a picture, then press Enter; q to stop:"
@@ -115,9 +194,6 @@ class Manual:
         """Release the camera."""
         if self._sight is not None:
             self._sight.close()
-
-    def _moved(self, question: str) -> bool:
-        return self._operator.ask(question, ("y", "n")) == "y"
 
     def _photographed(self, sight: Sight, question: str, *, begin: bool = False) -> Configuration:
         """Ask for a picture until one can be read; ``begin`` where stopping ends the run and not the trial."""

@@ -21,7 +21,7 @@ from typing import IO, Final, TypeVar
 import numpy as np
 
 from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, PlantFault, kind_and_words
-from lockprobe.plants.operator import Operator
+from lockprobe.plants.manual import Operator
 from lockprobe_robot.arm.protocol import StoppableArm, Vector
 
 _T = TypeVar("_T")

@@ -16,8 +16,7 @@ import numpy as np
 from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.foundation.errors import PlantFault
 from lockprobe.plants.catalogue import FilmHook
-from lockprobe.plants.manual import Seen
-from lockprobe.plants.operator import ConsentingOperator
+from lockprobe.plants.manual import ConsentingOperator, Seen
 from lockprobe.trial.record import Fact
 from lockprobe_robot.arm.protocol import StoppableArm
 from lockprobe_robot.box_model.panel import lay_out_panel

@@ -16,8 +16,7 @@ from typing import Literal, TypeVar
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import LockprobeError, PlantFault
 from lockprobe.foundation.inputs import read_input
-from lockprobe.plants.manual import Sight
-from lockprobe.plants.operator import Operator, ask_to_begin
+from lockprobe.plants.manual import Operator, Sight, ask_to_begin
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.arm.guarded_move import TouchVerdict, guarded_move

@@ -22,8 +22,7 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadFile, PlantFault
 from lockprobe.foundation.inputs import read_input, read_toml
 from lockprobe.foundation.validation import plain
-from lockprobe.plants.manual import Manual, Seen
-from lockprobe.plants.operator import TerminalOperator
+from lockprobe.plants.manual import Manual, Seen, TerminalOperator
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.pictures.picture_reader import clear_positions
 from lockprobe.trial.record import Fact
