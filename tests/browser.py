@@ -353,8 +353,7 @@ def bare(trial, *, claims=True):
     """A trial without what only its agent is, and without the name of its study."""
     steps = tuple(
         replace(
-            step,
-            decision=replace(step.decision, probabilities=None, claimed=step.decision.claimed if claims else None),
+            step, decision=replace(step.decision, probabilities=None, claimed=step.decision.claimed if claims else None)
         )
         for step in trial.steps
     )

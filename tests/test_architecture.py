@@ -18,11 +18,7 @@ ROBOT = ROOT / "robot" / "src" / "lockprobe_robot"
 FILES = sorted(
     path.relative_to(source.parent).as_posix() for source in (SOURCE, ROBOT) for path in source.rglob("*.py")
 )
-ENGINES = (
-    "lockprobe.agents.llm.client",
-    "lockprobe.agents.llm.model",
-    "lockprobe.__main__",
-)
+ENGINES = ("lockprobe.agents.llm.client", "lockprobe.agents.llm.model", "lockprobe.__main__")
 MODULES = [
     module.name
     for package in (lockprobe, lockprobe_robot)

@@ -24,13 +24,7 @@ from lockprobe.trial.pictures.frame import Camera, Frame, from_png
 from lockprobe.trial.plan import Plan
 
 PLAN = Plan(
-    study="s",
-    agent="random",
-    box=box(),
-    condition=flips((0.4,), modalities=("rgb",))[0],
-    repetition=1,
-    trial=3,
-    seed=1,
+    study="s", agent="random", box=box(), condition=flips((0.4,), modalities=("rgb",))[0], repetition=1, trial=3, seed=1
 )
 
 

@@ -130,10 +130,7 @@ TAKING: dict[str, list[list[str]]] = {
         ["branch", "--at", "2", "mine"],
     ],
     "replay": [["replay", "DIR", KEY]],
-    "branch": [
-        ["branch", "DIR", "--at", "2"],
-        ["branch", "DIR", KEY, "--at", "2", "--allow", "python:canary:Other"],
-    ],
+    "branch": [["branch", "DIR", "--at", "2"], ["branch", "DIR", KEY, "--at", "2", "--allow", "python:canary:Other"]],
     "serve": [["serve", "DIR", "--port", "0"], ["serve", "FILE", "--port", "0"]],
     "withdraw": [["withdraw", "DIR", "aaaa01"]],
     "mcp": [["mcp", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR"], ["mcp", "FILE"]],

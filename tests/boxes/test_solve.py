@@ -10,12 +10,7 @@ from hypothesis import strategies as st
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.boxes.sketch import interlock_lines
-from lockprobe.boxes.solve import (
-    difficulty,
-    optimal_plans,
-    optimum,
-    random_curve,
-)
+from lockprobe.boxes.solve import difficulty, optimal_plans, optimum, random_curve
 
 
 def solves(puzzle, attempts):
@@ -37,8 +32,10 @@ def test_random_success_is_the_share_of_all_sequences(budget):
 
 
 def test_published_figures_of_chain_4():
-    assert random_curve(box("chain-4"))[-1] == pytest.approx(0.392655, abs=1e-6)
-    assert random_curve(box("chain-4"), repeats=False)[-1] == pytest.approx(0.6893, abs=1e-4)
+    found = difficulty(box("chain-4"))
+    assert found.random_success == random_curve(box("chain-4"))[-1] == pytest.approx(0.392655, abs=1e-6)
+    assert found.random_no_repeat_success == pytest.approx(0.6893, abs=1e-4)
+    assert (found.cycle_success, difficulty(box("fork")).cycle_success) == (1, pytest.approx(2 / 3))
 
 
 @settings(max_examples=30)

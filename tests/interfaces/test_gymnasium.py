@@ -51,16 +51,16 @@ class Never(OutcomeFlip):
 
 PLAIN = [
     {},
-    {"box": "chain-8", "condition": "flip?p=0.3&others=kept", "max_steps": 5, "info": "truth"},
+    {"box": "chain-8", "condition": "flip?p=0.3&others=kept", "max_steps": 5},
     {"condition": "flip?p=0.4&inverts=position&others=noisy", "shuffle": "trial", "box": FORK},
-    {"condition": "flip?p=0.3&keep=0.5 + flip?p=0.4&inverts=position", "layout": "shuffled", "info": "truth"},
+    {"condition": "flip?p=0.3&keep=0.5 + flip?p=0.4&inverts=position", "layout": "shuffled"},
     {"modality": "symbolic?tell=state", "p": 0.4, "shuffle": "study", "layout": "dealt"},
     {"modality": "symbolic?tell=outcome", "p": 0.4, "flip": "sticky", "shuffle": "trial"},
     {"condition": "flip?p=0.4&part=outcome", "box": "chain-2"},
 ]
 OTHERS = [
     {"condition": "flip?p=0.4&only=moved"},
-    {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + flip?p=0.2&only=moved", "info": "truth"},
+    {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + flip?p=0.2&only=moved"},
     {"condition": "drop?p=0.5 + tremble?p=0.2"},
     {"condition": "tremble?p=1&at=2 + delay?lag=1", "p": 0.4, "max_steps": 9, "layout": "shuffled"},
     {"condition": [Never(p=0.4)]},
@@ -82,9 +82,8 @@ def test_gymnasium_finds_nothing_to_say_against_it(asked):
 @pytest.mark.parametrize("seed", [1, 2**62])
 def test_an_episode_is_the_trial_of_the_study(asked, seed):
     """What is told, the reward, the ends and the record, under every condition; and nothing else is told."""
-    study = {name: value for name, value in asked.items() if name != "info"}
     defaults = {"modality": "symbolic", "shuffle": "never"}
-    there = run_trial(agent="random", seed=seed, repetition=2, trial=7, **(defaults | study))
+    there = run_trial(agent="random", seed=seed, repetition=2, trial=7, **(defaults | asked))
     env = LockboxEnv(**asked)
     first, _ = env.reset(seed=seed, options={"repetition": 2, "trial": 7})
     assert first[:3].tolist() == [there.listing.index(there.labels[there.joints.index(there.target)]), 0, 0]
@@ -97,8 +96,7 @@ def test_an_episode_is_the_trial_of_the_study(asked, seed):
             at = dict(zip(there.listing, told[3:].tolist(), strict=False))
             assert "".join(str(at[label]) for label in there.labels) == step.told_state
         assert reward == terminated
-        assert list(info) == ["truth"] * ("info" in asked)
-        assert info.get("truth", {}).get("moved", step.moved) == step.moved
+        assert info == {}
     assert (terminated, truncated) == (there.ending == "solved", there.ending == "budget")
     assert settled(env.trial) == settled(there)
     assert trial_from_json(trial_to_json(env.trial)) == env.trial
@@ -128,7 +126,7 @@ def test_a_seed_fixes_everything_after_it_and_a_reset_goes_on():
 @pytest.mark.parametrize("condition", ["flip?p=0.5&others=kept", "flip?p=0.5 + drop?p=0.3"])
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
 def test_a_copy_goes_on_as_the_original_does(copied, condition):
-    env = gymnasium.make(ENVIRONMENT, condition=condition, shuffle="trial", info="truth", max_steps=9)
+    env = gymnasium.make(ENVIRONMENT, condition=condition, shuffle="trial", max_steps=9)
     env.reset(seed=2)
     for action in (0, 1, 2):
         env.step(action)
@@ -197,7 +195,6 @@ VECTOR = 'vectorization_mode="sync" plays all else'
         (LockboxEnv, {"plant": "twins"}, "no plant is called 'twins' (did you mean 'twin'?)"),
         (LockboxEnv, {"box": "chain-99"}, "no box is called 'chain-99'"),
         (LockboxEnv, {"max_steps": 0}, "max_steps: got 0, expected a whole number from 1 to 10000"),
-        (LockboxEnv, {"info": "all"}, "info: got 'all', expected None or 'truth'"),
         (made, {"condition": [Never()]}, VECTOR),
         (made, {"condition": "flip?p=0.2&at=3"}, VECTOR),
         (made, {"plant": "fast-twin"}, VECTOR),

@@ -101,11 +101,7 @@ def laid_out(box: Lockbox, layout: LayoutName, rng: np.random.Generator, *, deal
 
 def permuted(box: Lockbox, order: Sequence[int]) -> Lockbox:
     """The same box with its joints listed in another order, each with its place and its start."""
-    return replace(
-        box,
-        joints=tuple(box.joints[i] for i in order),
-        initial=tuple(box.initial[i] for i in order),
-    )
+    return replace(box, joints=tuple(box.joints[i] for i in order), initial=tuple(box.initial[i] for i in order))
 
 
 def redealt(box: Lockbox, rng: np.random.Generator, *, neutral: bool = False) -> Lockbox:

@@ -143,10 +143,7 @@ class ToolSession:
             raise BadValue("box", ", ".join(box.name for box in study.boxes), "boxes with equally many joints")
         for plant, box in product(study.plants, study.boxes):
             resolve_plant(plant).check(box)
-        with (
-            Journal.open(directory, study) as journal,
-            own_thread() if study.simulated else nullcontext(here) as place,
-        ):
+        with Journal.open(directory, study) as journal, own_thread() if study.simulated else nullcontext(here) as place:
             session = cls(study, agent, journal, place, trials_each)
             try:
                 yield session

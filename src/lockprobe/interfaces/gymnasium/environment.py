@@ -49,7 +49,7 @@ from lockprobe.trial.loop import PLANT, play
 from lockprobe.trial.pictures.frame import from_png
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Channel, InterventionTraits
-from lockprobe.trial.record import Decision, Ending, Fact, Moment, Percept, Situation, Step, Task, Trial
+from lockprobe.trial.record import Decision, Ending, Fact, Moment, Percept, Situation, Task, Trial
 
 Vector = NDArray[np.int64]
 Images = NDArray[np.uint8] | dict[str, NDArray[np.uint8] | NDArray[np.float32]]
@@ -64,7 +64,7 @@ _UNTOLD = 2
 _FARTHEST = 4.0
 """Largest depth with a reading, metres."""
 
-_KNOWN = ("box", "p", "flip", "condition", "modality", "plant", "layout", "shuffle", "max_steps", "info")
+_KNOWN = ("box", "p", "flip", "condition", "modality", "plant", "layout", "shuffle", "max_steps")
 
 
 class EpisodeKey(NamedTuple):
@@ -89,11 +89,10 @@ class EnvironmentSettings:
     Args:
         given: Of the options of a trial ``box``, ``p``, ``flip``, ``condition``, ``modality``, ``plant``, ``layout``,
             ``shuffle`` and ``max_steps``; here ``shuffle`` defaults to ``never``, and ``modality`` to ``symbolic``,
-            which tells outcomes too. ``info`` is None or ``"truth"``.
+            which tells outcomes too.
 
     Attributes:
         study: A study with one condition. Its seed is not used.
-        truth: Whether ``info`` holds the truth.
         chain: The interventions in order.
         flips: The flips of all attempts alike, if nothing else acts on the reports of a symbolic plant; else None. With
             them the rules and the law of false reports are the whole trial, and the trial loop is not needed.
@@ -111,12 +110,9 @@ class EnvironmentSettings:
             if name not in _KNOWN:
                 raise UnknownName("setting of the environment", name, _KNOWN)
         asked = {name: value for name, value in given.items() if value is not None}
-        if (info := asked.pop("info", None)) not in (None, "truth"):
-            raise BadValue("info", info, "None or 'truth'")
         condition = asked.get("condition")
         if not (isinstance(condition, Condition) or (isinstance(condition, str) and says_modality(condition))):
             asked = {"modality": "symbolic"} | asked
-        self.truth = info == "truth"
         self.study = trial_study("gymnasium", name="lockbox", **({"shuffle": "never"} | asked))
         self.box, joints = space_of(self.study.box), len(self.study.box.joints)
         (plant,) = self.study.plants  # with what the condition changes of it
@@ -174,7 +170,7 @@ class PlainEpisode:
         self._listing = settings.listing(plan)
         self._target, self._configuration = self._listing.index(settings.box.target), settings.box.start
         self._positions = sum((settings.box.start >> joint & 1) << i for i, joint in enumerate(self._listing))
-        self._told, self._moved, self._outcome = self._positions, False, 0
+        self._told, self._outcome = self._positions, 0
 
     def attempt(self, action: int) -> None:
         """Attempt the joint at this place of the listing."""
@@ -185,12 +181,12 @@ class PlainEpisode:
             stream(taken).random(flip.numbers(len(self._listing))).tolist()
             for stream, flip in zip(self._luck, self._flips, strict=True)
         ]
-        self._moved = bool(self._settings.box.may_move[self._configuration, joint])
-        self._configuration ^= self._moved << joint
-        self._positions ^= self._moved * bit
-        outcome, self._told = told_by(self._flips, self._positions, self._told, bit, self._moved, drawn)
+        moved = bool(self._settings.box.may_move[self._configuration, joint])
+        self._configuration ^= moved << joint
+        self._positions ^= moved * bit
+        outcome, self._told = told_by(self._flips, self._positions, self._told, bit, moved, drawn)
         self._outcome = BLOCKED + outcome if self._settings.outcomes else 0
-        if self._moved and action == self._target:
+        if moved and action == self._target:
             self.ending = "solved"
         elif taken == self._settings.study.max_steps:
             self.ending = "budget"
@@ -198,20 +194,15 @@ class PlainEpisode:
     def observation(self) -> Vector:
         """The report as a vector."""
         attempted = self.actions[-1] + 1 if self.actions else 0
-        told = self._bits(self._told) if self._settings.positions else ()
+        told = [self._told >> i & 1 for i in range(len(self._listing))] if self._settings.positions else ()
         return np.array((self._target, attempted, self._outcome, *told), dtype=np.int64)
 
     def info(self) -> dict[str, Any]:
-        """The truth if it was asked for."""
-        if not self._settings.truth:
-            return {}
-        return {"truth": {"positions": np.array(self._bits(self._positions), dtype=np.int8), "moved": self._moved}}
+        """Nothing: the report says it all."""
+        return {}
 
     def close(self) -> None:
         """Do nothing: it holds nothing open."""
-
-    def _bits(self, positions: int) -> list[int]:
-        return [positions >> place & 1 for place in range(len(self._listing))]
 
 
 class HeldEpisode:
@@ -233,13 +224,11 @@ class HeldEpisode:
     def __init__(self, settings: EnvironmentSettings, key: EpisodeKey, actions: Sequence[int] = ()) -> None:
         self.actions: list[int] = []
         self.finished: Trial | None = None
-        self._settings, self._key, self._plan, self._open = settings, key, settings.plan(key), ExitStack()
-        plan, self._names = self._plan, self._plan.names
-        self._positions, self._moved = list(plan.box.initial), False
+        self._settings, self._key, self._open, plan = settings, key, ExitStack(), settings.plan(key)
         with PLANT:
-            plant = plant_of(plan, self._names.labels)
+            plant = plant_of(plan, plan.names.labels)
         self._open.callback(plant.close)
-        self._loop = play(plan, plant=plant, interventions=(*settings.chain, self), agent=self, on_step=self._note)
+        self._loop = play(plan, plant=plant, interventions=(*settings.chain, self), agent=self)
         self._open.callback(self._loop.close)
         self._send(None)
         for action in actions:
@@ -284,15 +273,10 @@ class HeldEpisode:
         return {"rgb": rgb, "depth": np.where(metres <= _FARTHEST, metres, np.float32(0))}
 
     def info(self) -> dict[str, Any]:
-        """The truth if it was asked for; with pictures also the task, which they do not show."""
-        info: dict[str, Any] = {}
-        if self._settings.truth:
-            positions = np.array(self._positions, dtype=np.int8)[list(self._names.order)]
-            info["truth"] = {"positions": positions, "moved": self._moved}
-        if self._settings.shown != "symbolic":
-            task = self._task
-            info |= {"target": task.joints.index(task.target), "labels": "".join(task.joints)}
-        return info
+        """With pictures the task, which they do not show."""
+        if self._settings.shown == "symbolic":
+            return {}
+        return {"target": self._task.joints.index(self._task.target), "labels": "".join(self._task.joints)}
 
     def close(self) -> None:
         """End the loop and close the plant."""
@@ -301,11 +285,6 @@ class HeldEpisode:
     def __reduce__(self) -> tuple[Any, ...]:
         """A copy is made of the actions: it plays them again."""
         return HeldEpisode, (self._settings, self._key, tuple(self.actions))
-
-    def _note(self, step: Step) -> None:
-        self._moved = step.moved
-        self._positions = [bit == "1" for bit in step.state]
-        self._positions[self._plan.box.names.index(step.joint)] ^= step.moved
 
     def _send(self, decision: Decision | None) -> None:
         try:

@@ -56,7 +56,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         budget = self.settings.study.max_steps
         self._luck = [np.zeros((num_envs, budget + 1, flip.numbers(joints))) for flip in self._flips]
         self._taken = np.zeros(num_envs, dtype=np.int64)
-        self._over, self._moved = np.zeros((2, num_envs), dtype=np.bool_)
+        self._over = np.zeros(num_envs, dtype=np.bool_)
         self._seen = np.zeros(self.observation_space.shape or (), dtype=np.int64)
 
     def reset(
@@ -82,7 +82,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         now = [key if own is None else EpisodeKey(own) for own, key in zip(seeds, before, strict=True)]
         self._next = [key.chosen(options) for key in now]
         self._begin(self._rows)
-        return self._observed()
+        return self._observed(), {}
 
     def step(
         self, actions: NDArray[np.integer[Any]]
@@ -101,18 +101,17 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
             raise BadValue("actions", actions, f"{self.num_envs} whole numbers from 0 to {last}")
         places, resting = places.astype(np.int64, copy=False), self._over
         drawn = [luck[self._rows, self._taken].T for luck in self._luck]
-        joints, self._moved, outcome = self._boxes.attempt(self._rows, places, drawn)
+        joints, moved, outcome = self._boxes.attempt(self._rows, places, drawn)
         self._taken += 1
         self._seen[:, 1] = places + 1
         if self.settings.outcomes:
             self._seen[:, 2] = BLOCKED + outcome
-        solved = self._moved & (joints == self.settings.box.target) & ~resting
+        solved = moved & (joints == self.settings.box.target) & ~resting
         truncated = (self._taken >= self.settings.study.max_steps) & ~solved & ~resting
         if resting.any():
             self._begin(np.flatnonzero(resting))
         self._over = solved | truncated
-        seen, info = self._observed()
-        return seen, solved.astype(np.float64), solved, truncated, info
+        return self._observed(), solved.astype(np.float64), solved, truncated, {}
 
     def _begin(self, rows: NDArray[np.int64]) -> None:
         """Begin the next trials in the given rows."""
@@ -134,18 +133,13 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
             stream, places = f"{flip.stream}-{place}", flip.numbers(joints)
             luck[rows, :-1] = luck_of(stream, trial=trial[:, None], step=steps, places=places)
         self._boxes.begin(rows, orders)
-        self._moved[rows] = self._over[rows] = False
+        self._over[rows] = False
         self._taken[rows] = 0
         self._seen[rows, 0] = np.argmax(orders == self.settings.box.target, axis=1)
         self._seen[rows, 1:3] = 0
 
-    def _observed(self) -> tuple[Vector, dict[str, Any]]:
-        """The agents' observations, shape (num_envs, entries), and the truth if it was asked for."""
+    def _observed(self) -> Vector:
+        """The agents' observations, shape (num_envs, entries)."""
         if self.settings.positions:
             self._seen[:, 3:] = self._bits[self._boxes.told]
-        if not self.settings.truth:
-            return self._seen.copy(), {}
-        positions = self._bits[self._boxes.positions].astype(np.int8)
-        truth = {"positions": positions, "moved": self._moved.copy()}
-        every = np.ones(self.num_envs, dtype=np.bool_)
-        return self._seen.copy(), {"truth": truth | {f"_{name}": every.copy() for name in truth}, "_truth": every}
+        return self._seen.copy()
