@@ -1,6 +1,8 @@
 """What is said to a user: errors in one line, advice of the tool in use, plain words, safe text without secrets, numbers that look alike."""
 
 import json
+from base64 import b64encode
+from urllib.parse import quote
 
 import pytest
 
@@ -115,6 +117,8 @@ def escaped(text, which=lambda i: True, upper=False):
         KEY.replace("/", "\\/"),
         json.dumps(escaped(KEY))[1:-1],
         json.dumps(json.dumps(escaped(KEY, lambda i: i == 3)))[1:-1],
+        quote(KEY, safe=""),
+        b64encode(KEY.encode()).decode(),
     ],
 )
 def test_a_key_is_found_however_json_spells_it(spelt):

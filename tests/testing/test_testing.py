@@ -13,7 +13,6 @@ from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.interventions.asked_and_done import Tremble
 from lockprobe.interventions.conditions import interventions_of
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.statistics.measures import MEASURES
 from lockprobe.testing import (
     ScriptedAgent,
     check_agent,
@@ -27,7 +26,7 @@ from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 
-@pytest.mark.parametrize("agent", ["random", "human-inspired", "cognitive:perseverant", ScriptedAgent(joints=(0, 2))])
+@pytest.mark.parametrize("agent", ["human-inspired", ScriptedAgent(joints=(0, 2))])
 def test_agents_that_keep_it(agent):
     check_agent(agent, boxes=["chain-4"])
 
@@ -99,7 +98,7 @@ NUMBERS, TURNS = count(2), cycle(("chain-3", "chain-4"))
 KNOT = {"revolute-left": ({"slider-1": True},), "slider-1": ({"revolute-left": True},)}
 
 
-@pytest.mark.parametrize("name", [*named_boxes()[::4], "random-5-17"])
+@pytest.mark.parametrize("name", [*named_boxes()[::9], "random-5-17"])
 def test_boxes_that_keep_it(name):
     check_box(name)
     check_box(box(name))
@@ -202,7 +201,7 @@ def test_interventions_that_have_nothing_to_do_or_show_what_they_do_keep_it(spec
     check_intervention(TextAfter())
 
 
-@pytest.mark.parametrize("name", MEASURES)
+@pytest.mark.parametrize("name", ["solved", "steps-to-solve"])
 def test_measures_that_keep_it(name):
     check_measure(name)
 
@@ -244,9 +243,8 @@ def test_measures_that_break_it(measure, error, said):
         check_measure(measure)
 
 
-@pytest.mark.parametrize("plant", ["symbolic", "fast-twin"])
-def test_plants_that_keep_it(plant):
-    check_plant(plant, boxes=["chain-4", "bichain-4"][: 1 + (plant == "symbolic")], attempts=10)
+def test_plants_that_keep_it():
+    check_plant("symbolic")
 
 
 class Plain(SymbolicPlant):
@@ -289,11 +287,6 @@ class Another(Plain):
         return replace(super().attempt(joint), joint=0)
 
 
-class Open(Plain):
-    def observe(self):
-        return replace(super().observe(), configuration=(True,) * 4)
-
-
 class Reports(Plain):
     def observe(self):
         return replace(super().observe(), joint=1, outcome="moved")
@@ -311,7 +304,6 @@ class Senses(Plain):
         (Lies, "wrong outcome on chain-4, where the interlock does not let joint"),
         (Shared, "does not start as chain-4 does"),
         (Another, "reports another joint"),
-        (Open, "does not start as chain-4 does"),
         (Reports, "reports an attempt before the first"),
         (Senses, "what it senses, is no text"),
         (lambda **given: object(), "has no `facts`"),
@@ -331,7 +323,7 @@ def test_a_trial_attempts_what_it_is_told_as_the_box_reacts():
     assert trial_from_json(trial_to_json(trial)) == trial
 
 
-def test_it_ends_with_its_list_or_breaks():
+def test_a_trial_ends_with_its_list_or_breaks():
     assert (make_trial([0, 1]).ending, make_trial([3, 2, 1, 0, 0]).actions[-1]) == ("budget", "revolute-left")
     broken = make_trial([0, 1], broken=True)
     assert (broken.ending, broken.error.boundary, len(broken.steps)) == ("error", "model", 2)

@@ -143,17 +143,16 @@ class Table:
             raise Missing("Parquet needs the package pyarrow", "pip install 'lockprobe[parquet]'") from None
         kinds = {"integer": arrow.int64(), "number": arrow.float64(), "string": arrow.string()}
         bases = {column: _DATATYPES[facts["kind"]]["base"] for column, facts in self.columns.items()}
-        fields = [
-            arrow.field(
-                column, kinds[bases[column]], metadata={"description": facts["meaning"], "unit": facts.get("unit", "")}
-            )
-            for column, facts in self.columns.items()
-        ]
         rows = [
             {column: None if cell == "" and bases[column] != "string" else cell for column, cell in row.items()}
             for row in self.rows()
         ]
-        parquet.write_table(arrow.Table.from_pylist(rows, schema=arrow.schema(fields)), draft)
+        parquet.write_table(
+            arrow.Table.from_pylist(
+                rows, schema=arrow.schema([(column, kinds[base]) for column, base in bases.items()])
+            ),
+            draft,
+        )
 
 
 def _cell(value: Any) -> Cell:
