@@ -112,7 +112,7 @@ def parse_reply(text: str, situation: Situation, stop: str = "stop") -> Decision
     fields, tidied = object_in(text, [*asked])
     read: dict[str, str] = {}
     for name, allowed in asked.items():
-        given = fields.get(name)
+        given = fields.get(name, "" if name == "hypothesis" else None)
         if name == "hypothesis":
             said = "" if given is None else str(given)
             read[name] = said.encode("utf-8", "replace").decode("utf-8")  # half of a character outside the basic plane
@@ -122,7 +122,7 @@ def parse_reply(text: str, situation: Situation, stop: str = "stop") -> Decision
             raise ReplyFault(f"{name}: Field required")
         else:
             read[name] = _meant(name, given, allowed, situation.percept.joint or "")
-        if given != read[name] and (name in fields or name != "hypothesis"):
+        if given != read[name]:
             tidied.add("spelling")
     return Decision(
         joint=read["joint"],

@@ -206,7 +206,7 @@ def _read(came: Mapping[str, Any], status: int, wait: float | None, counted: Usa
 
 
 def _choice(choice: Mapping[str, Any], came: Mapping[str, Any], counted: Usage) -> tuple[str, str, str]:
-    """Text, reason for its end, and reasoning."""
+    """The same of the reply."""
     message = _mapping(choice.get("message"))
     text, refusal, thoughts = _said(message.get("content"))
     empty = not (text or "").strip()
@@ -227,24 +227,15 @@ def _choice(choice: Mapping[str, Any], came: Mapping[str, Any], counted: Usage) 
         return "", "tool_calls", thoughts
     if not empty:
         refusal = _error_as_text(str(text))
-    elif stop != "max_tokens":
-        _check_empty(text, " ".join(reason for _, reason in reasons), counted, thought=bool(thoughts))
+    elif stop != "max_tokens":  # no model gives an empty reply without a token, a thought or a reason for its end
+        nothing = not counted.output_tokens or (text is None and not counted.reasoning_tokens)
+        if not reasons or (nothing and not thoughts):
+            reason = " ".join(reason for _, reason in reasons) or "without a reason for its end"
+            raise NoReply(f"an empty reply that no model gives, {reason}", status=200, charged=True)
     text = text or ""
     if "</think>" in text and not text.rpartition("</think>")[2].strip():
         thoughts = thoughts or text
     return refusal or text, REFUSED if refusal else stop, thoughts
-
-
-def _check_empty(text: str | None, reason: str, counted: Usage, *, thought: bool) -> None:
-    """Let an empty reply pass only if a model can have given it.
-
-    Raises:
-        NoReply: If it has no reason for its end, no token, no count of them, or neither reasoning nor content.
-    """
-    nothing = not thought and (not counted.output_tokens or (text is None and not counted.reasoning_tokens))
-    if nothing or not reason:
-        said = f"an empty reply that no model gives, {reason or 'without a reason for its end'}"
-        raise NoReply(said, status=200, charged=True)
 
 
 def _error_as_text(text: str) -> str:

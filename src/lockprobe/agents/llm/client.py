@@ -52,7 +52,6 @@ class ModelClient:
     def __init__(self, model: Model, access: Access) -> None:
         self.model, self.server, self._access = model, Server.of(model.name), access
         self._idle: list[httpx.AsyncClient] = []
-        self._made: list[httpx.AsyncClient] = []
         self.slots = asyncio.Semaphore(access.connections)
         proxies = getproxies()
         try:
@@ -66,7 +65,6 @@ class ModelClient:
     def _open(self) -> None:
         timeout = httpx.Timeout(None, connect=self._access.connect)
         self._idle.append(httpx.AsyncClient(verify=self._trust, timeout=timeout))
-        self._made += self._idle
 
     async def ask(
         self,
@@ -170,6 +168,6 @@ class ModelClient:
             self._idle.append(http)
 
     async def aclose(self) -> None:
-        """Close the connections."""
-        for http in self._made:
+        """Close the connections, when no request is on its way."""
+        for http in self._idle:
             await http.aclose()
