@@ -28,8 +28,7 @@ def own(tmp_path, monkeypatch):
     """Writes a file of facts of one's own."""
 
     def write(text):
-        path = tmp_path / "mine.toml"
-        path = path.with_name(f"{len(list(tmp_path.iterdir()))}.toml")
+        path = tmp_path / f"{len(list(tmp_path.iterdir()))}.toml"
         path.write_text(text)
         monkeypatch.setenv(OWN_FACTS, str(path))
         return path
@@ -76,13 +75,17 @@ def test_a_price_counts_every_token_once():
     assert OWN.of(usage) == pytest.approx(0.6 * 2 + 0.4 * 0.5 + 0.25 * 8)
 
 
-def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(own):
-    shipped = facts_of("openai/gpt-4o")
-    own(f'[[model]]\nmatch = ["openai/gpt-4o", "openai-api/mine/*"]\nprice = {PRICE}\n')
+def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped_and_a_price_changes_no_request(own):
+    shipped, before = facts_of("openai/gpt-4o"), Model.parse("openai-api/mine/model").sent()
+    entry = f'[[model]]\nmatch = ["openai/gpt-4o", "openai-api/mine/*"]\nprice = {PRICE}\n'
+    own(entry)
     assert facts_of("openai-api/mine/model") == ModelFacts(price=OWN)
+    assert Model.parse("openai-api/mine/model").sent() == before
     changed = facts_of("openai/gpt-4o")
     assert (changed.price, changed.most_output, changed.images) == (OWN, shipped.most_output, shipped.images)
     assert price_of("openai/gpt-4o-mini") != OWN
+    own(f"{entry}reasons = false\n")
+    assert Model.parse("openai-api/mine/model").sent() == before | {"max_tokens": 1000}
 
 
 @pytest.mark.parametrize(
@@ -103,20 +106,6 @@ def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):
     with pytest.raises(BadFile, match=f"^{path}: {why}") as wrong:
         facts_of("openai/gpt-4o")
     assert "\n" not in str(wrong.value)
-
-
-@pytest.mark.parametrize(
-    ("fact", "changed"),
-    [
-        ("images = false", {}),
-        (f"price = {PRICE}", {}),
-        (f"reasons = false\nprice = {PRICE}", {"max_tokens": 1000}),
-    ],
-)
-def test_a_fact_of_ones_own_says_nothing_of_the_others_and_a_price_changes_no_request(own, fact, changed):
-    before = Model.parse("vllm/qwen").sent()
-    own(f"[[model]]\nmatch = ['vllm/*']\n{fact}\n")
-    assert Model.parse("vllm/qwen").sent() == before | changed
 
 
 def test_a_price_that_no_file_has_is_the_one_of_the_package_and_routers_have_none(own):
