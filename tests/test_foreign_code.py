@@ -138,7 +138,6 @@ TAKING: dict[str, list[list[str]]] = {
     "list measures": [["list", "measures", "DIR"]],
     "box show": [["box", "show", "FILE"]],
     "box check": [["box", "check", "FILE"]],
-    "box view": [["box", "view", "FILE"]],
 }
 """Command -> command lines, with DIR and OTHER for directories and FILE for a study file."""
 

@@ -71,7 +71,7 @@ def test_what_cannot_be_written_is_one_line(lockprobe, directory, tmp_path):
         (["fly"], "No such command 'fly'."),
         (
             ["box", "chain-4"],
-            "No such command 'chain-4' of lockprobe box; there are check, list, show, view, generate",
+            "No such command 'chain-4' of lockprobe box; there are check, list, show, generate",
         ),
         (["run", "flips", "--trials", "ten"], "Invalid value for '--trials': expected a whole number"),
         (["run", "flips", "--workers", "0"], "Invalid value for '--workers': expected at least 1"),

@@ -71,7 +71,7 @@ def test_the_list_has_every_measure_with_what_it_is(lockprobe):
     rows = [json.loads(line) for line in lockprobe("list", "measures", "--json")[1].splitlines()]
     assert [row["spec"] for row in rows] == list(MEASURES)
     assert all(row["what"] for row in rows)
-    assert lockprobe("list", "measures")[1].splitlines()[0].startswith("solved          Whether the target moved")
+    assert lockprobe("list", "measures")[1].splitlines()[0].split(maxsplit=1)[1].startswith("Whether the target moved")
 
 
 def test_the_means_of_a_study_are_those_of_its_conditions(lockprobe, directory):

@@ -74,7 +74,7 @@ def test_the_level_of_sequences():
 @pytest.mark.parametrize(
     ("ask", "words", "stdin", "mistake", "said"),
     [
-        (loops, [""], "", BadValue, "file: got '', expected the name of a file"),
+        (loops, [""], "", BadFile, "a directory, not a regular file"),
         (loops, ["none.txt"], "", BadFile, "none.txt: cannot be read"),
         (loops, ["-"], b"\xff\xfe\x00", BadFile, "not text in UTF-8"),
         (

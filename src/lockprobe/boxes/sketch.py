@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from lockprobe.boxes.box import Lockbox
 
@@ -62,13 +62,13 @@ def _row(box: Lockbox, row: list[int], names: Sequence[str], positions: Sequence
     return symbols, under
 
 
-def interlock_lines(box: Lockbox) -> list[str]:
-    """The positions that each joint needs, the target first."""
-    lines = []
+def interlock_lines(box: Lockbox, called: Mapping[str, str] | None = None) -> list[str]:
+    """The positions that each joint needs, the target first; joints by their names, or as they are ``called``."""
+    lines, called = [], called or dict(zip(box.names, box.names, strict=True))
     for name in sorted(box.names, key=lambda name: name != box.target):
         ways = [
-            " and ".join(f"{other} {'open' if position else 'closed'}" for other, position in clause.items())
+            " and ".join(f"{called[other]} {'open' if position else 'closed'}" for other, position in clause.items())
             for clause in box.alternatives(name)
         ]
-        lines.append(f"{name}{' (target)' * (name == box.target)}: {', or '.join(ways) or 'always free'}")
+        lines.append(f"{called[name]}{' (target)' * (name == box.target)}: {', or '.join(ways) or 'always free'}")
     return lines

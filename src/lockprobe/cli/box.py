@@ -125,15 +125,6 @@ def show(
         say("\n".join(_in_words(box)))
 
 
-@app.command("view")
-def view(
-    name: Name = DEFAULT_BOX,
-    arm: Annotated[bool, typer.Option("--arm", help="With the robot arm.")] = False,
-) -> None:
-    """Open a box in MuJoCo's viewer: its joints can be pulled with the mouse, and lock each other."""
-    robot_plugin("tool", "box-view", "MuJoCo models of boxes need").load()(find_box(name), arm=arm)
-
-
 @app.command("generate")
 def generate(
     family: Annotated[str, typer.Option(help="A named box, or random-N: an interlock of N joints.")] = "random-4",

@@ -21,13 +21,7 @@ from lockprobe.foundation.plugins import robot_plugin
 
 
 class Finding(NamedTuple):
-    """One thing that works or does not.
-
-    Attributes:
-        what: The thing examined.
-        ok: Whether it works.
-        detail: Its version or path, or what to do.
-    """
+    """One thing that works or does not, with its version or path, or what to do."""
 
     what: str
     ok: bool

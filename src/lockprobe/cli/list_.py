@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json as json_
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -25,7 +25,7 @@ def agents(json: options.AsJson = False) -> None:
     """List the agents by spec."""
     from lockprobe.agents.catalogue import KNOWN
 
-    _list(KNOWN, 24, listed_plugins("agent", KNOWN), json=json)
+    _list(KNOWN, listed_plugins("agent", KNOWN), json=json)
 
 
 @app.command()
@@ -34,7 +34,7 @@ def plants(json: options.AsJson = False) -> None:
     from lockprobe.plants.catalogue import known_plants
 
     known = known_plants()
-    _list(known, 9, listed_plugins("plant", known) + listed_plugins("plant source", known), json=json)
+    _list(known, listed_plugins("plant", known) + listed_plugins("plant source", known), json=json)
 
 
 @app.command()
@@ -44,18 +44,16 @@ def interventions(json: options.AsJson = False) -> None:
     from lockprobe.trial.condition import PLACES, place_of
     from lockprobe.trial.protocols import InterventionTraits
 
-    found = [(name, kind, "", "") for name, kind in shipped().items()]
-    found += [(row.name, row.found, row.package, row.what) for row in packaged()]
-    places, rows = [*PLACES, None], []
-    for name, kind, package, why in found:
-        doses, what = list(InterventionTraits.of(kind).doses), why
+    found: list[tuple[str, Any, dict[str, str]]] = [(name, kind, {}) for name, kind in shipped().items()]
+    found += [(row.name, row.found, {"what": row.what, "package": row.package}) for row in packaged()]
+    places, rows = [*PLACES, None], list[dict[str, object]]()
+    for name, kind, more in found:
+        doses = list(InterventionTraits.of(kind).doses)
         if kind:
             taken = [option + " (dose)" * (one.name in doses) for option, one in options_of(kind).items()]
-            what = f"{first_line(kind).replace('``', '')} Options: {', '.join(taken) or 'none'}."
-        row = {"place": place_of(kind) if kind else None, "spec": name, "doses": doses, "what": what}
-        rows.append(row | ({"package": package} if package else {}))
-    for row in sorted(rows, key=lambda row: places.index(row["place"])):  # type: ignore[arg-type]
-        _print_row(row, f"{row['place'] or '-':11} {row['spec']:10}", json=json)
+            more["what"] = f"{first_line(kind).replace('``', '')} Options: {', '.join(taken) or 'none'}."
+        rows.append({"place": place_of(kind) if kind else None, "spec": name, "doses": doses, **more})
+    _print(sorted(rows, key=lambda row: places.index(row["place"])), json=json)  # type: ignore[arg-type]
 
 
 @app.command()
@@ -78,7 +76,7 @@ def measures(
 
     if directory is None:
         known = {one.name: one.what for one in map(find_measure, measure or MEASURES)}
-        _list(known, 14, () if measure else listed_plugins("measure", known), json=json)
+        _list(known, () if measure else listed_plugins("measure", known), json=json)
         return
     from lockprobe.studies.records.read_records import load
 
@@ -122,7 +120,7 @@ def models(
             price = price_of(entry.match[0])
             cost = f"{price.input:g} in, {price.output:g} out" if price else "not known"
             known[f"llm:{entry.match[0]}"] = f"US dollars per million tokens: {cost}."
-        _list(known, 40, (), json=json)
+        _list(known, (), json=json)
         return
     model = Model.parse(spec)
     facts = asdict(replace(model.facts, price=price_of(model.name)))
@@ -136,17 +134,15 @@ def models(
             print(f"  {title:5}  {what:14}  {said}")
 
 
-def _list(known: Mapping[str, str], width: int, added: Iterable[Listed], *, json: bool) -> None:
-    """Print a line for each: Lockprobe's own specs with what they are, and what installed packages add.
-
-    ``width`` is that of the column of specs.
-    """
+def _list(known: Mapping[str, str], added: Iterable[Listed], *, json: bool) -> None:
+    """Print a line for each: Lockprobe's own specs with what they are, and what installed packages add."""
     rows: list[dict[str, object]] = [{"spec": spec, "what": what} for spec, what in known.items()]
-    rows += [{"spec": row.name, "what": row.what, "package": row.package} for row in added]
+    _print(rows + [{"spec": row.name, "what": row.what, "package": row.package} for row in added], json=json)
+
+
+def _print(rows: Sequence[Mapping[str, object]], *, json: bool) -> None:
+    wide = max(len(str(row["spec"])) for row in rows)
     for row in rows:
-        _print_row(row, f"{row['spec']:{width}}", json=json)
-
-
-def _print_row(row: Mapping[str, object], begin: str, *, json: bool) -> None:
-    owner = f" ({row['package']})" if "package" in row else ""
-    print(json_.dumps(row) if json else printable(f"{begin}  {row['what']}{owner}"))
+        place = f"{row['place'] or '-':11} " if "place" in row else ""
+        owner = f" ({row['package']})" if "package" in row else ""
+        print(json_.dumps(row) if json else printable(f"{place}{row['spec']:{wide}}  {row['what']}{owner}"))

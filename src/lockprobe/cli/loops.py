@@ -5,7 +5,6 @@ from __future__ import annotations
 import json as json_
 import re
 import sys
-from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Literal
@@ -15,7 +14,7 @@ import typer
 from lockprobe.cli import options
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict
 from lockprobe.foundation.formatting import count
-from lockprobe.foundation.inputs import LARGEST_INPUT
+from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.statistics.loops import Solver, cover
 
@@ -86,19 +85,10 @@ def _sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
 
     Empty lines are skipped, and their number is printed on standard error.
     """
-    if not file:
-        raise BadValue("file", file, "the name of a file, or - for standard input")
     try:
-        with nullcontext(sys.stdin.buffer) if file == "-" else Path(file).open("rb") as source:
-            content = source.read(LARGEST_INPUT + 1)  # a pipe is welcome here: cat FILE |, <(command)
-        if len(content) > LARGEST_INPUT:
-            raise BadFile(file, f"larger than {LARGEST_INPUT} bytes")
+        content = sys.stdin.buffer.read() if file == "-" else read_input(Path(file))
         lines = re.split(r"\r\n|\n|\r", content.decode("utf-8-sig"))
-    except AttributeError:
-        raise BadFile(file, "standard input is closed") from None
-    except OSError as error:
-        raise BadFile(file, f"cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
+    except (AttributeError, UnicodeDecodeError):  # standard input is closed, or something else
         raise BadFile(file, "not text in UTF-8") from None
     found = []
     for number, line in enumerate(lines if lines[-1] else lines[:-1], 1):

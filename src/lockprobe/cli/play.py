@@ -6,7 +6,6 @@ import asyncio
 import secrets
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -173,17 +172,7 @@ def _truth(trial: Trial, box: Lockbox) -> Iterator[str]:
         right = sum((claimed == "moved") == step.moved for step, claimed in pairs)
         yield f"Your statements about your actions were true {right} of {len(pairs)} times."
     yield "\nThe interlock"
-    names = dict(zip(box.names, trial.labels, strict=True))
-    labelled = replace(
-        box,
-        joints=tuple(replace(joint, name=names[joint.name]) for joint in box.joints),
-        interlock={
-            names[joint]: tuple({names[other]: position for other, position in clause.items()} for clause in clauses)
-            for joint, clauses in box.interlock.items()
-        },
-        target=names[box.target],
-    )
-    yield from (f"  {line}" for line in interlock_lines(labelled))
+    yield from (f"  {line}" for line in interlock_lines(box, dict(zip(box.names, trial.labels, strict=True))))
 
 
 def _ending(trial: Trial) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json as jsonlib
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from math import ceil
@@ -26,7 +26,6 @@ from lockprobe.people.assignment import boxes_each, conditions_of, trials_for
 from lockprobe.people.experiment import (
     LANGUAGES,
     Experiment,
-    Words,
     checked,
     kept_experiment,
     read_experiment,
@@ -58,6 +57,11 @@ _PEOPLE = (
 )
 _TEXTS = "The texts of the page: a shipped language, or a file (--write-texts writes an example)."
 _PUBLIC = "The public origin of a proxy, for example https://study.example.org."
+_UNNAMED = (
+    "Note          The shipped consent text names nobody as responsible and does not say how long the study takes. "
+    "Edit a copy (lockprobe serve --write-texts mine.toml) and use --texts mine.toml."
+)
+_OPEN = "Note          Anyone with the link can join. --join-code CODE, or require_id in people.toml, keeps others out."
 _ALLOWED = "A name of this machine on a local network; may be repeated."
 
 Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|why|looks|FILE.toml|DIR", help=_STUDY)]
@@ -135,8 +139,10 @@ def serve(
         print(f"To paste      {address}  (placeholders of the recruitment platform)")
         print(f"Preview       {preview}  (nothing is kept, and no place taken)")
         print(f"Kept in       {directory}")
-        for line in _reminders(words, experiment):
-            print(f"Note          {line}")
+        if any(words.consent == read_words(language).consent for language in LANGUAGES):
+            print(_UNNAMED)
+        if not (experiment.join_code or experiment.require_id):
+            print(_OPEN)
         print(f"Ctrl-C stops; the same command resumes. Hash of the settings: {planned.settings_hash}", flush=True)
 
     door = Address(host=host, port=port, public=public_url.rstrip("/"), allowed=tuple(allow_host or ()))
@@ -191,25 +197,13 @@ def study_and_people(
     return planned(trials=ceil(luck / len(first.boxes)), repetitions=repetitions, **rates)
 
 
-def _reminders(words: Words, experiment: Experiment) -> Iterator[str]:
-    """Tasks left for the experimenter before people come."""
-    if any(words.consent == read_words(language).consent for language in LANGUAGES):
-        yield (
-            "The shipped consent text names nobody as responsible and does not say how long the study takes. "
-            "Edit a copy (lockprobe serve --write-texts mine.toml) and use --texts mine.toml."
-        )
-    if not (experiment.join_code or experiment.require_id):
-        yield "Anyone with the link can join. --join-code CODE, or require_id in people.toml, keeps others out."
-
-
 def _write_examples(language: str, texts: Path | None, people: Path | None) -> None:
     """Write a language's texts, and its example of settings, to where an experimenter edits them."""
     example = EXAMPLES.get(language, EXAMPLES[Experiment().language])
-    asked = ((texts, words_file(language), "texts"), (people, example, "people"))
-    wanted = [(target, source, option) for target, source, option in asked if target is not None]
-    for target, _, _ in wanted:  # all are looked for before one is written
+    for target, source, option in ((texts, words_file(language), "texts"), (people, example, "people")):
+        if target is None:
+            continue
         if os.path.lexists(target):
             raise BadFile(target, "already exists, and is not overwritten")
-    for target, source, option in wanted:
         write_file(target, read_input(source))
         print(f"Written: {target}. Edit it, then use it: lockprobe serve STUDY --{option} {target}")

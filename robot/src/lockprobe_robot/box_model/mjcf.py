@@ -7,10 +7,7 @@ it joints start at position 0. The arm's weight is balanced (``gravcomp``), so i
 
 from __future__ import annotations
 
-import importlib
-import os
 import re
-import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -18,7 +15,6 @@ import mujoco
 import numpy as np
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.storage.atomic_file import write_files
 from lockprobe.trial.pictures.frame import to_png
 from lockprobe.trial.plan import LABELS
@@ -62,17 +58,6 @@ def write_model(box: Lockbox, path: Path, *, arm: bool = False) -> None:
         plain = re.sub(r' colorspace="\w+"', "", spec.to_xml())
         files[path] = plain.replace('type="directional"', 'directional="true"')
     write_files(files)
-
-
-def view_model(box: Lockbox, *, arm: bool) -> None:
-    """Open a model in MuJoCo's viewer, until its window is closed. Raises as :func:`write_model`.
-
-    Raises:
-        Missing: If there is no display.
-    """
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise Missing("MuJoCo's viewer needs a display", "lockprobe box show NAME --out scene.xml writes the model")
-    importlib.import_module("mujoco.viewer").launch(*plain_model(box, arm=arm))
 
 
 def _spec(box: Lockbox, *, arm: bool) -> mujoco.MjSpec:
