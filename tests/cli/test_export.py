@@ -9,6 +9,8 @@ import pytest
 from builders import make_trial, small_study, write_study
 from stored import sql
 
+from lockprobe.cli.out_file import refuse_study_file
+from lockprobe.foundation.errors import BadFile
 from lockprobe.interfaces.export import Table
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import in_order, load, results_hash
@@ -81,12 +83,6 @@ def test_a_dash_is_standard_output(lockprobe, tmp_path, played, monkeypatch):
     assert not (tmp_path / "-").exists()
 
 
-@pytest.mark.parametrize("out", ["", ".", ".."])
-def test_a_table_without_a_name_is_refused(lockprobe, played, out):
-    status, _, said = lockprobe("export", played, "--out", out)
-    assert (status, said) == (2, f"lockprobe: {out or '.'}: is a directory, not a regular file: choose another name\n")
-
-
 def test_a_call_is_a_row_and_a_table_of_people_needs_people(lockprobe, played):
     call = {
         "key": "k",
@@ -134,9 +130,35 @@ def test_records_are_a_line_per_trial_by_key_and_exactly_what_the_hash_of_the_re
     assert results_hash(read_study(directory), in_order(load(directory))) == whole[:32]
 
 
-@pytest.mark.parametrize("kind", ["csv", "parquet"])
-def test_records_are_refused_as_a_table(lockprobe, tmp_path, played, kind):
-    status, printed, said = lockprobe("export", played, "--table", "records", "--format", kind, "--out", tmp_path / "x")
-    assert (status, printed) == (2, "")
-    assert said == f"lockprobe: --format: got {kind!r}, expected jsonl, because a record is a JSON object\n"
-    assert not (tmp_path / "x").exists()
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--out", ""), ".: is a directory, not a regular file: choose another name"),
+        (("--out", ".."), "..: is a directory, not a regular file: choose another name"),
+        (("--table", "records"), "--format: got 'csv', expected jsonl, because a record is a JSON object"),
+        (("--format", "frames"), "--out: got None, expected a directory for the pictures"),
+        (("--trial", "x"), "--trial: got 'x', expected --format frames with it"),
+    ],
+)
+def test_what_cannot_be_exported_is_one_line(lockprobe, played, words, said):
+    assert lockprobe("export", played, *words) == (2, "", f"lockprobe: {said}\n")
+
+
+STORES = ("study.db", "study.db-wal", "study.db-shm", "study.db-journal", "study.db.rescued", "study.db.rescued-2")
+KEPT = (*STORES, "results.json", "people/experiment.json", "pictures/new.png")
+
+
+def test_what_a_study_keeps_is_refused_and_other_files_beside_it_are_not(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "link.csv").symlink_to(tmp_path / "study.db")
+    kept = ("study.json", *KEPT, "report.html", "link.csv")
+    for name in kept:
+        refuse_study_file(tmp_path / "elsewhere" / name)  # there is no study
+        refuse_study_file(tmp_path / name)
+    (tmp_path / "study.json").write_text("{}")
+    for name in kept:
+        for path in (tmp_path / name, tmp_path / "no" / ".." / name, tmp_path.relative_to(tmp_path) / name):
+            with pytest.raises(BadFile, match="belongs to the study; choose another file"):
+                refuse_study_file(path)
+    for name in ("steps.csv", "compare.html", "tables/steps.csv", "inner/study.db"):
+        refuse_study_file(tmp_path / name)

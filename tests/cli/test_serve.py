@@ -7,23 +7,13 @@ import tomllib
 
 import forked
 import pytest
-from typed import typed
-from visitor import server
+from typed import in_process
 
 from lockprobe.cli import build
 from lockprobe.cli.serve import EXAMPLES, study_and_people
-from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment, read_words
 from lockprobe.studies.records.directory import read_study
-
-
-def refused(*arguments):
-    """The one line that is said."""
-    done = typed("serve", *arguments, timeout=60)
-    assert done.returncode == 2, done.stderr
-    (line,) = done.stderr.splitlines()
-    assert not done.stdout
-    return line
 
 
 def settings(people, own, directory):
@@ -52,13 +42,11 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
 
 
 def test_people_join_a_study_that_others_have_played(tmp_path):
-    done = typed("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", 2, "--repetitions", 1,
-                     "--no-report", "--out", tmp_path)  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    with server(tmp_path, "--port", 0) as where:
-        assert where["directory"] == str(tmp_path)
-    assert read_study(tmp_path).agents == ("random", "participant")
-    assert "--trials" in refused(tmp_path, "--trials", 5)
+    in_process("run", "flips", "--agent", "random", "--p", "0", "--trials", 1, "--no-report", "--out", tmp_path)
+    planned, directory, _ = study_and_people(str(tmp_path), {}, [], {}, None)
+    assert (planned.agents, directory) == (("random", "participant"), tmp_path)
+    with pytest.raises(Conflict, match="--trials cannot be combined with the directory"):
+        study_and_people(str(tmp_path), {"trials": 1}, [], {}, None)
 
 
 def test_a_file_s_agents_play_beside_people(tmp_path):
@@ -85,17 +73,16 @@ def test_how_people_take_part_is_asked_for_or_stays_as_it_was(tmp_path):
 
 def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
     texts, people = tmp_path / "texts.toml", tmp_path / "people.toml"
-    done = typed("serve", "--write-texts", texts, "--write-people", people)
-    assert done.returncode == 0, done.stderr
-    assert [line.split(":")[0] for line in done.stdout.splitlines()] == ["Written", "Written"]
+    said = in_process("serve", "--write-texts", texts, "--write-people", people).stdout
+    assert [line.split(":")[0] for line in said.splitlines()] == ["Written", "Written"]
     assert read_words(str(texts)) == read_words("en")
     assert people.read_bytes() == EXAMPLES["en"].read_bytes()
-    assert not typed("serve", "--write-people", tmp_path / "a.toml", "--texts", "de").returncode
+    in_process("serve", "--write-people", tmp_path / "a.toml", "--texts", "de")
     german = read_experiment(tmp_path / "a.toml")
     assert (german.language, german.checks[0].right) == ("de", "Blau")
-    assert "is not overwritten" in refused("--write-texts", texts)
     for arguments, said in (
         (("--write-people", people), "is not overwritten"),
+        (("--write-texts", texts), "is not overwritten"),
         (("--write-people", tmp_path / "no" / "people.toml"), "cannot be written"),
         (("--write-texts", tmp_path / "x.toml", "--texts", "xx"), "no language is called"),
     ):
@@ -184,8 +171,8 @@ def test_a_port_in_use_is_said(tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        line = refused("flips", "--port", taken.getsockname()[1], "--out", tmp_path / "x")
-        assert "in use" in line
+        with pytest.raises(BadValue, match="port: .* in use"):
+            in_process("serve", "flips", "--port", taken.getsockname()[1], "--out", tmp_path / "x")
 
 
 def test_a_damaged_experiment_is_said(tmp_path):
@@ -193,5 +180,3 @@ def test_a_damaged_experiment_is_said(tmp_path):
     (tmp_path / "people" / "experiment.json").write_text("{")
     with pytest.raises(BadFile):
         settings(None, {}, tmp_path)
-    with pytest.raises(Conflict, match="--trials cannot be combined with the directory"):
-        study_and_people(str(tmp_path), {"trials": 1}, [], {}, None)

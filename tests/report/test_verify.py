@@ -92,7 +92,10 @@ def client(directory):
 
 
 def people(directory):
-    take_part(directory, small_study(["participant"], p=[0.0], trials=2), "aaaa01", [(0.0, 1, 1), (0.0, 1, 2)])
+    """People, and a strategy that no diary is of."""
+    planned = small_study(["participant", "random"], p=[0.0], repetitions=1, trials=2)
+    take_part(directory, planned, "aaaa01", [(0.0, 1, 1), (0.0, 1, 2)])
+    run_study(planned, directory)
 
 
 @contextmanager
@@ -309,6 +312,7 @@ flipped_claims = then(decisions(flipped, after=1), decisions(said_so, after=1))
 EDITS = {
     "another outcome told": ("forked", one(lambda of: of["steps"][1].update(told_moved=not of["steps"][1]["told_moved"])), "luck", "step 2, told_moved"),
     "a trial dropped": ("forked", lambda files: files.drop(lambda key: key != STRATEGY), "complete", ""),
+    "other doses": ("forked", lambda files: files.settings["conditions"][1]["interventions"][0].update(doses=["p"]), "settings", "the doses of flip?p=0.4"),
     "another seed": ("forked", lambda files: files.settings.update(seed=files.settings["seed"] + 1), "forks", ""),
     "other claims of a local model": ("local", every_step(flipped), "choices", ""),
     "a client's trials dropped": ("client", without_last, "attempts", ""),
@@ -475,6 +479,8 @@ def test_an_edited_page_table_or_figure_is_named(reported, edited):
         before = (reported / name).read_bytes()
         assert edited(name, edit(before)) == {"report": (name,)}
         edited(name, before)
+    assert edited("tables/conditions.csv", None) == {}
+    assert next(one.said for one in verify(reported) if one.name == "report").endswith("; 1 are not there")
 
 
 def test_an_altered_result_is_named_as_it_is_written_and_as_it_is_computed(reported, edited):

@@ -27,7 +27,7 @@ from lockprobe.foundation.spec import MCP, Spec, spec_kind
 from lockprobe.interventions.conditions import interventions_of
 from lockprobe.people.diary import acts_of_steps
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.replay import AgentKind, ReplayedTrial, is_foreign, kind_of, played_again
+from lockprobe.report.replay import AgentKind, ReplayedTrial, kind_of, played_again
 from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
 from lockprobe.studies import FORKS
 from lockprobe.studies.branch import fork_plan
@@ -145,11 +145,9 @@ def _settings(of: _PlayedAgain) -> Iterator[Check]:
     failed, own = list[str](), of.study
     for condition in own.conditions:
         for spec, doses in condition.acting:
-            if is_foreign("intervention", spec):
-                continue
             try:
                 (made,) = interventions_of(spec)
-            except UserMistake:  # it cannot be made here, as without the file of a prompt
+            except UserMistake:  # it cannot be made here: it is code of others, or the file of its prompt is missing
                 continue
             if (found := InterventionTraits.of(made).doses) != doses:
                 failed.append(f"{condition.label}: the doses of {spec} are {found}, not {doses}")
