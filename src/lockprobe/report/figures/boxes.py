@@ -1,35 +1,28 @@
-"""A box as a picture: the panel at the start, and below it what each joint needs, which no agent sees."""
+"""A box as a picture: the panel at the start, and below it what each joint needs, which no agent sees. In inches."""
 
 from __future__ import annotations
 
-from itertools import combinations
-from math import cos, hypot, pi, sin
+from math import cos, pi, sin
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch
 
-from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.report.figures.drawing import TARGET, Dash, settable
 from lockprobe.report.figures.settings import FAINT, INK, own_settings
 
 Point = tuple[float, float]
 
-_NAME = (0.8, 0.84)
-"""Room for a joint with its name, in inches."""
+_EDGE = 0.46
+"""How far joints stay from the edge of the panel."""
 
-_WIDTHS, _HEIGHTS, _EDGE = (3.2, 6.9), (1.4, 4.3), 0.46
-"""Least and greatest size of the panel in inches; how far joints stay from its edge."""
+_COLUMN, _ROW = 0.87, 0.36
+"""Width of a column and height of a row of the table of needs; a joint with its name has as much room."""
 
-_COLUMN, _ROW, _TOP = 0.87, 0.36, 0.42
-"""Width of a column and height of a row of the table of needs, and of its head, in inches."""
-
-_HEAD, _GAP = 0.33, 0.1
+_HEAD, _GAP = 0.4, 0.1
 """Height of a heading; below the panel and the table."""
-
-_CLOSE = 0.08
-"""Places nearer to each other, in panel sizes, are not drawn: the joints are put in a row."""
 
 _LONGEST = 10
 """Characters in a line of a name."""
@@ -41,104 +34,86 @@ _GHOST: Dash = (0, (2, 1.5))
 @own_settings()
 def box_figure(box: Lockbox) -> Figure:
     """The picture of a box: the panel, and below it a row for each alternative of a joint with the joints it needs."""
-    needed, rows = _needed(box), sum(max(1, len(box.alternatives(name))) for name in box.names)
-    panel, table = _panel_size(box), (_COLUMN * (1.3 + max(2, len(needed))), _TOP + _ROW * rows)
-    width, above = max(panel[0], table[0], 3.4) + 0.1, _GAP + table[1] + 1.5 * _HEAD + _GAP
+    rows = [(name, clause) for name in box.names for clause in box.alternatives(name) or [{}]]
+    needed = [name for name in box.names if any(name in clause for _, clause in rows)]
+    places = [joint.place for joint in box.joints]
+    if len({*places}) < len(places):  # nobody has said where they lie
+        places = [((i + 0.5) / len(places), 0.5) for i in range(len(places))]
+    across, heights = zip(*places, strict=True)
+    panel = max(3.2, _COLUMN * len({*across}) + 2 * _EDGE), 1.4 if len({*heights}) == 1 else 2.8
+    table = _COLUMN * (1.3 + max(2, len(needed))), _HEAD + _ROW * len(rows)
+    width, above = max(panel[0], table[0]) + 0.1, table[1] + _HEAD + 2 * _GAP
     height = above + panel[1] + _HEAD
     figure = Figure(figsize=(width, height))
-    for draw, bottom, (breadth, high) in ((_draw_panel, above, panel), (_draw_needs, _GAP, table)):
-        axes = figure.add_axes((0.05 / width, bottom / height, breadth / width, high / height))
-        axes.set(xlim=(0, breadth), ylim=(0, high))
-        axes.set_axis_off()
-        draw(axes, box)
+
+    def axes(bottom: float, size: Point) -> Axes:
+        made = figure.add_axes((0.05 / width, bottom / height, size[0] / width, size[1] / height))
+        made.set(xlim=(0, size[0]), ylim=(0, size[1]))
+        made.set_axis_off()
+        return made
+
+    _draw_panel(axes(above, panel), box, places, panel)
+    _draw_needs(axes(_GAP, table), box, needed, rows)
     return figure
 
 
-def _needed(box: Lockbox) -> list[str]:
-    """The joints that another one waits for."""
-    return [one for one in box.names if any(one in clause for name in box.names for clause in box.alternatives(name))]
-
-
-def _draw_needs(axes: Axes, box: Lockbox) -> None:
+def _draw_needs(axes: Axes, box: Lockbox, needed: list[str], rows: list[tuple[str, Any]]) -> None:
     """Filled where a joint has to be open, hollow where it has to be closed; a row for each alternative."""
-    columns = {name: _COLUMN * (1.8 + i) for i, name in enumerate(_needed(box))}
+    columns = {name: _COLUMN * (1.8 + i) for i, name in enumerate(needed)}
     (_, wide), (_, y) = axes.get_xlim(), axes.get_ylim()
     for name, x in columns.items():
-        _name_joint(axes, box, name, (x, y - _TOP / 2), ha="center")
-    y -= _TOP + _ROW / 2
-    for name in box.names:
-        for i, clause in enumerate(box.alternatives(name) or [{}]):
-            if i:
-                axes.text(_COLUMN * 1.15, y, "or", ha="right", va="center")
-            else:
-                axes.plot([0, wide], [y + _ROW / 2] * 2, color=FAINT, linewidth=0.5)
-                _name_joint(axes, box, name, (_COLUMN * 1.15, y), ha="right")
-            if not clause:
-                axes.text(_COLUMN * 1.4, y, "moves at any time", va="center", color=FAINT)
-            for other, position in clause.items():
-                face = INK if position else "white"
-                axes.add_patch(Circle((columns[other], y), 0.07, facecolor=face, edgecolor=INK, linewidth=0.9))
-            y -= _ROW
+        _name_joint(axes, box, name, (x, y - _HEAD / 2), ha="center")
+    y, before = y - _HEAD - _ROW / 2, ""
+    for name, clause in rows:
+        if name == before:
+            axes.text(_COLUMN * 1.15, y, "or", ha="right", va="center")
+        else:
+            axes.plot([0, wide], [y + _ROW / 2] * 2, color=FAINT, linewidth=0.5)
+            _name_joint(axes, box, name, (_COLUMN * 1.15, y), ha="right")
+        if not clause:
+            axes.text(_COLUMN * 1.4, y, "moves at any time", va="center", color=FAINT)
+        for other, position in clause.items():
+            face = INK if position else "white"
+            axes.add_patch(Circle((columns[other], y), 0.07, facecolor=face, edgecolor=INK, linewidth=0.9))
+        y, before = y - _ROW, name
     axes.set_title(
         "what each joint needs before it moves\n(filled: open; hollow: closed; blue: the target)", loc="left"
     )
 
 
-def _draw_panel(axes: Axes, box: Lockbox) -> None:
+def _draw_panel(axes: Axes, box: Lockbox, places: list[Point], size: Point) -> None:
     """Sliders in their slots and knobs, where they are at the start; dashed: where a joint goes when it moves."""
-    wide, high = axes.get_xlim()[1], axes.get_ylim()[1]
+    wide, high = size
     _rounded(axes, (0.03, 0.03), (wide - 0.06, high - 0.06), 0.1, facecolor="#f4f4f2", edgecolor=FAINT)
-    for joint, open_, (x, y) in zip(box.joints, box.initial, _spots(box), strict=True):
-        at = (_EDGE + x * (wide - 2 * _EDGE), _EDGE + 0.18 + y * (high - 2 * _EDGE - 0.18))
-        colour = TARGET if joint.name == box.target else INK
-        (_slider if joint.kind == "prismatic" else _knob)(axes, at, open_=open_, colour=colour)
-        _name_joint(axes, box, joint.name, (at[0], at[1] - 0.24), ha="center", va="top")
+    for joint, open_, place in zip(box.joints, box.initial, places, strict=True):
+        x, y = _EDGE + place[0] * (wide - 2 * _EDGE), _EDGE + 0.18 + place[1] * (high - 2 * _EDGE - 0.18)
+        _draw_joint(axes, joint, (x, y), open_=open_, colour=TARGET if joint.name == box.target else INK)
+        _name_joint(axes, box, joint.name, (x, y - 0.24), ha="center", va="top")
     axes.set_title(settable(box.name) + ": the panel at the start", loc="left")
 
 
-def _spots(box: Lockbox) -> list[Point]:
-    """The joints' places, or a row where these would lie on each other."""
-    spots = [joint.place for joint in box.joints]
-    if any(hypot(a[0] - b[0], a[1] - b[1]) < _CLOSE for a, b in combinations(spots, 2)):
-        return [((i + 0.5) / len(spots), 0.5) for i in range(len(spots))]
-    return spots
-
-
-def _panel_size(box: Lockbox) -> tuple[float, float]:
-    """Large enough for the names of joints beside and above each other, as far as there is room."""
-    pairs = [(abs(a[0] - b[0]), abs(a[1] - b[1])) for a, b in combinations(_spots(box), 2)]
-    beside = min((x for x, y in pairs if y < 0.3), default=1.0)
-    above = min((y for x, y in pairs if x < 0.2 and y > 0.05), default=10.0)
-    width = min(_WIDTHS[1], max(_WIDTHS[0], _NAME[0] / max(beside, 0.01) + 2 * _EDGE))
-    return width, min(_HEIGHTS[1], max(_HEIGHTS[0], _NAME[1] / above + 2 * _EDGE + 0.18))
-
-
-def _slider(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
-    """A block in a slot: closed on the left, open on the right."""
-    long, thick = 0.56, 0.17
-    _rounded(axes, (at[0] - long / 2, at[1] - thick / 2), (long, thick), 0.03, facecolor="white", edgecolor=FAINT)
+def _draw_joint(axes: Axes, joint: Joint, at: Point, *, open_: bool, colour: str) -> None:
+    """A block in a slot, closed on the left and open on the right; or a lever on a disc, upwards and to the right."""
+    (x, y), slides = at, joint.kind == "prismatic"
+    if slides:
+        _rounded(axes, (x - 0.28, y - 0.085), (0.56, 0.17), 0.03, facecolor="white", edgecolor=FAINT)
+    else:
+        axes.add_patch(Circle(at, 0.17, facecolor="white", edgecolor=FAINT, linewidth=0.8))
     for position in (not open_, open_):
-        here = position == open_
-        corner = (at[0] + (0.03 if position else 0.03 - long / 2), at[1] - thick / 2 - 0.025)
-        block = {"facecolor": colour if here else "none", "edgecolor": colour, "linestyle": "-" if here else _GHOST}
-        _rounded(axes, corner, (long / 2 - 0.06, thick + 0.05), 0.03, **block)
-
-
-def _knob(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
-    """A lever on a disc: closed upwards, open to the right."""
-    axes.add_patch(Circle(at, 0.17, facecolor="white", edgecolor=FAINT, linewidth=0.8))
-    for position in (not open_, open_):
-        angle, here = 0.0 if position else pi / 2, position == open_
-        x, y = [at[0], at[0] + 0.27 * cos(angle)], [at[1], at[1] + 0.27 * sin(angle)]
-        lever: dict[str, Any] = {"linewidth": 5.8 if here else 0.9, "linestyle": "-" if here else _GHOST}
-        axes.plot(x, y, color=colour, solid_capstyle="round", **lever)
-    axes.add_patch(Circle(at, 0.05, facecolor=colour, edgecolor="white", linewidth=0.8, zorder=4))
+        here, angle = position == open_, 0.0 if position else pi / 2
+        style: dict[str, Any] = {"linestyle": "-" if here else _GHOST}
+        if slides:
+            style |= {"facecolor": colour if here else "none", "edgecolor": colour}
+            _rounded(axes, (x + (0.03 if position else -0.25), y - 0.11), (0.22, 0.22), 0.03, **style)
+        else:
+            style |= {"linewidth": 5.8 if here else 0.9, "solid_capstyle": "round"}
+            axes.plot([x, x + 0.27 * cos(angle)], [y, y + 0.27 * sin(angle)], color=colour, **style)
 
 
 def _rounded(axes: Axes, corner: Point, size: Point, radius: float, **settings: Any) -> None:
     """A rectangle with round corners."""
     style = f"round,pad=0,rounding_size={radius}"
-    axes.add_patch(FancyBboxPatch(corner, *size, boxstyle=style, **{"linewidth": 0.8, **settings}))
+    axes.add_patch(FancyBboxPatch(corner, *size, boxstyle=style, linewidth=0.8, **settings))
 
 
 def _name_joint(axes: Axes, box: Lockbox, name: str, at: Point, *, va: str = "center", ha: str) -> None:
