@@ -126,6 +126,7 @@ def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
     assert {arm: str(solved[IN_ARM.get(arm, arm)]) for arm in rows} == rows
 
 
+@pytest.mark.slow
 def test_one_lie_at_the_end_of_a_loop(tmp_path):
     record = tmp_path / "record"
     lockprobe.run_study(study("flips", agent="cognitive:loop-breaker", p=(0,), trials=20), record)

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from builders import write_study
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lockprobe
@@ -60,6 +60,7 @@ def played():
     )
 
 
+@settings(max_examples=25)
 @given(st.lists(estimates, max_size=5))
 def test_what_is_written_is_read_back_from_lines_without_columns_that_say_nothing(rows):
     found = results(*rows, Curve(quantity="fit", x=(0, 1), value=(0.5, None)), Fact(about="a", name="b", text="A."))

@@ -25,7 +25,7 @@ def boxes(first, second, n):
 
 @pytest.mark.parametrize(
     ("k", "n", "success", "effect", "tau"),
-    [(5, 5, 0.233, 0.0, 0.0), (10, 5, 0.233, 0.434, 0.15), (20, 20, 0.5, 0.0, 0.3), (10, 20, 0.03, 0.0, 0.0)],
+    [(5, 5, 0.233, 0.0, 0.0), (10, 5, 0.233, 0.434, 0.15)],
 )
 def test_the_interval_holds_the_mean_over_boxes(k, n, success, effect, tau):
     """That of trials taken as independent holds it in .94 to .37, from a tau of 0 to .3."""

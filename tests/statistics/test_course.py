@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.statistics.course import cells_of, courses
 from lockprobe.statistics.idle import never_acted
-from lockprobe.statistics.outcomes import plays_alike
+from lockprobe.statistics.outcomes import BlockOrder, Point, joined, outcomes, plays_alike, points
 
 
 def trials_of(agent, solved, n=6, modality="symbolic"):
@@ -75,3 +76,70 @@ def test_people_are_never_taken_for_blind():
     ]
     assert not courses(cells_of(own).values())[0].blind
     assert courses(cells_of([replace(trial, agent="llm:a") for trial in own]).values())[0].blind
+
+
+BROKE = [
+    make_trial(SOLUTION, trial=1),
+    make_trial([0, 1, 2, 0, 1, 2], trial=2, budget=6),
+    make_trial([0, 1], trial=3, broken="model"),
+    make_trial([0, 1, 2, 0, 1, 2, 3], trial=1, repetition=2, broken="reply"),
+]
+
+
+def test_trials_are_columns_and_those_that_broke_are_known_up_to_the_break():
+    found = outcomes(BROKE)
+    columns = ("repetition", "trial", "length", "solved", "onset", "broke", "until_loop", "looped", "luck", "cluster")
+    assert {name: getattr(found, name).tolist() for name in columns} == {
+        "repetition": [1, 1, 1, 2],
+        "trial": [1, 2, 3, 1],
+        "length": [4, 6, 2, 7],
+        "solved": [True, False, False, False],
+        "onset": [0, 6, 0, 6],
+        "broke": [False, False, True, True],
+        "until_loop": [4, 6, 2, 6],
+        "looped": [False, True, False, True],
+        "luck": [0, 1, 2, 3],
+        "cluster": [0, 1, 2, 3],
+    }
+    assert (found.budget, len(found), len(found.player), found.crossed) == (20, 4, 0, False)
+    assert np.array_equal(found.known, [1, 0, np.nan, np.nan], equal_nan=True)
+    assert (found.ended.trial.tolist(), found.broken.trial.tolist()) == ([1, 2], [3, 1])
+    assert (len(found.ended.broken), found.ended.ended.trial.tolist()) == (0, [1, 2])
+    assert (outcomes([]).budget, len(outcomes([]))) == (0, 0)
+
+
+def test_broken_trials_are_completed_by_a_success_at_once_or_by_none_in_all_of_the_budget():
+    soon, never = (outcomes(BROKE).completed(one) for one in (True, False))
+    assert soon.solved.tolist() == [True, False, True, True]
+    assert soon.length.tolist() == [4, 6, 3, 8]
+    assert soon.onset.tolist() == [0, 6, 3, 6]
+    assert never.solved.tolist() == [True, False, False, False]
+    assert never.length.tolist() == [4, 6, 20, 20]
+    assert never.onset.tolist() == [0, 6, 0, 6]
+    assert (len(soon.broke), len(never.ended)) == (0, 4)
+    mixed = outcomes(BROKE).completed([False, True, False, True])
+    assert (mixed.length.tolist(), mixed.solved.tolist()) == ([4, 6, 20, 8], [True, False, False, True])
+    whole = outcomes(BROKE[:2])
+    assert whole.completed(True) is whole
+    assert whole.at_ended_doses is whole
+    late = joined([whole, outcomes(BROKE[2:])])
+    assert late.at_ended_doses.dose.tolist() == [0, 0]
+
+
+def test_groups_are_joined_with_their_doses_and_points_are_shares_of_repetitions():
+    person = replace(make_trial(SOLUTION, agent="participant:a"), facts={})
+    both = joined([outcomes(BROKE), outcomes([person, person])], [0.4, 0])
+    assert both.dose.tolist() == [0.4] * 4 + [0] * 2
+    assert both.crossed
+    assert both.player.tolist() == [""] * 4 + ["participant:a"] * 2
+    assert both.cluster.tolist() == [0, 1, 2, 3, 4, 4]
+    assert both.luck.tolist() == [0, 1, 2, 3, 0, 0]
+    assert joined([outcomes(BROKE)] * 2).dose.tolist() == [0] * 4 + [1] * 4
+    assert joined([outcomes(BROKE[1:2]), outcomes(BROKE)]).budget == 20
+    assert points(both.ended) == [Point(0.0, 1, 2, 1.0, 0.0), Point(0.4, 1, 2, 0.5, 0.5)]
+    assert points(replace(both, broke=both.broke[:0]))[2] == Point(0.4, 2, 1, 0.0, 1.0)
+
+
+def test_blocks_of_an_earlier_plan_come_first():
+    order = BlockOrder(plans=((1, 2), (2, 2), (2, 3)))
+    assert order.rank([1, 1, 2, 2, 1, 2], [1, 2, 1, 2, 3, 3]).tolist() == [0, 1, 2, 3, 4, 5]

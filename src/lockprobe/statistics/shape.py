@@ -41,40 +41,24 @@ Array = NDArray[np.float64]
 Quantity = Literal["success", "loop_rate"]
 
 
-class Trend(NamedTuple):
-    """The second-order fit that the paper draws.
-
-    Attributes:
-        curve: Doses (``x``), the fit there (``value``), and 2.5th and 97.5th percentiles over bootstrap resamples
-            (``low``, ``high``), empty without any.
-        turning: The dose of its extremum, if strictly inside the range.
-        kind: ``maximum`` or ``minimum``; empty without one.
-    """
-
-    curve: dict[str, Any]
-    turning: float | None
-    kind: str
-
-
-def trend(points: Sequence[Point], quantity: Quantity, draws: Array) -> Trend | None:
+def trend(points: Sequence[Point], quantity: Quantity, draws: Array) -> dict[str, Any] | None:
     """Fit a parabola over doses as the paper does (Sec. 3.2); None with fewer than three doses.
 
     ``draws`` are the quantity at the points in bootstrap resamples, shape (resamples, points).
+
+    Returns:
+        A curve: doses (``x``), the fit there (``value``), and 2.5th and 97.5th percentiles over resamples (``low``,
+        ``high``), empty without any.
     """
     x = np.array([point.dose for point in points], dtype=np.float64)
     y = np.array([getattr(point, quantity) for point in points], dtype=np.float64)
     if len(set(x.tolist())) < 3:
         return None
-    first, last = float(x.min()), float(x.max())
-    grid, fit = np.linspace(first, last, _GRID), np.linalg.pinv(np.vander(x, 3, increasing=True))
-    basis, fitted = np.vander(grid, 3, increasing=True), fit @ y
+    grid, fit = np.linspace(x.min(), x.max(), _GRID), np.linalg.pinv(np.vander(x, 3, increasing=True))
+    basis = np.vander(grid, 3, increasing=True)
     low, high = np.percentile(draws @ fit.T @ basis.T, [2.5, 97.5], axis=0) if len(draws) else ((), ())
-    bend, edge = float(fitted[2]), 1e-9 * (last - first)  # inside the range by more than rounding
-    where = -float(fitted[1]) / (2 * bend) if abs(bend) >= 1e-9 else math.nan
-    inside = first + edge < where < last - edge
-    lines = {"x": grid, "value": basis @ fitted, "low": low, "high": high}
-    kind = ("maximum" if bend < 0 else "minimum") if inside else ""
-    return Trend({name: tuple(map(float, line)) for name, line in lines.items()}, where if inside else None, kind)
+    lines = {"x": grid, "value": basis @ (fit @ y), "low": low, "high": high}
+    return {name: tuple(map(float, line)) for name, line in lines.items()}
 
 
 FEWEST_DOTS = 4

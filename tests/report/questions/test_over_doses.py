@@ -117,20 +117,15 @@ def shown_parts(directory, *waits, trials=10):
         (
             (SOON, LATE, LATE),
             10,
-            "The higher the fidelity of what is shown, the later or more rarely the box is solved by {who} (",
+            "The higher the fidelity of what is shown, the later or more rarely the box is solved by",
         ),
-        ((LATE, SOON, LATE), 10, "The modality changes how soon the box is solved by {who}, in no order"),
-        (
-            (SOON, SOON, SOON),
-            10,
-            "No effect of the modality on how soon the box is solved by {who} was detected (P = 1).",
-        ),
+        ((LATE, SOON, LATE), 10, "The modality changes how soon the box is solved by llm:a/x, in no order"),
         ((SOON, LATE, LATE), 3, "Too few trials ended to test whether the modality changes how soon the box is solved"),
     ],
 )
 def test_the_answer_is_the_trend_or_else_that_modalities_differ(tmp_path, waits, trials, said):
     _, (part,), _ = shown_parts(tmp_path, *waits, trials=trials)
-    assert part.answer.startswith(said.format(who="llm:a/x"))
+    assert part.answer.startswith(said)
 
 
 def test_every_two_modalities_have_a_line_with_the_numbers_of_their_rows(tmp_path):

@@ -27,11 +27,9 @@ _NOTHING = "Nothing could be compared."
 
 
 def fit_rows(quantity: str, of: Quantity, course: Course) -> Iterator[Row]:
-    """The paper's second-order least-squares fit over repetitions, and where it turns."""
+    """The paper's second-order least-squares fit over repetitions."""
     if fit := trend(course.points, of, course.draws[of]):
-        yield Curve(quantity=quantity, **course.of, n=len(course.points), **fit.curve)
-        if fit.turning is not None:
-            yield Estimate(quantity=quantity, **course.of, of=fit.kind, value=fit.turning, unit="dose")
+        yield Curve(quantity=quantity, **course.of, n=len(course.points), **fit)
 
 
 def turn_rows(of: Turning, course: Course, agents: int = 1) -> Iterator[Row]:
@@ -96,9 +94,8 @@ def _note(found: Results) -> Note:
         "Changes are points of success in the trials that were finished at both doses.",
         f"Interval and P {tested} They are corrected for all doses and agents that are judged together{broken}.",
         Markup(
-            "<em>Not detected</em> does not show that there is no change. Where the paper's fit turns, and the "
-            "two-lines test of a rise and fall (each line must be significant), are rows <code>success_fit</code> and "
-            "<code>two_lines</code> of <code>results.json</code>."
+            "<em>Not detected</em> does not show that there is no change. The two-lines test of a rise and fall (each line "
+            "must be significant) is the row <code>two_lines</code> of <code>results.json</code>."
         ),
     )
 
