@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from builders import SOLUTION, make_trial, play_study, small_study
+from solved import columns
 
 from lockprobe.statistics.course import cells_of, courses
 from lockprobe.statistics.idle import never_acted
@@ -62,6 +63,8 @@ def test_an_agent_is_blind_if_ten_reports_differed_and_none_of_its_actions():
     assert not plays_alike([*alike(10)[:-1], heeds])
     last = [replace(trial, steps=trial.steps[:1]) for trial in alike(30)]  # nobody knows what it would have done next
     assert not plays_alike(last)
+    once = [make_trial((3, 2, 1, 0), p=p, trial=t, false_at=(3,) if p else ()) for p in (0.0, 0.4) for t in range(10)]
+    assert plays_alike(once)  # the last report but one is followed by an action
 
 
 def test_people_are_never_taken_for_blind():
@@ -119,7 +122,8 @@ def test_broken_trials_are_completed_by_a_success_at_once_or_by_none_in_all_of_t
     assert (len(soon.broke), len(never.ended)) == (0, 4)
     mixed = outcomes(BROKE).completed([False, True, False, True])
     assert (mixed.length.tolist(), mixed.solved.tolist()) == ([4, 6, 20, 8], [True, False, False, True])
-    whole = outcomes(BROKE[:2])
+    whole, plain = outcomes(BROKE[:2]), columns([0, 0], [1, 2])
+    assert (len(plain.player), len(plain.box), len(plain.broke), len(plain.ended)) == (0, 0, 0, 2)
     assert whole.completed(True) is whole
     assert whole.at_ended_doses is whole
     late = joined([whole, outcomes(BROKE[2:])])
@@ -130,7 +134,7 @@ def test_groups_are_joined_with_their_doses_and_points_are_shares_of_repetitions
     person = replace(make_trial(SOLUTION, agent="participant:a"), facts={})
     both = joined([outcomes(BROKE), outcomes([person, person])], [0.4, 0])
     assert both.dose.tolist() == [0.4] * 4 + [0] * 2
-    assert both.crossed
+    assert both.crossed and outcomes([person]).crossed
     assert both.player.tolist() == [""] * 4 + ["participant:a"] * 2
     assert both.cluster.tolist() == [0, 1, 2, 3, 4, 4]
     assert both.luck.tolist() == [0, 1, 2, 3, 0, 0]

@@ -157,9 +157,7 @@ class OpenedStudy:
                 return None if dose is None or idle else (cell.agent, axis.modality, dose)
 
             if over := courses(self.by_name.values(), axis, axis.key, place, several=times[axis] > 1):
-                own = {name: getattr(axis, name) for name in ("name", "dose", "options", "rest", "modality", "doses")}
-                players = tuple(players_of(over, doses=True))
-                found.append((DoseAxis(**own, intervention=axis.kind, players=players), over))
+                found.append((DoseAxis(axis=axis, players=tuple(players_of(over, doses=True))), over))
         return tuple(found)
 
     @property

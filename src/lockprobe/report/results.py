@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -14,6 +15,7 @@ from lockprobe.report.opened import OpenedStudy, open_study, players_of
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.rows import Condition, Design, DoseAxis, Estimate, Player, Progress, Results, Row
+from lockprobe.statistics.design import FLIPS
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.read_records import in_order, results_hash
 from lockprobe.studies.study import settings_of
@@ -66,7 +68,7 @@ def _design(numbers: OpenedStudy) -> Design:
         rates = {one.label: one.p for one in study.flip_axis if one.modality == modality and one.p is not None}
         if len(rates) > 1:
             doses = dict(sorted(rates.items(), key=lambda pair: pair[1]))
-            flips.append(DoseAxis(name="flip rate", intervention="flip", dose="p", modality=modality, doses=doses))
+            flips.append(DoseAxis(axis=replace(FLIPS, modality=modality, doses=doses)))
     players = players_of(numbers.courses)
     known = {one.agent for one in players}
     others = dict.fromkeys((cell.agent, cell.modality) for cell in numbers.cells if cell.agent not in known)

@@ -213,19 +213,23 @@ class Player(Part):
 class DoseAxis(Part):
     """Conditions that differ in one dose alone."""
 
-    name: str = Field(description="What sentences call the dose.")
-    intervention: str = Field(description="Name of the intervention.")
-    dose: str = Field(description="The option that is the dose.")
-    options: str = Field(default="", description="Other options of the intervention in all of them.")
-    rest: str = Field(default="", description="Other interventions in all of them.")
-    modality: str = Field(description="How the box is shown in all of them.")
-    doses: dict[str, float] = Field(description="Condition -> dose, ascending.")
+    axis: Axis = Field(description="The dose, its levels, and what else is equal in all of them.")
     players: tuple[Player, ...] = Field(default=(), description="Agents with trials on it; of flips the design's.")
 
     @property
-    def axis(self) -> Axis:
-        """The dose alone."""
-        return Axis(kind=self.intervention, dose=self.dose, options=self.options, rest=self.rest)
+    def name(self) -> str:
+        """What sentences call the dose."""
+        return self.axis.name
+
+    @property
+    def modality(self) -> str:
+        """How the box is shown in all of them."""
+        return self.axis.modality
+
+    @property
+    def doses(self) -> Mapping[str, float]:
+        """Condition -> dose, ascending."""
+        return self.axis.doses
 
     @property
     def of_flips(self) -> bool:
@@ -484,7 +488,7 @@ class Results(Part):
     def courses(self, axis: DoseAxis | None = None) -> list[Course]:
         """Every agent over the doses of an axis, ascending; over flip rates without one."""
         found = []
-        if axis is None or (not axis.players and axis.intervention == "flip"):
+        if axis is None or (not axis.players and axis.axis.kind == "flip"):
             for player in self.design.players:
                 of = player.agent, player.modality
                 own = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
-from lockprobe.foundation.spec import PEOPLE, spec_kind, spec_name
+from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.design import FLIPS, Axis
 from lockprobe.statistics.every_look import share_at_every_look
@@ -145,11 +145,6 @@ class Course:
     def baseline(self) -> bool:
         """Whether it is a baseline."""
         return is_baseline(self.spec)
-
-    @property
-    def people(self) -> bool:
-        """Whether it is people, whose trials are clustered by person."""
-        return self.agent == PEOPLE
 
     @property
     def shown(self) -> str:

@@ -102,7 +102,8 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
         raise UnknownName("measure", name, [*MEASURES, *plugin_names("measure")])
     found, expected = plugin.load(), "a function of a trial"
     if isinstance(found, type):
-        made = plugin.make(is_one=_is_class_of_measures, expected=expected)
+        called = any("__call__" in vars(kind) for kind in found.__mro__)
+        made = plugin.make(is_one=lambda one: called, expected=expected)
     elif not is_own_function(found):
         raise BadValue("measure", measure, expected)
     else:
@@ -110,10 +111,6 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
             own = arguments_from(found, plugin.name, options, list(signature(found).parameters)[:1]) if options else {}
         made = partial(found, **own) if own else found
     return NamedMeasure(name=measure, what=first_line(found), of=made, plugin=plugin)
-
-
-def _is_class_of_measures(found: object) -> bool:
-    return isinstance(found, type) and any("__call__" in vars(kind) for kind in found.__mro__)
 
 
 def measured(

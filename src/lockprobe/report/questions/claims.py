@@ -274,7 +274,7 @@ def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
     """What every agent that speaks to a claim says to it; of other readings of a false report only what differs."""
     said = dict[tuple[str, Judged], str]()
     for axis in (None, *(one for one in found.design.axes if one.of_flips and one.players)):
-        reading = f", {false_reports(axis.options)}" if axis else ""
+        reading = f", {false_reports(axis.axis.options)}" if axis else ""
         for agent, one in _of_agents(found, claim, found.courses(axis)):
             if one is not None:
                 said.setdefault((agent, one), reading)

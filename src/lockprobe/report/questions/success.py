@@ -71,11 +71,12 @@ def _show(found: Results) -> Iterator[Part]:
         yield Part("How much does success change?", said, [_FIG4, _note(found)])
     axes = [one for one in found.design.axes if one.key != FLIPS.name]
     for i, axis in enumerate(axes, 1):
-        options, rest = f" ({axis.options})" if axis.options else "", f", with {axis.rest}" if axis.rest else ""
+        dose = axis.axis
+        options, rest = f" ({dose.options})" if dose.options else "", f", with {dose.rest}" if dose.rest else ""
         called = f"{axis.name.capitalize()}{options}{rest}"
-        called = capital(false_reports(axis.options)) if axis.of_flips and axis.options else called
+        called = capital(false_reports(dose.options)) if axis.of_flips and dose.options else called
         pictured = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
-        what = headline(dose_lines(found, axis), cause(axis.axis)) or _NOTHING
+        what = headline(dose_lines(found, axis), cause(dose)) or _NOTHING
         said = f"Share of trials solved by {axis.name}, with the exact success of random agents."
         caption = Note(said, f"Intervals are {interval_kind(found)}.")
         figure = Figure(f"series-{i}-success", f"Success by {axis.name}", caption, partial(draw, axis=axis))
@@ -94,8 +95,8 @@ def _note(found: Results) -> Note:
         "Changes are points of success in the trials that were finished at both doses.",
         f"Interval and P {tested} They are corrected for all doses and agents that are judged together{broken}.",
         Markup(
-            "<em>Not detected</em> does not show that there is no change. The two-lines test of a rise and fall (each line "
-            "must be significant) is the row <code>two_lines</code> of <code>results.json</code>."
+            "<em>Not detected</em> does not show that there is no change. The two-lines test of a rise and fall (each "
+            "line must be significant) is the row <code>two_lines</code> of <code>results.json</code>."
         ),
     )
 
@@ -119,7 +120,7 @@ def draw(found: Results, axis: DoseAxis | None = None) -> Any:
 
     played = [course for course in found.courses(axis) if course.played and (axis or course.subject)]
     shown = played if axis else [one for one in played if len(one.played) > 1 and not one.blind] or played
-    note = capital(false_reports(axis.options)) if axis and axis.of_flips and axis.options else ""
+    note = capital(false_reports(axis.axis.options)) if axis and axis.of_flips and axis.axis.options else ""
     return sheet([[("", style_of(course), course)] for course in shown], panel, note=note)
 
 
