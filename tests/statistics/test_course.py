@@ -134,7 +134,8 @@ def test_groups_are_joined_with_their_doses_and_points_are_shares_of_repetitions
     person = replace(make_trial(SOLUTION, agent="participant:a"), facts={})
     both = joined([outcomes(BROKE), outcomes([person, person])], [0.4, 0])
     assert both.dose.tolist() == [0.4] * 4 + [0] * 2
-    assert both.crossed and outcomes([person]).crossed
+    assert both.crossed
+    assert outcomes([person]).crossed
     assert both.player.tolist() == [""] * 4 + ["participant:a"] * 2
     assert both.cluster.tolist() == [0, 1, 2, 3, 4, 4]
     assert both.luck.tolist() == [0, 1, 2, 3, 0, 0]
