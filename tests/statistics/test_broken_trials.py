@@ -23,7 +23,7 @@ from lockprobe.statistics.every_look import Numbers, at_every_look, share_at_eve
 from lockprobe.statistics.how_soon import success_curve
 from lockprobe.statistics.outcomes import BlockOrder, outcomes
 from lockprobe.statistics.pairs import paired
-from lockprobe.statistics.proportions import difference, proportion
+from lockprobe.statistics.proportions import proportion
 from lockprobe.trial.record import TrialError
 
 AGENT = "llm:local"
@@ -146,16 +146,6 @@ def test_at_every_look_intervals_and_the_whole_course_are_those_of_both_ends():
     share = share_at_every_look(np.where(broke[:, 0], np.nan, solved[:, 0]))
     failed, opened = (share_at_every_look(np.where(broke[:, 0], end, solved[:, 0])) for end in (0, 1))
     assert (share.low, share.high, share.broken) == (failed.low, opened.high, broke[:, 0].sum())
-
-
-def test_independent_shares_are_opposed_too():
-    first = share_of([1.0] * 3 + [0.0] * 20 + [math.nan] * 7, (), ())
-    second = share_of([1.0] * 20 + [0.0] * 5 + [math.nan] * 5, (), ())
-    low, high = difference(proportion(10, 30), proportion(20, 30)), difference(proportion(3, 30), proportion(25, 30))
-    found = difference(first, second)
-    assert (found.low, found.high) == (low.low, high.high)
-    assert found.p_value == max(low.p_value, high.p_value) < 0.05
-    assert difference(first, share_of([1.0] * 8 + [0.0] * 17 + [math.nan] * 5, (), ())).p_value == 1.0
 
 
 def test_a_claim_of_the_paper_is_not_held_against_the_trials_that_remain(tmp_path):

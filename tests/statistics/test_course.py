@@ -123,6 +123,7 @@ def test_broken_trials_are_completed_by_a_success_at_once_or_by_none_in_all_of_t
     mixed = outcomes(BROKE).completed([False, True, False, True])
     assert (mixed.length.tolist(), mixed.solved.tolist()) == ([4, 6, 20, 8], [True, False, False, True])
     whole, plain = outcomes(BROKE[:2]), columns([0, 0], [1, 2])
+    assert columns([0, 0], [1, 2], onset=[0, 1]).looped.tolist() == [False, True]
     assert (len(plain.player), len(plain.box), len(plain.broke), len(plain.ended)) == (0, 0, 0, 2)
     assert whole.completed(True) is whole
     assert whole.at_ended_doses is whole

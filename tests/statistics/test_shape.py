@@ -130,10 +130,3 @@ def test_loops_that_come_later_and_then_sooner_are_a_u_of_loop_onset():
     assert found.p_value == max(found.first.p_value, found.second.p_value) < 1e-3
     once = two_lines(played("loop-trapped", trials=100), "first loops")
     assert (once.first.z < -5, once.direction) == (True, None)
-
-
-def test_trial_length_alone_bends_loop_rates_and_not_loop_onset():
-    """Success rises and falls, so loop rates fall and rise; the hazard of a loop is the same at every p."""
-    found = played("inverted-u", trials=300)
-    assert two_lines(replace(found, solved=found.looped)).direction == "U"
-    assert two_lines(found, "first loops").direction is None

@@ -186,8 +186,8 @@ def outcomes(trials: Sequence[Trial], *, order: BlockOrder | None = None) -> Out
         (trial.repetition, trial.trial, len(trial.steps), trial.solved, _onset(trial.actions), trial.ending == "error")
         for trial in trials
     ]
-    repetition, number, length, solved, onset, broke = np.array(numbers, dtype=np.int64).reshape(-1, 6).T
-    box, player = np.array([(one.box, one.player) for one in trials], dtype=np.str_).reshape(-1, 2).T
+    repetition, number, length, solved, onset, broke = np.array(numbers, dtype=np.int64).reshape(len(trials), 6).T
+    box, player = np.array([(one.box, one.player) for one in trials], dtype=np.str_).reshape(len(trials), 2).T
     return Outcomes(
         dose=np.array([trial.p or 0.0 for trial in trials], dtype=np.float64),
         repetition=repetition,

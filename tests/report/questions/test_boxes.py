@@ -1,11 +1,9 @@
 """Several boxes on the page: of what its intervals are, each box alone, and whether effects differ."""
 
 import pytest
-from page_parts import part
 from reported import found_in
 
-from lockprobe.report.page import Page, tables_of
-from lockprobe.report.questions.boxes import boxes_said
+from lockprobe.report.page import tables_of
 from lockprobe.studies.options.studyfile import study
 
 
@@ -34,14 +32,3 @@ def test_each_box_has_its_share_and_its_change_and_the_change_over_boxes_is_thei
     between = six.one("success_difference", **of, control="truth", axis="", of="SD between boxes")
     assert (between.clusters, between.n) == (6, 60)
     assert [row[1] for row in tables_of(six)["boxes"][1:7]] == names
-
-
-def test_the_page_says_of_what_its_intervals_are(six, tmp_path):
-    assert "boxes like these 6, and those of single shares for these 6" in str(Page(found=six).text())
-    assert "o difference of the effect between boxes was detected" in part(Page(found=six).text(), "boxes")
-    three = played(tmp_path, "chain-4,fork,reset", strategy_trials=6)
-    said = "Intervals are for more trials on these three boxes. Three are too few to speak of boxes like these."
-    assert boxes_said(three) == said
-    assert "one more box" not in part(Page(found=three).text(), "boxes")
-    by_hand = played(tmp_path / "five", "chain-4,fork,reset,converge,bichain-4", strategy_trials=6)
-    assert "if these are taken as a sample" in boxes_said(by_hand)

@@ -6,7 +6,6 @@ import pytest
 from builders import SOLUTION, make_trial, modality_study, play_study, small_study
 from reported import found_in
 
-from lockprobe.foundation.formatting import p_cell
 from lockprobe.report.page import Page, parts_of
 from lockprobe.report.questions.speed import SECTIONS
 from lockprobe.report.section import Table
@@ -126,15 +125,3 @@ def shown_parts(directory, *waits, trials=10):
 def test_the_answer_is_the_trend_or_else_that_modalities_differ(tmp_path, waits, trials, said):
     _, (part,), _ = shown_parts(tmp_path, *waits, trials=trials)
     assert part.answer.startswith(said)
-
-
-def test_every_two_modalities_have_a_line_with_the_numbers_of_their_rows(tmp_path):
-    found, _, (head, *table) = shown_parts(tmp_path, SOON, SOON, LATE)
-    rows = found.where("hazard_ratio", of="modalities")
-    assert [row.corrected_for for row in rows] == [3] * 3
-    assert [(line[2], line[3]) for line in table] == [(row, p_cell(row.p_value)) for row in rows]
-    assert [line[:2] for line in table[1:]] == [
-        ["llm:a/x (positions and outcomes in words)", "RGB"],
-        ["llm:a/x (positions and outcomes in words)", "RGB-D"],
-    ]
-    assert len(head) == len(table[0])

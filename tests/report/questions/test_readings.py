@@ -2,11 +2,9 @@
 
 import pytest
 from builders import write_study
-from reported import found_in
 
 from lockprobe.report.format import entry_text
-from lockprobe.report.page import parts_of, tables_of
-from lockprobe.report.questions.contrasts import SECTIONS
+from lockprobe.report.page import tables_of
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
@@ -56,21 +54,3 @@ def test_readings_are_compared_in_pairs_at_the_same_rate(found):
     kept, fresh = (found.one("success", agent=AGENT, condition=name) for name in (KEPT, "flip?p=0.4"))
     assert gap.value == pytest.approx(kept.value - fresh.value)
     assert found.where("success_difference", agent=BLIND, control="flip?p=0.4") == []  # it plays alike
-
-
-def test_the_page_says_what_is_inverted_that_the_paper_does_not_and_what_each_reading_changes(found):
-    (part,) = SECTIONS[2].show(found)
-    inverted = "The reported outcome is inverted; a false position is corrected when another joint is attempted."
-    assert part.answer.startswith(inverted)
-    assert part.blocks[0].startswith("The paper does not say which of these false reports it has")
-    (other,) = (one for one in parts_of(found) if one.name == "doses")
-    assert other.heading == "False reports that stay"
-    assert "alse reports that stay" in other.answer
-    assert found.answer.startswith(f"False reports raise the success of {AGENT}")
-
-
-def test_one_reading_says_what_was_not_tested(tmp_path):
-    found = found_in(tmp_path, study("flips", agent=AGENT, p=[0, 0.4], trials=4, repetitions=1))
-    (part,) = SECTIONS[2].show(found)
-    assert part.blocks == ["Whether other false reports do the same is not tested (--flip re-observed,integrated)."]
-    assert tables_of(found)["effects"] == []
