@@ -34,8 +34,8 @@ from lockprobe.trial.record import PLAIN_WORDS
 _NEAR = 0.1
 """How far a peak "near 40 %" may lie from it: the next flip rate of the paper."""
 
-_OF_MODALITIES = ("modalities", "order", "paces", "strategy")
-"""Judges of claims about several modalities; all others are of claims about one agent."""
+_OF_MODALITIES, _OVER_RATES = ("modalities", "order", "paces", "strategy"), ("change", "effect", "row")
+"""Judges of claims about several modalities, and of what changes over flip rates, for which an agent heeds reports."""
 
 _FOUND = ("neither it nor its opposite was detected", "it was detected", "its opposite was detected")
 """By the sign of a pattern."""
@@ -51,7 +51,6 @@ class PaperClaim(NamedTuple):
     recomputed: str = ""
     modality: str = "symbolic"
     of: Literal["agents", "strategy"] = "agents"
-    needs: Literal["", "reports", "peak"] = ""
     judge: str = ""
     quantity: str = ""
     part: str = ""
@@ -122,10 +121,9 @@ def _moved(course: Course, claim: PaperClaim) -> int:
     """Whether a share moves in the direction of the claim from 0 to the paper's peak."""
     if (peak := _peak_of(course)) is None:
         return 0
+    change: Any = difference(_share_of(course.played[0], claim.quantity), _share_of(peak, claim.quantity))
     if claim.quantity == "success":  # in pairs, as the page has it
-        change: Any = next((row for cell, row in course.changes() if cell == peak), None)
-    else:
-        change = difference(_share_of(course.played[0], claim.quantity), _share_of(peak, claim.quantity))
+        change = next((row for cell, row in course.changes() if cell == peak), None)
     return _sign(change.p_value, claim.way * (change.value or 0.0)) if change else 0
 
 
@@ -168,7 +166,7 @@ def _told_the_truth(course: Course, claim: PaperClaim) -> Judged | None:
 
 
 def _over_rates(course: Course, claim: PaperClaim) -> Judged | None:
-    """What one agent says to a claim by what changes over the flip rates; None if nothing."""
+    """What one agent that heeds reports says to a claim by what changes over the flip rates; None if nothing."""
     first, peak = course.played[0], _peak_of(course)
     match claim.judge:
         case "change" if peak:  # from 0 to the paper's peak, nowhere further, and by as much as in the paper
@@ -202,30 +200,25 @@ def _over_rates(course: Course, claim: PaperClaim) -> Judged | None:
     return None
 
 
+def _sooner(found: Results, agent: str, pair: Sequence[str], names: Mapping[str, str]) -> tuple[int, float | None, str]:
+    """Whether the box is opened sooner with the first of two modalities, its P value, and the ratio of hazards."""
+    for row in found.where("hazard_ratio", agent=agent, of="modalities"):
+        kinds = spec_name(row.versus_modality), spec_name(row.modality)
+        asked = (row.versus_modality, row.modality) == tuple(names[one] for one in pair)
+        if asked or kinds == (*pair,) == ("rgb", "rgbd"):
+            said = f"{entry_text(row)} ({spoken(row.modality)} over {spoken(row.versus_modality)})"
+            return _sign(row.p_value, 1 - (row.value or 1.0)), row.p_value, said
+    return 0, None, ""
+
+
 def _of_modalities(found: Results, agent: str, by: Mapping[str, Cell], claim: PaperClaim) -> Judged | None:
     """What one agent that is told the truth says to a claim about modalities (Sec. 3.1), from low to high fidelity.
 
     The paper's ground truth is a state; reports that tell outcomes too stand for it if alone. Only all three can show
     what is said of three.
     """
-    truth = next((one for one in PLAIN_WORDS if one in by), "symbolic")
-    names = {"rgb": "rgb", "rgbd": "rgbd", "symbolic": truth}
-    three = {*names.values()} <= by.keys()
-    pairs = list[tuple[int, float | None, str]]()  # whether it is sooner in the first of two, the P value, the ratio
-    for pair in claim.pairs:
-        rows = found.where("hazard_ratio", agent=agent, of="modalities")
-        ways = [(row, (row.versus_modality, row.modality)) for row in rows]
-        asked = tuple(names[one] for one in pair)
-        said = [
-            (
-                _sign(row.p_value, 1 - (row.value or 1.0)),
-                row.p_value,
-                f"{entry_text(row)} ({spoken(two)} over {spoken(one)})",
-            )
-            for row, (one, two) in ways
-            if (one, two) == asked or (spec_name(one), spec_name(two)) == (*pair,) == ("rgb", "rgbd")
-        ]
-        pairs.append((said or [(0, None, "")])[0])
+    names = {"rgb": "rgb", "rgbd": "rgbd", "symbolic": next((one for one in PLAIN_WORDS if one in by), "symbolic")}
+    three, pairs = {*names.values()} <= by.keys(), [_sooner(found, agent, pair, names) for pair in claim.pairs]
     signs = [sign for sign, *_ in pairs]
     match claim.judge:
         case "modalities":  # as many trials are solved as in the paper, in every modality
@@ -235,15 +228,14 @@ def _of_modalities(found: Results, agent: str, by: Mapping[str, Cell], claim: Pa
             here = "; ".join(f"{_shown(share)} with {spoken(modality)}" for modality, share in shares.items())
             test = f"Fisher, against {paper.count}/{paper.n} in each modality, corrected for their number"
             return _judged(here, int(three), test, p, figure=True)
-        case "order":  # sooner the lower the fidelity is; no two neighbours contradict it
-            row = found.get("modality_effect", agent=agent, of="trend over fidelity")
-            if row is not None and row.p_value is not None:
-                means = ", ".join(
-                    f"{cell.value('mean_steps_all'):.1f} with {spoken(name)}" for name, cell in by.items()
-                )
-                sign = -1 if -1 in signs else _sign(row.p_value, -(row.value or 0.0))
-                test = "log-rank test for a trend over fidelity"
-                return _judged(f"mean steps {means}", min(sign, int(three)), test, row.p_value)
+        case "order" if (
+            row := found.one("modality_effect", agent=agent, of="trend over fidelity")
+        ).p_value is not None:
+            # sooner the lower the fidelity is; no two neighbours contradict it
+            means = ", ".join(f"{cell.value('mean_steps_all'):.1f} with {spoken(name)}" for name, cell in by.items())
+            sign = -1 if -1 in signs else _sign(row.p_value, -(row.value or 0.0))
+            test = "log-rank test for a trend over fidelity"
+            return _judged(f"mean steps {means}", min(sign, int(three)), test, row.p_value)
         case "paces":  # sooner in the first modality of each pair; with steps 80 % by the paper's steps
             steps = [_step_of(by[at], n) for name, n in claim.steps.items() if (at := names[name]) in by]
             if ratios := [ratio for *_, ratio in pairs if ratio]:
@@ -252,9 +244,8 @@ def _of_modalities(found: Results, agent: str, by: Mapping[str, Cell], claim: Pa
                 sign = -1 if any(inside < 0 for _, inside in steps) else min(signs)
                 sign = sign if claim.measure == "depth" else min(sign, int(three))
                 p = max((one for _, one, _ in pairs if one is not None), default=None)
-                verdict = _judged("; ".join(one for one, _ in steps), sign, "log-rank, corrected for the pairs", None,
-                                  figure=bool(claim.steps))  # fmt: skip
-                return verdict._replace(p_value=p)
+                here, test = "; ".join(one for one, _ in steps), "log-rank, corrected for the pairs"
+                return _judged(here, sign, test, figure=bool(claim.steps))._replace(p_value=p)
         case "strategy" if not found.several_p:  # the human-inspired strategy needs fewer steps in every modality
             rows = [
                 row
@@ -272,29 +263,31 @@ def _of_modalities(found: Results, agent: str, by: Mapping[str, Cell], claim: Pa
 
 def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
     """What every agent that speaks to a claim says to it; of other readings of a false report only what differs."""
-    said = dict[tuple[str, Judged], str]()
+    said = dict[Judged, Judged]()
     for axis in (None, *(one for one in found.design.axes if one.of_flips and one.players)):
         reading = f", {false_reports(axis.axis.options)}" if axis else ""
-        for agent, one in _of_agents(found, claim, found.courses(axis)):
-            if one is not None:
-                said.setdefault((agent, one), reading)
-    yield from (one._replace(agent=agent + reading) for (agent, one), reading in said.items())
+        for one in _of_agents(found, claim, found.courses(axis)):
+            said.setdefault(one, one._replace(agent=one.agent + reading))
+    yield from said.values()
 
 
-def _of_agents(found: Results, claim: PaperClaim, courses: Sequence[Course]) -> Iterator[tuple[str, Judged | None]]:
-    """What tables call each agent, and what it says to a claim; None if it says nothing."""
+def _of_agents(found: Results, claim: PaperClaim, courses: Sequence[Course]) -> Iterator[Judged]:
+    """What each agent that speaks to a claim says to it, as tables call the agent."""
+    subjects = [one for one in courses if one.subject]
     if claim.judge in _OF_MODALITIES:
-        told = [one for one in courses if one.subject and one.cells[0].trials and one.cells[0].dose == 0]
+        told = [one for one in subjects if one.cells[0].trials and one.cells[0].dose == 0]
         for agent, own in grouped(told, lambda one: one.agent).items():
-            if found.where("modality_effect", agent=agent):
-                by = {one.modality: one.cells[0] for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
-                yield agent, _of_modalities(found, agent, by, claim)
+            by = {one.modality: one.cells[0] for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
+            shown = found.where("modality_effect", agent=agent)
+            if shown and (said := _of_modalities(found, agent, by, claim)):
+                yield said._replace(agent=agent)
         return
-    for one in courses:
-        speaks = one.agent in found.reconstructed if claim.of == "strategy" else one.subject
-        heard = not (claim.needs and one.blind) and (claim.needs != "peak" or _peak_of(one))
-        if speaks and heard and spec_name(one.modality) == claim.modality and one.played and one.played[0].dose == 0:
-            yield one.label, _told_the_truth(one, claim) or _over_rates(one, claim)
+    judge = _over_rates if claim.judge in _OVER_RATES else _told_the_truth
+    of_strategy = [one for one in courses if one.agent in found.reconstructed]
+    for one in of_strategy if claim.of == "strategy" else subjects:
+        heard = one.played and one.played[0].dose == 0 and not (one.blind and claim.judge in _OVER_RATES)
+        if heard and spec_name(one.modality) == claim.modality and (said := judge(one, claim)):
+            yield said._replace(agent=one.label)
 
 
 def not_judged(found: Results) -> str:
