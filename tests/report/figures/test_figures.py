@@ -24,10 +24,8 @@ from lockprobe.boxes.families import box
 from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.drawing import COLOURS, agent_label, render, settable, sheet, style_of
 from lockprobe.report.page import image
-from lockprobe.report.questions import contrasts, loops, success
+from lockprobe.report.questions import loops, success
 from lockprobe.report.questions.speed import draw as fig3
-from lockprobe.report.rows import Estimate, Fact, Results
-from lockprobe.statistics.proportions import proportion
 from lockprobe.studies.study import Until
 
 CASES = ("strategies", "thirty p", "one p", "one trial", "hostile names", "people")
@@ -172,34 +170,6 @@ def test_people_stand_above_agents_under_each_condition(tmp_path):
     assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
     clustered = found.one("success", agent="participant", condition="truth", of="")
     assert min(drawn)[2:] == pytest.approx((clustered.low, clustered.high))
-
-
-AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
-
-
-def grid(rows, columns):
-    """The texts of a grid in whose cells none, one, two, … of 20 trials were solved, and its cells."""
-    facts, made = {}, []
-    for i, (row, column) in enumerate((row, column) for row in rows for column in columns):
-        share = proportion(min(i, 20), 20)
-        numbers = {name: getattr(share, name) for name in ("value", "low", "high", "count", "n")}
-        facts[f"{row:g}, {column:g}"] = f"c{i}"
-        made.append(Estimate(quantity="success", agent="llm:$\\frac{" + "x" * 80, condition=f"c{i}", **numbers))
-    known = [Fact(about=AXIS, name=name, text=text) for name, text in facts.items()]
-    figure = contrasts.draw(Results.model_construct(rows=made, facts=known), AXIS)
-    figure.draw_without_rendering()
-    (axes,) = figure.axes
-    return axes.texts[: len(axes.patches)], axes.patches
-
-
-@pytest.mark.parametrize("columns", [2, 3, 4, 5, 6, 8])
-def test_what_stands_in_a_cell_of_a_grid_fits_into_it(columns):
-    texts, cells = grid((0, 0.2, 0.4), [round(0.05 * i, 2) for i in range(columns)])
-    assert columns > 4 or texts[1].get_text() == "5 %\n1/20\n[1, 24]"
-    for text, cell in zip(texts, cells, strict=True):
-        room, taken = cell.get_window_extent(), text.get_window_extent()
-        assert taken.width <= room.width
-        assert taken.height <= room.height
 
 
 # An agent has one colour and one mark in all figures of a study.

@@ -69,6 +69,11 @@ def test_what_is_crossed_has_one_interaction_and_a_grid_one_over_all_its_cells(l
     doses = {one.name: (one.doses.get("flip.p", 0), one.doses.get("tremble.p", 0)) for one in grid.design.conditions}
     assert {*facts} == {"{:g}, {:g}".format(*both) for both in doses.values()}
     assert all(facts["{:g}, {:g}".format(*both)] == name for name, both in doses.items())
+    (part,) = [part for part in parts_of(grid) if part.name == "crossings"]
+    head, *rows = part.blocks[0].cells(grid)
+    assert head == ["agent", "flip rate", "tremble p 0", "tremble p 0.1", "tremble p 0.4"]
+    assert [row[:2] for row in rows] == [[agent, dose] for agent in GRID["agent"] for dose in ("0", "0.2", "0.4")]
+    assert rows[2][3] is grid.one("success", agent="human-inspired", condition=facts["0.4, 0.1"], control="", axis="")
 
 
 def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_counts_what_was_detected(lab):

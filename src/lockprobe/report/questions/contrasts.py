@@ -11,14 +11,14 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import capital, listed, p_value, percent
+from lockprobe.foundation.formatting import capital, listed, percent
 from lockprobe.interventions.conditions import tells_positions
-from lockprobe.report.format import entry_text, tested
+from lockprobe.report.format import tested
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import DECLARED, SIDES
-from lockprobe.report.prose import interval_kind, inverted, who
+from lockprobe.report.prose import interval_kind, inverted
 from lockprobe.report.rows import Estimate, Fact, Results, Row, detected_said, measured_row
-from lockprobe.report.section import Block, Figure, Lines, Note, Part, Section, Table, note_at
+from lockprobe.report.section import Block, Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.contrast import declared, interactions
 from lockprobe.statistics.design import READING_FACTORS, Crossed, axis_key
 from lockprobe.statistics.every_look import E_PROCESS
@@ -116,46 +116,15 @@ def _crossings(found: Results) -> Lines:
         yield [row.agent, row.axis, str(row.n), *tested(row)]
 
 
-def draw(found: Results, axis: str) -> Any:
-    """Success over two doses, a panel for each agent with a cell for each combination: darker is more."""
-    import matplotlib as mpl
-    from matplotlib.patches import Rectangle
-
-    from lockprobe.report.figures import drawing as figures
-
+def _grid(found: Results, axis: str) -> Lines:
+    """Success over two doses: for each agent a row a dose of the first, and a column a dose of the second."""
     own, named = found.facts_about(axis), re.sub(r" \(\d+\)$", "", axis.partition(", with ")[0])
     first, second = named.split(_TIMES)
     rows, columns = (sorted({name.split(", ")[i] for name in own}, key=float) for i in (0, 1))
-    lines = 3 if len(columns) <= 4 else 2 if len(columns) <= 6 else 1  # room for the share, its count, its interval
-
-    def on(axes: Any, player: tuple[str, str]) -> None:
-        agent, modality = player
-        for (i, row), (j, column) in product(enumerate(rows), enumerate(columns)):
-            where = own.get(f"{row}, {column}", "")
-            cell = found.get("success", agent=agent, condition=where, control="", versus="", axis="") if where else None
-            face: Any = "white"
-            colour, text = figures.FAINT, "\N{MULTIPLICATION SIGN}"  # not played
-            if cell:
-                share = cell.value or 0.0
-                face, colour = mpl.colormaps["Blues"](0.85 * share), "white" if share > 0.78 else figures.INK
-                ends = f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]"
-                said = [percent(cell.value), f"{cell.count}/{cell.n}", ends][:lines]
-                text = "\n".join(said) if lines > 1 else said[0].removesuffix(" %")
-            axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
-            axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
-        axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
-        figures.axis(axes, "x", range(len(columns)), columns, figures.axis_label(second), bare=True)
-        figures.axis(axes, "y", range(len(rows)), rows, figures.axis_label(first), bare=True)
-        change = found.get("success_interaction", agent=agent, modality=modality, axis=axis, versus="")
-        interaction = "interaction not estimated"
-        if change is not None:
-            tested = f", {p_value(change.p_value, '$P$')}" * (change.p_value is not None)
-            interaction = f"interaction {entry_text(change)} points{tested}"
-        figures.title(axes, figures.safe_name(who(agent), 38), interaction)
-
-    shares = [row for row in found.where("success", of="", axis="") if row.condition in own.values()]
-    agents = list(dict.fromkeys((row.agent, row.modality) for row in shares))
-    return figures.sheet(agents, on, height=0.35 + len(rows) * 0.155 * (lines + 0.9))
+    yield ["agent", first, *(f"{second} {column}" for column in columns)]
+    shares = {(row.agent, row.condition): row for row in found.where("success", of="", control="", versus="", axis="")}
+    for agent, row in product(dict.fromkeys(agent for agent, where in shares if where in own.values()), rows):
+        yield [agent, row, *(shares.get((agent, own.get(f"{row}, {column}", ""))) for column in columns)]
 
 
 _CROSSINGS = Table("crossings", _crossings)
@@ -169,21 +138,13 @@ _CROSSED_NOTE = Note(
 
 
 def _show_crossings(found: Results) -> Iterator[Part]:
-    played = {row.condition for row in found.where("success", of="")}
-    caption = Note(
-        "Share of trials solved under every combination of two doses, with count and interval where there is room. "
-        "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
-        f"Intervals are {interval_kind(found)}. Numbers are in per cent.",
-    )
-    alt = "Success under every combination of two doses, one cell each"
     grids = dict.fromkeys(fact.about for fact in found.facts if _TIMES in fact.about)
-    shown = [axis for axis in grids if played & {*found.facts_about(axis).values()}]
-    blocks: list[Block] = [
-        Figure(f"grid-{number}", alt, caption, partial(draw, axis=axis)) for number, axis in enumerate(shown, 1)
-    ]
+    tables = [table for axis in grids if (table := Table("", partial(_grid, axis=axis))).cells(found)]
+    note = Note(f"Share of trials solved under every combination of two doses. Brackets are {interval_kind(found)}.")
     rows = found.where("success_interaction", versus="")
-    if blocks or rows:
-        blocks += [_CROSSINGS, _CROSSED_NOTE] * bool(rows)
+    blocks: list[Block] = [*tables, note] if tables else []
+    blocks += [_CROSSINGS, _CROSSED_NOTE] if rows else []
+    if blocks:
         yield Part("Interactions", detected_said(rows, "interactions"), blocks)
 
 
