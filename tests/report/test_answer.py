@@ -33,12 +33,10 @@ ANSWERS = [
     ({"a": {0: 5}, "b": {0: 5}}, "The 2 agents solved the same share: 12 % of 40 trials."),
     ({"a": UP}, f"{RAISE}llm:a."),
     ({"a": DOWN}, "False reports lower the success of llm:a."),
-    ({"a": UP, "b": DOWN}, f"{RAISE}llm:a and lower that of llm:b."),
-    ({"a": UP, "b": ALIKE}, f"{RAISE}llm:a; no effect on that of llm:b was detected."),
     ({"a": UP, "b": DOWN, "c": ALIKE}, f"{RAISE}llm:a and lower that of llm:b; no effect on that of llm:c was detected."),
     (
-        {**dict.fromkeys("abcd", UP), **dict.fromkeys("efg", ALIKE)},
-        f"{RAISE}4 agents; no effect on that of 3 agents was detected.",
+        {**dict.fromkeys("abc", UP), "d": ALIKE},
+        f"{RAISE}3 agents; no effect on that of llm:d was detected.",
     ),
     (
         {"a": ALIKE, "b": {0: 20, 0.4: 20}},

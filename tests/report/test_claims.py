@@ -124,17 +124,12 @@ def agent(solved, loops, *, p=PS, looping=CYCLE, misread=(), said="moved", asked
 PAPER = (7, 14, 20, 10)
 AGENTS = [  # solved and looping trials at each p, more of the agent, and what is expected
     ((30, 28, 20, 8), (), {}, "-peak -ratio -effect ?shape -baseline"),  # only falls
-    ((30, 28, 20), (24, 16, 20), {"p": (0.0, 0.4, 0.6)}, "?peak ?effect"),  # falls a little first
     ((15,) * 4, (), {}, "?peak -ratio ?effect ?shape +baseline"),
     ((4, 10, 16, 28), (), {}, "-peak +effect ?shape"),  # only rises
     ((7, 15, 20, 20), (), {}, "+peak +ratio +effect ?shape"),  # levels off
-    ((0,) * 4, (), {}, "?peak ?ratio ?effect -baseline"),
-    ((7, 9, 10, 9), (), {}, "?peak ?ratio ?effect ?shape"),  # too few trials to tell
-    (PAPER, (), {}, "+misinterpretation  hallucination"),  # never misreads
     (PAPER, (), {"asked": False}, " misinterpretation  hallucination"),
     ((15,) * 4, (), {"misread": range(15), "said": "blocked"}, "+misinterpretation -hallucination"),  # misses changes
-    ((0,) * 4, (30,) * 4, {}, "-loops -loops-drop ?loops-rise ?onset"),
-    (PAPER, (0,) * 4, {}, "-loops -loops-drop ?loops-rise ?onset"),
+    ((0,) * 4, (30,) * 4, {}, "?peak ?ratio ?effect -baseline -loops -loops-drop ?loops-rise ?onset"),
     (PAPER, (24,) * 4, {}, "?loops ?loops-drop ?loops-rise ?onset"),
     (PAPER, (4, 12, 22, 28), {}, "-loops -loops-drop ?loops-rise -onset -correlation"),
     (PAPER, (28, 20, 12, 1), {}, "+loops -loops-drop ?loops-rise +onset ?correlation"),
@@ -185,7 +180,7 @@ def test_the_order_of_three_modalities(tmp_path, modal, turned, signs):
 
 
 def test_where_the_rules_were_broken_numbers_stay_and_no_claim_is_judged(tmp_path):
-    planned = study("flips", agent=["cognitive:careful"], p=[0, 0.4], trials=6, repetitions=1, seed=2, plant=CLUMSY)
+    planned = study("flips", agent=["cognitive:careful"], p=[0, 0.4], trials=3, repetitions=1, seed=2, plant=CLUMSY)
     clumsy = found_in(tmp_path, planned)
     assert not_judged(clumsy).endswith("attempts broke the rules of the box.")
     rows = tables_of(clumsy)["claims"][1:]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from net import unpacked
 from reported import found_in
@@ -92,6 +92,7 @@ TRIALS = st.lists(st.tuples(*[st.booleans()] * 4), min_size=2, max_size=25).filt
 )
 
 
+@settings(max_examples=40, deadline=None)
 @given(TRIALS)
 def test_whatever_became_of_them_lies_within_the_bounds(trials):
     """Each trial with how it would have ended, and whether it broke before: the whole truth against what is known."""
@@ -113,6 +114,7 @@ def test_whatever_became_of_them_lies_within_the_bounds(trials):
         assert max(truth.p_value, truth.interval_p) < 0.05
 
 
+@settings(max_examples=40, deadline=None)
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=2, max_size=30))
 def test_opposed_ends_are_the_paired_differences_of_the_two_completed_studies(trials):
     """Of the first group the even trials broke, of the second every third: computed once more by hand."""
@@ -171,10 +173,10 @@ WORLDS = {
 TRUTH = 0.5
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize("studies", [80, pytest.param(2000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("world", WORLDS)
-def test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none(world):
-    studies, n, rng, covered, effects = 2000, 30, np.random.default_rng(7), [], []
+def test_shares_cover_the_truth_and_no_effect_is_found_where_there_is_none(world, studies):
+    n, rng, covered, effects = 30, np.random.default_rng(7), [], []
     for _ in range(studies):
         own, alike = rng.random((n, 2)), rng.random(n) < 0.5
         solved = np.where(alike[:, None], own[:, :1], own) < TRUTH
@@ -230,7 +232,7 @@ def test_whatever_breaks_every_number_is_there_and_within_its_interval(tmp_path,
 
     def breaks(trial):
         end = int(rng.integers(0, len(trial.steps)))
-        error = TrialError(boundary=boundary, message="it broke", step=end + 1)
+        error = TrialError(boundary="model", message="it broke", step=end + 1)
         return replace(trial, steps=trial.steps[:end], ending="error", error=error, changed={}, changed_steps=0)
 
     trials = [breaks(one) if rng.random() < chance[one.group, one.condition] else one for one in whole.trials]

@@ -25,7 +25,7 @@ def clusters(rng, k, share, correlation, size=10):
 @pytest.mark.parametrize("k", [3, 30])
 def test_the_clustered_interval_covers_where_wilsons_does_not(k):
     rng, held = np.random.default_rng(k), []
-    for _ in range(600):
+    for _ in range(300):
         counts = clusters(rng, k, 0.3, 0.2)
         inside = [
             one.low <= 0.3 <= one.high
@@ -33,7 +33,7 @@ def test_the_clustered_interval_covers_where_wilsons_does_not(k):
         ]
         held.append(inside)
     aware, naive = np.mean(held, axis=0)
-    assert aware > 0.95 - 2.5 * math.sqrt(0.05 * 0.95 / 600)
+    assert aware > 0.95 - 2.5 * math.sqrt(0.05 * 0.95 / 300)
     assert naive < 0.85
 
 
@@ -55,11 +55,11 @@ def test_where_all_or_none_succeed_a_cluster_counts_as_one_trial(copies, success
 @pytest.mark.parametrize(("copied", "truth"), [(1.0, 0.9), (0.5, 0.98), (0.0, 0.98)])
 def test_intervals_near_the_ceiling_hold_the_truth(copied, truth):
     rng, held = np.random.default_rng(8), 0
-    for _ in range(400):
+    for _ in range(200):
         same, own = np.repeat(rng.random((30, 1)) < truth, 7, axis=1), rng.random((30, 7)) < truth
         low, high = ends(np.where(rng.random((30, 1)) < copied, same, own).sum(axis=1), np.full(30, 7))
         held += low <= truth <= high
-    assert held >= 0.91 * 400
+    assert held >= 0.91 * 200
 
 
 def test_a_share_of_one_condition_is_wilsons_for_agents_and_knows_people():
@@ -88,11 +88,11 @@ def left_after_failures(rng, people=60, boxes=6, leaves=0.5, likeness=0.5):
 def test_the_interval_holds_the_truth_though_those_who_fail_leave(people, boxes, leaves):
     """By box alone it holds one half in 53 to 97 % of studies, with every person counted alike in 62 to 97 %."""
     held = []
-    for seed in range(150):
+    for seed in range(80):
         who, solved = left_after_failures(np.random.default_rng([seed, people]), people, boxes, leaves)
         found = clustered_proportion(solved, np.ones(len(who)), who, np.arange(len(who)))
         held.append(found.low <= 0.5 <= found.high)
-    assert np.mean(held) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 150)
+    assert np.mean(held) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 80)
 
 
 def test_a_difference_of_people_must_hold_both_ways():

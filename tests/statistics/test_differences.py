@@ -41,15 +41,15 @@ def test_the_permutation_test_is_what_all_permutations_give(seed):
 @pytest.mark.parametrize("shared", [0.0, 0.5])
 def test_the_level_holds_whatever_luck_is_shared(shared):
     rejected = []
-    for seed in range(60):
+    for seed in range(40):
         found = any_difference(study(drawn(rng(seed), shared=shared)), rng(seed), permutations=99)
         rejected.append(smallest(found) <= 0.05)
-    assert np.mean(rejected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 60)
+    assert np.mean(rejected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 40)
 
 
 def test_p_that_changes_which_trials_are_solved_and_not_how_many_is_no_finding():
     """The permutation alone rejects in a seventh of such studies; with the interval hardly ever."""
-    found = [any_difference(study(unequal_luck(rng(seed))), rng(seed), permutations=99) for seed in range(80)]
+    found = [any_difference(study(unequal_luck(rng(seed))), rng(seed), permutations=99) for seed in range(60)]
     assert np.mean([min(at.exchange for at in one) < 0.05 for one in found]) > 0.06
     assert np.mean([smallest(one) < 0.05 for one in found]) < 0.05
 
@@ -69,10 +69,10 @@ def test_an_estimate_and_its_interval_are_of_the_trials_that_both_have():
 @pytest.mark.parametrize(("per_p", "boxes", "likeness"), [(10, 3, 0.35), (6, 10, 0.5)])
 def test_intervals_of_differences_between_people_hold_the_truth(per_p, boxes, likeness):
     held = []
-    for seed in range(150):
+    for seed in range(80):
         (at,) = any_difference(people(rng(seed), per_p, boxes, likeness, p=2), rng(seed), permutations=19)
         held.append(at.low <= 0 <= at.high)
-    assert np.mean(held) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 150)
+    assert np.mean(held) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 80)
 
 
 def thinned(columns, p, trials):
@@ -80,11 +80,11 @@ def thinned(columns, p, trials):
     return columns.at(~np.isclose(columns.dose, p) | (columns.trial <= trials))
 
 
-@pytest.mark.parametrize(("few", "values"), [(1, 3), (3, 7)])
+@pytest.mark.parametrize(("few", "values"), [(1, 3)])
 def test_a_p_with_few_trials_hides_no_effect_beside_it(few, values):
     """A rise from 0.3 to 0.75 at 0.1; unstudentised, 1 to 18 % of these studies find it, and 80 to 90 % without the few."""
     found = []
-    for seed in range(40):
+    for seed in range(30):
         success = np.full(values, 0.3)
         success[1] = 0.75
         whole = study(drawn(rng(seed), success, (values, 1, 30)), np.arange(values) / 10)

@@ -13,11 +13,11 @@ from lockprobe.studies.options.studyfile import study
 READER = "cognitive:perseverant"
 LAB = {
     "agent": [READER, "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4",
-    "condition": ["nudge", "nudge + flip?p=0.6"], "trials": 8, "repetitions": 2,
+    "condition": ["nudge", "nudge + flip?p=0.6"], "trials": 8, "repetitions": 1,
 }  # fmt: skip
 GRID = {
-    "agent": ["human-inspired", "random"], "sweep": "flip?p=0,0.2,0.4 + tremble?p=0,0.1,0.4", "trials": 10,
-    "repetitions": 2,
+    "agent": ["human-inspired", "random"], "sweep": "flip?p=0,0.2,0.4 + tremble?p=0,0.1,0.4", "trials": 6,
+    "repetitions": 1,
 }  # fmt: skip
 FAMILIES = {
     "flip": ("success by flip rate", 2),
@@ -47,8 +47,8 @@ def test_differences_are_to_the_control_and_paired(lab):
         one = {"agent": row.agent, "control": "", "versus": "", "axis": ""}
         solved = [lab.one("success", **one, condition=name).count for name in ("truth", row.condition)]
         family, many = next(of for name, of in FAMILIES.items() if row.condition.startswith(name))
-        assert (row.control, row.n, row.family, row.corrected_for) == ("truth", 16, family, many)
-        assert row.value == pytest.approx((solved[1] - solved[0]) / 16)
+        assert (row.control, row.n, row.family, row.corrected_for) == ("truth", 8, family, many)
+        assert row.value == pytest.approx((solved[1] - solved[0]) / 8)
         pair = {"agent": row.agent, "condition": row.condition, "control": "truth"}
         assert [lab.one("success_in_pairs", **pair, of=of).count for of in ("the control", "")] == solved
     assert {row.value for row in rows if row.agent == "random" and "trem" not in row.condition} == {0}

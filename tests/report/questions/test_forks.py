@@ -13,23 +13,20 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 
 
-@pytest.fixture(scope="module", params=["flips", "why"])
-def forked(request, tmp_path_factory):
-    """The name of a small study with forks, and its results."""
-    size = {"trials": 8, "repetitions": 1, "agent": "cognitive:perseverant"}
-    planned = study(request.param, **size, **({"p": [0.0, 0.4]} if request.param == "flips" else {}))
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """The results of a small study with forks."""
+    planned = study("flips", trials=8, repetitions=1, agent="cognitive:perseverant", p=[0.0, 0.4])
     directory = write_study(tmp_path_factory.mktemp("forked") / "study", planned)
-    chosen = () if request.param == "flips" else (f"why/{planned.agents[0]}/truth",)
-    wanted = branching(planned, load(directory), keys=chosen, at=["4", "8"], told=["lie", "lie-truth"])
+    wanted = branching(planned, load(directory), keys=(), at=["4", "8"], told=["lie", "lie-truth"])
     with Journal.open(directory / FORKS, planned) as journal:
         play_forks(wanted, journal)
-    return request.param, results(directory)
+    return results(directory)
 
 
-def test_rows_are_effects_of_the_forks_on_record(forked):
-    name, found = forked
+def test_rows_are_effects_of_the_forks_on_record(found):
     rows = [row for row in found.rows if row.quantity == "fork_change"]
-    assert {row.condition for row in rows} == {"flips": {"truth", "flip?p=0.4"}, "why": {"truth"}}[name]
+    assert {row.condition for row in rows} == {"truth", "flip?p=0.4"}
     places = {tuple(row.of.split(", ")) for row in rows}
     assert {arm for _, arm, _, _ in places} == {"lie", "lie-truth"}
     assert {where for *_, where, _ in places} >= {"4", "8"}
@@ -41,8 +38,7 @@ def test_rows_are_effects_of_the_forks_on_record(forked):
     assert [row.of for row in found.where("after_true_report")] == [row.of for row in rows]
 
 
-def test_the_part_has_the_sentence_and_the_table_and_no_other_number_counts_forks(forked):
-    _, found = forked
+def test_the_part_has_the_sentence_and_the_table_and_no_other_number_counts_forks(found):
     (own,) = (part for part in parts_of(found) if part.name == "forks")
     assert own.answer == fork_said(found.rows)
     assert len(tables_of(found)["forks"]) == 1 + sum(row.of.startswith("success") for row in found.where("fork_change"))

@@ -20,7 +20,7 @@ SMALL = {"trials": 6, "repetitions": 1}
 
 def test_other_doses_have_the_same_rows_and_a_part_of_their_own(tmp_path):
     asked = {"agent": [READER, "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4"}
-    found = found_in(tmp_path, study("flips", **asked, trials=8, repetitions=2))
+    found = found_in(tmp_path, study("flips", **asked, **SMALL))
     flips, axis = found.design.axes
     assert (axis.key, axis.doses) == ("tremble p", {"truth": 0} | {f"tremble?p={p}": p for p in (0.1, 0.2, 0.4)})
     for course in found.courses(axis):

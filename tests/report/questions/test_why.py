@@ -18,7 +18,9 @@ AGENTS = ["cognitive:perseverant", "cognitive:softmax-memory"]
 @pytest.fixture(scope="module")
 def told(tmp_path_factory):
     """The directory of a small study of controls, and its results."""
-    directory = write_study(tmp_path_factory.mktemp("why") / "study", study("why", agent=AGENTS, trials=50))
+    directory = write_study(
+        tmp_path_factory.mktemp("why") / "study", study("why", agent=AGENTS, trials=50, repetitions=1)
+    )
     return directory, results(directory)
 
 
