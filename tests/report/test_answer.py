@@ -30,7 +30,6 @@ RAISE = "False reports raise the success of "
 ANSWERS = [
     ({"a": {0: 5}}, "llm:a solved 12 % of 40 trials."),
     ({"a": {0: 5}, "b": {0: 30}}, "Of 2 agents llm:b solved the most: 75 % of 40 trials."),
-    ({"a": {0: 5}, "b": {0: 5}}, "The 2 agents solved the same share: 12 % of 40 trials."),
     ({"a": UP}, f"{RAISE}llm:a."),
     ({"a": DOWN}, "False reports lower the success of llm:a."),
     ({"a": UP, "b": DOWN, "c": ALIKE}, f"{RAISE}llm:a and lower that of llm:b; no effect on that of llm:c was detected."),

@@ -14,7 +14,7 @@ from statsmodels.stats.multitest import multipletests
 from statsmodels.stats.proportion import confint_proportions_2indep
 
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.report.compare import TABLES, Sample, compare_studies, conclusion, study_rows, write_comparison
+from lockprobe.report.compare import TABLES, Sample, compare_studies, study_rows, write_comparison
 from lockprobe.report.format import texts
 from lockprobe.statistics.pairs import paired
 from lockprobe.statistics.proportions import proportion
@@ -206,52 +206,16 @@ def test_people_count_once_however_many_boxes_they_play():
         assert few.p_value > many.p_value
 
 
-def sample(study, solved, *, luck=1, condition="truth", family=""):
-    return Sample(study, "llm:a", condition, luck, trials([i < solved for i in range(20)]), family)
-
-
-FLIPS = [sample(study, 10, luck=luck, family="flip rate") for luck, study in enumerate("ab")]
-NUDGED = [sample(study, n, condition="nudge", luck=luck) for luck, (study, n) in enumerate((("a", 4), ("b", 11)))]
-CLEAR = [sample(study, n, condition="nudge") for study, n in (("a", 1), ("b", 19))]
-CONCLUSIONS = [
-    ([], ["No two studies have a trial to compare under a condition that they share."]),
-    (
-        [sample("a", 9), sample("b", 11, luck=2), sample("c", 10, luck=3)],
-        [
-            "No difference between studies was detected in 3 comparisons, ",
-            "P = 1, corrected for 3 differences of a family and 1 family; ",
-        ],
-    ),
-    # a P value of 0.03 in its family: the sentence is about two, and the table about each
-    (
-        [*FLIPS, *NUDGED],
-        [
-            "No difference between studies was detected in 2 comparisons, ",
-            ", corrected for 1 difference of a family and 2 families; ",
-        ],
-    ),
-    (
-        [*FLIPS, *CLEAR],
-        ["1 of 2 differences between studies was detected, the clearest: llm:a in b against ", "random numbers)."],
-    ),
-]
-
-
-@pytest.mark.parametrize(("samples", "parts"), CONCLUSIONS)
-def test_the_conclusion_says_no_more_than_what_holds_in_all_families(samples, parts):
-    said = conclusion(study_rows(samples))
-    assert said.startswith(parts[0])
-    assert all(part in said for part in parts)
-
-
 def test_the_page_begins_with_the_sentence_holds_every_number_and_loads_nothing(found, tmp_path):
     page = write_comparison(found, tmp_path / "compare.html").read_text("utf-8")
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]*>", "", page))
+    rows = of(found.rows)
+    assert found.said == f"{sum(row.detected for row in rows)} of {len(rows)} differences between studies detected."
     assert text.index(found.said) < text.index("Share solved of the trials")
     assert "20 of 48 trials of half" in text
     cells = {cell for lines in TABLES.values() for row in texts([*lines(found)]) for cell in row}
     assert all(cell in text for cell in cells - {"of these, people's"})
-    assert page.count('<td class="pl">') == len(of(found.rows))
+    assert page.count('<td class="pl">') == len(rows)
     assert "default-src 'none'; img-src data:; style-src 'unsafe-inline'\"" in page
     assert "<script" not in page
     assert not re.findall(r'(?:src|href)="([^"]*)"', page)

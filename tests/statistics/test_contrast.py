@@ -10,9 +10,9 @@ from builders import make_trial
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lockprobe.statistics.blocks import contrast
+from lockprobe.statistics.blocks import block_mean, contrast
 from lockprobe.statistics.contrast import declared, effects, interactions
-from lockprobe.statistics.outcomes import outcomes
+from lockprobe.statistics.outcomes import BlockOrder, outcomes
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.study import design_of
@@ -129,6 +129,12 @@ def test_what_changed_nothing_beside_others_is_in_no_interaction_and_a_control_m
     flip, tremble = "flip?p=0.4", "tremble?p=0.3"
     cells, design = played([flip, tremble, f"{flip} + {tremble}"])
     assert len(list(interactions(cells, design))) == 1
+    control = cells[AGENT, "truth"]
+    watched = SimpleNamespace(
+        trials=control.trials, outcomes=replace(control.outcomes, order=BlockOrder(plans=((1, 6),)))
+    )
+    assert list(interactions(cells | {(AGENT, "truth"): watched}, design)) == []  # none holds at every look
+    assert list(interactions({at: one for at, one in cells.items() if one is not control}, design)) == []
     assert list(interactions(idle_in(cells, f"{flip} + {tremble}", tremble), design)) == []
     cells, design = played(["warn", tremble])
     design = replace(design, arms=tuple(arm for arm in design.arms if arm.label != "truth"))
@@ -146,6 +152,33 @@ def test_a_study_declares_contrasts_of_agents_and_not_of_people():
         for (agent, label), own in cells.items()
     }
     assert list(declared(seated, asked, design)) == []
+
+
+def test_a_contrast_of_misreading_is_of_blocks_with_statements_under_all_of_its_conditions():
+    """Of two statements about blocked joints one is false where it says moved; the last block has none of them."""
+    design = design_of(study("flips", agent=[AGENT], p=[0, 0.4], trials=9, repetitions=1))
+
+    def said(p, wrong):
+        claims = [[None, *["moved"] * n, *["blocked"] * (2 - n)] for n in wrong]
+        return [make_trial([0] * 3, agent=AGENT, p=p, trial=i, claims=one) for i, one in enumerate(claims, 1)]
+
+    lies, truth = said(0.4, [2, 1, 2, 1, 2, 2, 1, 2]), said(0.0, [0, 1, 0, 0, 1, 0, 0, 0])
+    silent = make_trial([0] * 3, agent=AGENT, p=0.4, trial=9)
+    cells = {
+        (AGENT, "flip?p=0.4"): cell([*lies, silent]),
+        (AGENT, "truth"): cell([*truth, *said(0.0, [0] * 9)[8:]]),
+    }
+    of = Contrast(of=("flip?p=0.4",), minus=("truth",), measure="misreading")
+    found = list(declared(cells, {"lies": of, "again": of}, design))
+    changes = np.array([1, 0, 1, 0.5, 0.5, 1, 0.5, 1])
+    expected = block_mean(changes[:, None], choices=2)
+    assert [(name, many, len(own)) for _, name, many, own in found] == [("lies", 2, 1), ("again", 2, 1)]
+    change = found[0][-1][0]
+    assert (change.value, change.n, change.low, change.high) == (
+        pytest.approx(changes.mean()), 8, expected.low, expected.high
+    )  # fmt: skip
+    assert change.p_value == pytest.approx(2 * expected.p_value)
+    assert list(declared(cells | {(AGENT, "flip?p=0.4"): cell([silent])}, {"lies": of}, design)) == []
 
 
 def test_interactions_are_corrected_for_their_number_and_stand_once_in_a_grid_where_there_is_one():

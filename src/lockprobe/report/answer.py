@@ -90,8 +90,6 @@ def solved_said(found: Results, lines: Sequence[Line]) -> str:
         rest = f"; {broke} more broke, so of all trials it is between {between}" * bool(broke)
         name = capital(who(first.label)) if first.agent == PEOPLE else first.label
         return f"{name} solved {of}{alike}{rest}."
-    if len(best) == len(shares):
-        return f"The {len(shares)} agents solved the same share: {of}.{rest}"
     return f"Of {len(shares)} agents {listed([line.label for line in best], named=3)} solved the most: {of}.{rest}"
 
 

@@ -19,20 +19,19 @@ from typing import Any, NamedTuple
 from pydantic import Field
 
 from lockprobe.foundation.errors import BadFile, UnknownName
-from lockprobe.foundation.formatting import change, count, p_value, percent
+from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.format import count_of, tested
 from lockprobe.report.opened import open_study
 from lockprobe.report.prose import rules_broken_said, who
 from lockprobe.report.rendering import rendered
-from lockprobe.report.rows import Estimate, clearness, measured
+from lockprobe.report.rows import Estimate, detected_said, measured
 from lockprobe.report.section import Lines
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.differences import each_difference, independent_difference
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.outcomes import outcomes
-from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.rules import Rules
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.studies.decisions import planned_now
@@ -219,25 +218,10 @@ def _differences(rows: Sequence[StudyRow]) -> Iterator[_Compared]:
 
 
 def conclusion(rows: Sequence[StudyRow]) -> str:
-    """How many differences between studies were detected, and the clearest of them.
-
-    The sentence is about all families of conditions, so it is corrected for their number too (Bonferroni).
-    """
-    asked = [*_differences(rows)]
-    if not asked:
-        return "No two studies have a trial to compare under a condition that they share."
-    many = len({row.family for row, *_ in asked})
-    shown = [one for one in asked if one[0].detected and (one[0].p_value or 0.0) < ALPHA / many]
-    row, own, other, trials = min(shown or asked, key=lambda one: clearness(one[0]))
-    sample = f"{trials}{' with common random numbers' if 'pairs' in trials else ', independent samples'}"
-    none = f"No difference between studies was detected in {count(len(asked), 'comparison')}, which does not show "
-    some = f"{len(shown)} of {len(asked)} differences between studies {'was' if len(shown) == 1 else 'were'} detected"
-    return (
-        f"{some if shown else f'{none}that there is none'}, the clearest: {row.agent} in {row.study} against "
-        f"{row.versus} in {row.versus_study} under {row.condition}, {percent(own.value)} against "
-        f"{percent(other.value)} ({change(row.value or 0.0, row.low, row.high)}; "
-        f"{p_value(min(1.0, many * (row.p_value or 0.0)))}, corrected for {count(row.corrected_for, 'difference')} of "
-        f"a family and {count(many, 'family', 'families')}{f', {row.note}' * bool(row.note)}; {sample})."
+    """How many differences between studies were detected, each corrected for those of its family."""
+    asked = [row for row, *_ in _differences(rows)]
+    return detected_said(asked, "differences between studies") or (
+        "No two studies have a trial to compare under a condition that they share."
     )
 
 

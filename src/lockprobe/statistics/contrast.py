@@ -50,14 +50,12 @@ class Effect(NamedTuple):
     """Success of an agent under a condition minus success under the control, in the trials that they share.
 
     Attributes:
-        modality: How the box was shown under the control.
         corrected_for: How many differences are judged together: conditions, agents and further groups of conditions.
         family: What these are.
         axis: The option whose levels the two conditions are; empty for other conditions.
     """
 
     agent: str
-    modality: str
     control: str
     condition: str
     difference: DifferenceAt
@@ -160,11 +158,10 @@ def effects(cells: Cells, design: Design) -> Iterator[Effect]:
                 continue
             agents = max(1, sizes[is_baseline(design.spec_of(agent))]) * len(family.groups)
             names = [label for label in group if (agent, label) in cells]
-            modality = cells[agent, group[0]].trials[0].modality
             tested = each_difference([cells[agent, name].outcomes for name in names], agents=agents)
             for place, one in tested:
                 many = len(tested) * agents
-                yield Effect(agent, modality, group[0], names[place], one, many, family.name, option)
+                yield Effect(agent, group[0], names[place], one, many, family.name, option)
 
 
 def _heeding(cells: Cells, design: Design, family: Family) -> list[tuple[str, tuple[str, ...]]]:

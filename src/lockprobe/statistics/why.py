@@ -18,7 +18,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from lockprobe.statistics.blocks import blocks_of, contrast
 from lockprobe.statistics.contrast import Cells
@@ -142,21 +142,9 @@ def decide(groups: Mapping[str, Outcomes], *, agents: int = 1) -> Decision:
     return Decision(total=total, verdict=verdict, contrasts=contrasts, claims=tuple(held))
 
 
-class Why(NamedTuple):
-    """What the arms of one agent that is shown the box in one way decide.
-
-    Attributes:
-        p: The rate at which reports were hit, (0, 1].
-        conditions: Arm -> the name of its condition, of arms in which something was changed and a trial has ended.
-        agents: Number of agents that are judged together, for which the decision is corrected (Bonferroni).
-    """
-
-    agent: str
-    modality: str
-    p: float
-    conditions: Mapping[str, str]
-    agents: int
-    decision: Decision
+Why = tuple[str, str, float, Mapping[str, str], int, Decision]
+"""Agent, modality, the rate at which reports were hit, arm -> the name of its condition (of arms in which something was
+changed and a trial has ended), how many agents are judged together, and what was decided."""
 
 
 def whys(cells: Cells, design: Design) -> Iterator[Why]:
@@ -181,4 +169,4 @@ def whys(cells: Cells, design: Design) -> Iterator[Why]:
             found += [(family, agent, shown, p, {arm: names[arm] for arm in groups}, groups)] * (len(whole) > 1)
     sizes = Counter(family for family, *_ in found)
     for family, agent, shown, p, conditions, groups in found:
-        yield Why(agent, shown, p, conditions, sizes[family], decide(groups, agents=sizes[family]))
+        yield agent, shown, p, conditions, sizes[family], decide(groups, agents=sizes[family])

@@ -4,9 +4,7 @@ import pytest
 from builders import write_study
 
 from lockprobe.report.page import parts_of, tables_of
-from lockprobe.report.questions.forks import fork_said
 from lockprobe.report.results import results
-from lockprobe.report.rows import Estimate
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
@@ -40,29 +38,14 @@ def test_rows_are_effects_of_the_forks_on_record(found):
 
 def test_the_part_has_the_sentence_and_the_table_and_no_other_number_counts_forks(found):
     (own,) = (part for part in parts_of(found) if part.name == "forks")
-    assert own.answer == fork_said(found.rows)
-    assert len(tables_of(found)["forks"]) == 1 + sum(row.of.startswith("success") for row in found.where("fork_change"))
+    tested = [row for row in found.where("fork_change") if row.of.startswith("success")]
+    assert (
+        own.answer
+        == f"{sum(row.detected for row in tested)} of {len(tested)} effects of one report on success detected."
+    )
+    assert len(tables_of(found)["forks"]) == 1 + len(tested)
     assert found.progress.finished == sum(
         row.value + found.one("broken", agent=row.agent, condition=row.condition).value
         for row in found.where("trials", of="")
         if row.condition
     )
-
-
-def changed(of="lie, 8, later reports true", **columns):
-    own = {"agent": "random", "condition": "truth", "of": f"success, {of}", "n": 300, "clusters": 150}
-    size = {"value": 0.1, "low": 0.02, "high": 0.18, "p_value": 0.01} | columns
-    return Estimate(quantity="fork_change", **own, **size)
-
-
-def test_the_clearest_effect_that_was_detected_is_said():
-    detected = (
-        "the clearest: lie at step 8 on random (truth), +10 points, 95 % interval +2 to +18; P = 0.01, 150 trials, "
-        "300 forks, later reports true."
-    )
-    unsure = [
-        changed(f"lie, {i}, later reports true", **one) for i, one in enumerate([{"p_value": 0.2}, {"low": -0.01}])
-    ]
-    assert fork_said([*unsure, changed()]) == f"1 of 3 effects of one report on success detected, {detected}"
-    assert fork_said(unsure).startswith("0 of 2 effects of one report on success detected, the clearest: lie at ")
-    assert fork_said([]) == ""

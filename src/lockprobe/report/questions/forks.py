@@ -7,11 +7,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import change, count, p_cell, p_value
+from lockprobe.foundation.formatting import p_cell
 from lockprobe.report.format import alone
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import rules_broken_said
-from lockprobe.report.rows import Estimate, Fact, Results, Row, clearness, measured
+from lockprobe.report.rows import Estimate, Fact, Results, Row, detected_said, measured
 from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.branch import OUTCOMES, ForkEffect, branch_effects
 from lockprobe.studies.study import Study
@@ -72,19 +72,8 @@ def fork_table(rows: Sequence[Estimate]) -> Lines:
 
 
 def fork_said(rows: Sequence[Estimate]) -> str:
-    """How many effects on success were detected, and the clearest of them; empty without forks."""
-    found = _of_success(rows)
-    if not found:
-        return ""
-    row = min(found, key=lambda row: (not row.detected, *clearness(row)))
-    arm, where, later = _place(row)
-    at = f"step {where}" if where.isdecimal() else where
-    size = f"{change(row.value or 0.0, row.low, row.high)}; {p_value(row.p_value)}"
-    return (
-        f"{sum(one.detected for one in found)} of {count(len(found), 'effect')} of one report on success detected, the "
-        f"clearest: {arm} at {at} on {row.agent} ({row.condition}), {size}, {row.clusters} trials, {row.n} forks, "
-        f"{later}."
-    )
+    """How many effects on success were detected; empty without forks."""
+    return detected_said(_of_success(rows), "effects of one report on success")
 
 
 RARE = ("later reports",)

@@ -59,21 +59,21 @@ _VERDICTS: Mapping[Verdict, str] = {
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     cells, found = numbers.by_name, list(whys(numbers.by_name, numbers.design))
-    for one in found:
-        of: dict[str, Any] = {"agent": one.agent, "modality": one.modality, "family": "agents", "unit": "points"}
-        of |= {"corrected_for": one.agents, "doses": {"flip.p": one.p}}
-        of |= {"test": E_PROCESS if cells[one.agent, one.conditions["truth"]].order else "sign flips of blocks"}
-        yield measured_row(_EFFECT, one.decision.total, **of, of="total")
-        for name, mean in one.decision.contrasts.items():
+    for agent, modality, p, conditions, agents, decision in found:
+        of: dict[str, Any] = {"agent": agent, "modality": modality, "family": "agents", "unit": "points"}
+        of |= {"corrected_for": agents, "doses": {"flip.p": p}}
+        of |= {"test": E_PROCESS if cells[agent, conditions["truth"]].order else "sign flips of blocks"}
+        yield measured_row(_EFFECT, decision.total, **of, of="total")
+        for name, mean in decision.contrasts.items():
             yield measured_row(_CONTRAST, mean, **of, of=name)
-        for arm, name in one.conditions.items():
-            yield from cells[one.agent, name].share(_SUCCESS, cells[one.agent, name].success, of=arm)
-    named = sum(bool(one.decision.claims) for one in found)
+        for arm, name in conditions.items():
+            yield from cells[agent, name].share(_SUCCESS, cells[agent, name].success, of=arm)
+    named = sum(bool(decision.claims) for *_, decision in found)
     several = f"A cause is named for {named} of {len(found)} agents."
-    said = several if len(found) > 1 else "".join(_VERDICTS[one.decision.verdict] for one in found)
+    said = several if len(found) > 1 else "".join(_VERDICTS[decision.verdict] for *_, decision in found)
     facts = {"verdict": said} if found else {}
-    for i, one in enumerate(sorted(found, key=lambda one: one.agent not in numbers.subjects)):
-        facts[f"{i}"] = why_said(one.agent, one.modality, one.decision)
+    for i, one in enumerate(sorted(found, key=lambda one: one[0] not in numbers.subjects)):
+        facts[f"{i}"] = why_said(one[0], one[1], one[-1])
     yield from (Fact(about=_SAID, name=name, text=text) for name, text in facts.items())
 
 
