@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,9 @@ TIE = 1e-9
 
 _RARE_BLOCKS = 3
 """Blocks that are added to the variance of a mean of steps."""
+
+RareBlock = tuple[float, float]
+"""How far below and above a mean difference in steps a rare block may lie (:func:`rare_block`)."""
 
 _EXACT = 50_000_000
 """Additions up to which the exchange distribution of a sum is exact; beyond, it is approximated as normal."""
@@ -196,39 +199,26 @@ def _more(
     widening in small samples; the rest is as in :func:`block_mean`.
     """
     if rare is not None:
-        return rare.more(widest / pairs)
+        below, above = (_RARE_BLOCKS * (widest / pairs * away) ** 2 for away in rare)
+        return below, above
     one = small * unit**2 * (widest**2 if spread < TIE else widest) / pairs**2
     return one, one
 
 
-class RareBlock(NamedTuple):
-    """How far below and above a mean difference in steps a rare block may lie.
+def rare_block(first: Array, second: Array, budget: float) -> RareBlock:
+    """How far below and above the mean of the steps of the second less those of the first a rare block may lie.
 
     An agent that is mostly a little faster and now and then needs its whole budget is no faster, and a sample without
     such a trial has neither its mean nor its spread. So three more blocks are added to the variance, as Agresti and Min
     (2005) add pairs that differ to shares. In each, one of the two takes the whole budget, or as few steps as the
-    shortest trial, and the other what it takes on average, whichever is farther.
+    shortest trial of both or a fifth of the budget, and the other what it takes on average, whichever is farther.
 
     Three are enough for every budget. Rare blocks have a Poisson distribution. A decrease is said after k of them if
     more than k + 1.96 sqrt(k + 3) were to be expected, and at most 5 % of samples have so few.
     """
-
-    below: float
-    above: float
-
-    def more(self, share: float) -> tuple[float, float]:
-        """What rare blocks add to the variance of a mean below and above it; one is this share of the sample."""
-        return _RARE_BLOCKS * (share * self.below) ** 2, _RARE_BLOCKS * (share * self.above) ** 2
-
-
-def rare_block(first: Array, second: Array, budget: float) -> RareBlock:
-    """How far a rare block may lie from the mean of the steps of the second less those of the first.
-
-    A rare trial is taken to be as short as the shortest of both, or a fifth of the budget.
-    """
     least = min(float(first.min()), float(second.min()), budget / 5)
     before, after = float(first.mean()), float(second.mean())
-    return RareBlock(max(budget - after, before - least, 1.0), max(budget - before, after - least, 1.0))
+    return max(budget - after, before - least, 1.0), max(budget - before, after - least, 1.0)
 
 
 def two_way(

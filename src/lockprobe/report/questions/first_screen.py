@@ -23,9 +23,9 @@ from lockprobe.report.questions.speed import effect_said
 from lockprobe.report.questions.stopping import every_look_said, small_said
 from lockprobe.report.rows import Fact, Results, Row
 from lockprobe.report.section import Part, Section, Table, Template
-from lockprobe.statistics.design import FLIPS, arms_of
+from lockprobe.statistics.design import FLIPS, Design, arms_of
 from lockprobe.statistics.idle import idle_interventions, never_acted
-from lockprobe.studies.study import Study, design_of
+from lockprobe.studies.study import Study
 
 _WHO, _WHO_MOST = "who was studied", 8
 """What the facts of agents are about, and how many are introduced at the top; of more there is only the list."""
@@ -50,8 +50,8 @@ _FIGURES = (stopping.FIGURE, speed.FIG3)
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     study = numbers.study
     said = {
-        "question": _question(study),
-        "trial": _trial(study),
+        "question": _question(study, numbers.design),
+        "trial": _trial(study, numbers.design),
         "every_look": every_look_said(study, numbers.every_look, numbers.decisions, numbers.finished),
         "changed_nothing": " ".join(_changed_nothing(numbers)),
         "rules": numbers.broken_rules_said,
@@ -62,15 +62,14 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     yield from (Fact(about=_WHO, name=label, text=what) for label, what in _who(numbers))
 
 
-def _asks_why(study: Study) -> bool:
-    design = design_of(study)
+def _asks_why(design: Design) -> bool:
     return any(arms_of(design.shown(modality)) for modality in design.modalities)
 
 
-def _question(study: Study) -> str:
+def _question(study: Study, design: Design) -> str:
     """What the study asks, in one line."""
-    design, box = design_of(study), study.boxes_in_words
-    if _asks_why(study):
+    box = study.boxes_in_words
+    if _asks_why(design):
         return f"Why do false reports change how agents open {box}?"
     misread = [name for name, one in study.contrasts.items() if one.measure == "misreading"]
     if misread and next(iter(study.contrasts)) == misread[0]:
@@ -89,14 +88,14 @@ def _question(study: Study) -> str:
     return f"Do {listed(causes)} change how agents open {box}?" if causes else f"How well do agents open {box}?"
 
 
-def _trial(study: Study) -> str:
+def _trial(study: Study, design: Design) -> str:
     """What happens in a trial, and what is varied."""
     steps, told = study.max_steps, "it is told what happened"
     if study.of_flips and len(study.modalities) > 1 and not any(one.p for one in study.flip_axis):
         told = "it is shown, or told, how the joints stand"
     said = f"An agent has {count(steps, 'step')} to open a box whose joints lock each other. After each step {told}."
     if any(one.p for one in study.flip_axis):
-        what = "and some corrected" if _asks_why(study) else "as often as the flip rate says"
+        what = "and some corrected" if _asks_why(design) else "as often as the flip rate says"
         return f"{said} Some reports are false, {what}."
     acting = dict.fromkeys(spec_name(spec) for one in study.conditions for spec in one.specs)
     return f"{said} What acts under the conditions: {listed([*acting], named=4)}." if acting else said

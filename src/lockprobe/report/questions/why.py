@@ -22,19 +22,6 @@ from lockprobe.trial.record import PLAIN_WORDS
 
 _EFFECT, _CONTRAST, _SUCCESS, _SAID = "false_report_effect", "arm_contrast", "success_in_arm", "why"
 
-_NAMES = {
-    "total": "false reports",
-    "false last after true": "false last, after true",
-    "false last after false": "false last, after false",
-    "false first before true": "false first, before true",
-    "false first before false": "false first, before false",
-    "both false": "both false",
-    "interaction": "just one of two false",
-    "true correction": "a true correction",
-    "remark": "a remark",
-}
-"""What a comparison is of, in words; most are of reports of two statements."""
-
 _CLAUSES = {
     "last": "a false last statement {ways} it, whatever the first one says",
     "first": "a false first statement {ways} it, whatever the last one says",
@@ -118,7 +105,8 @@ def _table(found: Results) -> Lines:
             arms = ", ".join(f"{less}{ARROW}{more}" for more, less in zip(one.of, one.minus, strict=True))
             shares = f"{solved[one.minus[0]]:.0f}{ARROW}{solved[one.of[0]]:.0f} %" if len(one.of) == 1 else None
             concluded = conclusion_of(row, at=ALPHA if row is total else PART)
-            yield [row.agent, _NAMES[row.of], arms, shares, row, p_cell(row.p_value), concluded, str(row.clusters)]
+            name = "false reports" if row is total else row.of
+            yield [row.agent, name, arms, shares, row, p_cell(row.p_value), concluded, str(row.clusters)]
 
 
 TABLE = Table("why", _table, 3, drawn="change, points", rare=("agent",))
