@@ -76,6 +76,7 @@ def curve_figure(found: Results, *, wide: bool) -> Any:
         "size": (880 if wide else 358, bottom + 72),
         "wide": wide,
         "names": _names(courses, lines, doses[-1], (top, bottom), right + shift[-1] + 10),
+        "apart": _APART,
         "dose": courses[0].name,
         "left": left - 40,
         "right": right + 40,
