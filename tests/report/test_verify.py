@@ -327,7 +327,7 @@ EDITS = {
     "cheaper calls": ("sabotaged", answers(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies", ""),
     "a call dropped": ("sabotaged", first(lambda files, one: files.calls.remove(sent(files, one, -1)), "solved"), "replies", ""),
     "one more call": ("sabotaged", first(one_more_call, "budget"), "replies", ""),
-    "a call of another agent": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(agent="random")), "replies", "name another agent"),
+    "a call of another agent": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(agent="random")), "replies", "its calls name no trial on record, or another agent"),
     "trials dropped, number lowered": ("sabotaged", dropped(), "replies", ""),
     "the model left out": ("sabotaged", left_out(MODEL), "replies", ""),
     "a second record": ("sabotaged", a_second_record, "records", ""),

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -68,28 +68,25 @@ def check(
 @app.command("list")
 def list_boxes(json: options.AsJson = False) -> None:
     """List the named boxes and their difficulty, also those of installed packages."""
-    rows: list[tuple[str, str, Lockbox | str]] = [(name, "", box(name)) for name in named_boxes()]
-    for row in listed_plugins("box", named_boxes()):
+    rows: list[dict[str, Any]] = [{**_facts(box(name)), "name": name} for name in named_boxes()]
+    for one in listed_plugins("box", named_boxes()):
         try:
-            rows.append((row.name, row.package, row.what if row.found is None else find_box(row.name)))
+            facts = {"error": one.what} if one.found is None else _facts(find_box(one.name))
         except UserMistake as mistake:
-            rows.append((row.name, row.package, f"Cannot be used. {mistake}"))
-    if not json:
-        print(f"{'name':16} joints  optimum  random  no-repeat")
-    for name, package, found in rows:
-        facts = {"error": found} if isinstance(found, str) else _facts(found)
-        if json:
-            print(json_.dumps(facts | {"name": name} | ({"package": package} if package else {})))
-        elif isinstance(found, str):
-            print(f"{name:16} {found}")
-        else:
-            says = f"  ({package})" if package else "  (default)" if name == DEFAULT_BOX else ""
-            print(
-                f"{name:16} {len(found.joints):6}  {facts['optimum']:7}"
-                f"  {facts['random_success']:6.3f}  {facts['random_no_repeat_success']:9.3f}{says}"
-            )
-    if not json:
-        print("Also: random-N-SEED, an interlock of N joints drawn from the seed, as random-5-17; and TOML files.")
+            facts = {"error": f"Cannot be used. {mistake}"}
+        rows.append({**facts, "name": one.name, "package": one.package})
+    if json:
+        print("\n".join(map(json_.dumps, rows)))
+        return
+    print(f"{'name':16} joints  optimum  random  no-repeat")
+    for row in rows:
+        says = f"  ({row['package']})" if "package" in row else "  (default)" if row["name"] == DEFAULT_BOX else ""
+        line = row.get("error") or (
+            f"{len(row['joints']):6}  {row['optimum']:7}"
+            f"  {row['random_success']:6.3f}  {row['random_no_repeat_success']:9.3f}{says}"
+        )
+        print(f"{row['name']:16} {line}")
+    print("Also: random-N-SEED, an interlock of N joints drawn from the seed, as random-5-17; and TOML files.")
 
 
 @app.command("show")
@@ -192,6 +189,6 @@ def _in_words(box: Lockbox) -> Iterator[str]:
         yield f"and {counted(plans.count - len(plans.listed), 'more plan')}"
 
 
-def _facts(box: Lockbox) -> dict[str, object]:
+def _facts(box: Lockbox) -> dict[str, Any]:
     """The facts of a box for JSON."""
     return {**box.as_data(), **asdict(difficulty(box))}

@@ -50,7 +50,8 @@ def mcp(
     planned = study(what, **{**asked, "agent": [agent]})
     if planned.attended:
         raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal, which the client uses")
-    directory = out or records_directory(planned)
+    data = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
+    directory = out or data / "lockprobe" / f"{planned.name}-{planned.identity}"
     working, place = Path.cwd().resolve(), directory.resolve()
     if working != Path("/") and (place.is_relative_to(working) or working.is_relative_to(place)):
         raise BadValue("out", str(directory), f"a directory outside of the working directory {working}")
@@ -61,12 +62,6 @@ def mcp(
         asyncio.run(_serve(planned, agent, directory, trials_each))
     finally:
         os.umask(before)
-
-
-def records_directory(planned: Study) -> Path:
-    """The default directory for the records of a study, outside any project."""
-    data = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
-    return data / "lockprobe" / f"{planned.name}-{planned.identity}"
 
 
 async def _serve(planned: Study, agent: str, directory: Path, trials_each: int | None) -> None:

@@ -15,7 +15,7 @@ from lockprobe.cli.printing import print_rows, time_left
 from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.workers import Processes
-from lockprobe.simulation.power import PAPER, TARGET, Clusters, Conditions, Effect, Needed, conditions_of
+from lockprobe.simulation.power import PAPER, TARGET, Clusters, Effect, Needed, conditions_of
 from lockprobe.simulation.power import power as simulated
 
 _WHAT = "why: a study of controls; a study file: its conditions, and how many agents; trials per condition (flips)."
@@ -95,7 +95,12 @@ def power(
             f"of success and of its change, by eye: {_BOX_SD:g} is about 15 points around one half."
         )
     else:
-        effects = _conditions(what, asked, shares)
+        from lockprobe.studies.options.studyfile import study
+
+        if what is None and asked.keys() <= {"seed"}:
+            shares, asked = shares or [*PAPER], {**asked, "p": [i / 10 for i in range(len(PAPER))]}
+        named = {"agent": "random", **asked} if what is None else asked  # an agent is named that nobody plays
+        effects = conditions_of(study(what or "flips", **named), shares)
         note = (
             "Trials under each condition. choices: comparisons that are corrected together. Where success equals the "
             "control's, the share is of false positives. Assumption: trials share no luck."
@@ -110,41 +115,24 @@ def power(
         found_here = {"target": TARGET, "studies": studies, "seed": seed, "rows": rows}
         print(json_.dumps(found_here, indent=1, default=asdict))
     elif rows:
-        print_rows([[*_heads(rows[0])], *([cell for value in row.values() for cell in _cells(value)] for row in rows)])
+        cells = [dict(cell for name, value in row.items() for cell in _cells(name, value)) for row in rows]
+        print_rows([[*cells[0]], *([*row.values()] for row in cells)])
         print(f"\n{note}")
     else:
         print("Nothing was concluded in any study.")
 
 
-def _conditions(what: str | None, asked: Mapping[str, Any], shares: Sequence[float]) -> list[Conditions]:
-    """The conditions of a study, with the success that is stated; without any, the paper's over its flip rates."""
-    from lockprobe.studies.options.studyfile import study
-
-    if what is None and asked.keys() <= {"seed"}:
-        shares, asked = shares or PAPER, {**asked, "p": [i / 10 for i in range(len(PAPER))]}
-    named = {"agent": "random", **asked} if what is None else asked  # an agent is named that nobody plays
-    return conditions_of(study(what or "flips", **named), shares)
-
-
-def _heads(row: Mapping[str, Any]) -> Iterable[str]:
-    """The columns of a row: what is needed has one for every size measured, and one for the answer."""
-    for name, value in row.items():
-        sizes = [f"n={one.n}" for one in value.measured] if isinstance(value, Needed) else []
-        yield from (*sizes, f"{name} for {TARGET:g}" if sizes else name)
-
-
-def _cells(value: object) -> Iterable[str]:
-    if isinstance(value, Needed):
-        yield from (f"{one.power:.2f}±{one.error:.2f}" for one in value.measured)
-        least, most = value.measured[0].n, value.measured[-1].n
-        if value.needed is None:
-            yield f"more than {most}"
-        elif value.needed == least:
-            yield f"at most {least}"
-        else:  # with its 95 % interval, from the number of simulated studies
-            yield f"{value.needed} [{value.low or f'at most {least}'}, {value.high or f'more than {most}'}]"
-    else:
-        yield "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
+def _cells(name: str, value: object) -> Iterable[tuple[str, str]]:
+    """Columns of a row with their cells: what is needed has one for every size measured, and one for the answer."""
+    if not isinstance(value, Needed):
+        yield name, "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
+        return
+    yield from ((f"n={one.n}", f"{one.power:.2f}±{one.error:.2f}") for one in value.measured)
+    least, most = value.measured[0].n, value.measured[-1].n
+    said = f"{value.needed} [{value.low or f'at most {least}'}, {value.high or f'more than {most}'}]"  # 95 % interval
+    if value.needed in (None, least):
+        said = f"more than {most}" if value.needed is None else f"at most {least}"
+    yield f"{name} for {TARGET:g}", said
 
 
 def _numbers(name: str, text: str | None, kind: type[int | float] = float) -> list[Any]:

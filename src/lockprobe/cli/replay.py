@@ -58,20 +58,15 @@ def replay(
     print(f"Film: {film.path} ({film.pictures} pictures, {megabytes}{agrees})")
 
 
+_OF_STEP = ("step", "state", "joint", "moved", "told_moved", "told_state", "told")
+"""What JSON has of a step, beside what was decided."""
+
+
 def _events(trial: Trial) -> Iterator[str]:
     """Every step as JSON."""
     for step, said in zip(trial.steps, trial.said, strict=True):
-        facts = {
-            "step": step.step,
-            "state": step.state,
-            "joint": step.joint,
-            "moved": step.moved,
-            "told_moved": step.told_moved,
-            "told_state": step.told_state,
-            "told": step.told,
-            "claimed": said,
-            "hypothesis": step.decision.hypothesis,
-        }
+        facts = {name: getattr(step, name) for name in _OF_STEP}
+        facts |= {"claimed": said, "hypothesis": step.decision.hypothesis}
         yield json_.dumps(facts | {name: step.sensed[name] for name in (VERDICT, CAMERA) if name in step.sensed})
 
 

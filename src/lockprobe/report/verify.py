@@ -230,10 +230,9 @@ def _replies_held(
         if one.choices
     ]
     for call in logged:
-        if (one := known.get(call.key)) is None:
-            failed.append(f"{call.key}: calls of no trial on record")
-        elif call.agent != one.agent:
-            failed.append(f"{call.key}: its calls name another agent")
+        one = known.get(call.key)
+        if one is None or call.agent != one.agent:
+            failed.append(f"{call.key}: its calls name no trial on record, or another agent")
     unplayed = "of these are not played, and held by their words alone"
     said = f"{sum(len(kept.get(one.key, ())) for one in hosted)} replies in the log of calls are the decisions of "
     said += f"{len(hosted)} trials, and all of them{_also(sum(one.unplayed for one in hosted), unplayed)}"
