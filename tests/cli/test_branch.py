@@ -4,11 +4,10 @@ import json
 
 import pytest
 from builders import small_study, write_study
-from provider_server import failure, truthful
 from typed import typed as run
 
 from lockprobe.cli.format_cost import money
-from lockprobe.cli.progress import BROKE, BUDGET_REACHED
+from lockprobe.cli.progress import BUDGET_REACHED
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.read_records import load
 
@@ -115,19 +114,6 @@ def test_a_budget_stops_forks_cleanly_and_a_larger_one_goes_on(lockprobe, model_
     assert f"{6 - left} of 6 forks are done already" in said
     replies = [call for call in read_calls(asked[1] / "forks") if call.reply is not None]
     assert len(replies) == server.account()["replied"] - before  # what was begun went on from its replies
-
-
-def test_forks_that_all_break_end_with_status_1_and_are_owed_again(lockprobe, model_study, provider):
-    asked = (*model_study(1), "--then", "truth")
-    _, answer = provider
-    answer(lambda request: failure(401, "no such key"))
-    status, said, _ = lockprobe(*asked)
-    assert status == BROKE
-    assert "6 of 6 trials broke and are owed" in said.splitlines()[-1]
-    assert "No effect can be estimated: that takes at least two trials forked at the same step." in said
-    assert owed(asked) == 6
-    answer(truthful)
-    assert (lockprobe(*asked)[0], owed(asked)) == (0, 0)
 
 
 def test_status_shows_what_forks_cost_beside_their_study_and_counts_no_reply_twice(lockprobe, model_study, provider):

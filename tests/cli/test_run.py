@@ -1,12 +1,10 @@
 """``lockprobe run`` as users meet it: what is said before the first trial, on the way and at the end, what is refused."""
 
 import json
-import os
 
 import pytest
 import typer
-from provider_server import counted, failure, stubborn, truthful
-from typed import typed
+from provider_server import counted, failure, truthful
 
 from lockprobe import load
 from lockprobe.agents.llm.model_facts import read_facts
@@ -16,28 +14,6 @@ from lockprobe.cli.run import run
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.records.directory import read_study
-
-
-def test_pictures_are_played(tmp_path):
-    pytest.importorskip("mujoco")
-    arguments = ("run", "modalities", "--agent", "viewer", "--agent", "random", "--trials", 1, "--max-steps", 3,
-                 "--plant", "fast-twin?width=160&height=120", "--workers", 1, "--no-report", "--out", tmp_path)  # fmt: skip
-    done = typed(*arguments)
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout.splitlines()
-    assert lines[0] == (
-        "Study modalities on chain-4: 3 conditions: rgb; rgbd; truth; 1 repetition of 1 trial of 3 steps; "
-        "agents viewer, random; seed 1"
-    )
-    assert lines[1].startswith("Plant: fast-twin?width=160&height=120; pictures by egl (mujoco ")
-    assert lines[2] == "Reports only, since they look at no pictures: random"
-    assert any("viewer  3/3 trials · 0 of 3 solved" in line for line in lines)
-    trials = load(tmp_path)
-    assert [trial.error for trial in trials] == [None] * 4
-    assert {trial.plant["renderer"] is None for trial in trials if trial.modality == "symbolic?tell=state"} == {True}
-    assert {trial.plant["renderer"].split()[0] for trial in trials if trial.modality.startswith("rgb")} == {"egl"}
-    assert len(trials) == read_study(tmp_path).size
-
 
 SPEC = "llm:openai-api/fake/model"
 
@@ -122,18 +98,6 @@ def test_machines_get_estimate_spending_and_the_end_of_the_budget_as_events(tmp_
     assert (ended["owed"], ended["trials"]) == (12 - len(load(tmp_path / "s")), 12)
 
 
-def test_a_budget_that_ends_the_first_trial_leaves_no_report(tmp_path, honest, capsys):
-    honest[1](lambda request: counted(request, 3, stubborn))
-    with pytest.raises(typer.Exit) as end:
-        play(tmp_path / "s", budget=0.36, connections=4, trials=6)
-    said = capsys.readouterr().out.splitlines()
-    assert end.value.exit_code == BUDGET_REACHED
-    assert load(tmp_path / "s") == []
-    assert len(list(read_calls(tmp_path / "s"))) > 0
-    assert said[-2] == "No report: no trial has ended"
-    assert "too little is left for a call; 6 of 6 trials are owed" in said[-1]
-
-
 def test_a_budget_of_less_than_one_call_buys_nothing_and_leaves_nothing(tmp_path, honest, capsys):
     server, _ = honest
     with pytest.raises(typer.Exit) as end:
@@ -144,31 +108,16 @@ def test_a_budget_of_less_than_one_call_buys_nothing_and_leaves_nothing(tmp_path
     assert server.account()["arrived"] == 0
 
 
-def test_a_run_of_which_every_trial_breaks_says_so_and_fails(tmp_path, provider, capsys):
-    _, answer = provider
-    answer(lambda request: failure(401, "no such\x1b[2Jkey"))
-    with pytest.raises(typer.Exit) as end:
-        play(tmp_path / "s", retries=0, trials=2)
-    assert end.value.exit_code == BROKE
-    said = capsys.readouterr().out
-    assert "\x1b" not in said
-    last = said.splitlines()[-1]
-    assert last.startswith(
-        f"2 of 2 trials broke and are owed, of {SPEC}; the first at model: the provider answered 401"
-    )
-    answer(truthful)
-    play(tmp_path / "s", retries=0, trials=2)
-    assert sum(not trial.owed_again for trial in load(tmp_path / "s")) == 2
-
-
 @pytest.mark.parametrize(("status", "machine"), [(402, False), (429, True)])
 def test_a_key_that_dies_in_mid_run_is_the_last_line_and_the_exit_status(tmp_path, provider, capsys, machine, status):
     server, answer = provider
-    answer(lambda request: failure(status, "no more") if server.account()["arrived"] > 12 else truthful(request))
+    answer(lambda request: failure(status, "no\x1b[2J more") if server.account()["arrived"] > 12 else truthful(request))
     with pytest.raises(typer.Exit) as end:
         play(tmp_path / "s", retries=0, connections=1, agent=["random", SPEC], json=machine)
     assert end.value.exit_code == BROKE
-    last = capsys.readouterr().out.splitlines()[-1]
+    said = capsys.readouterr().out
+    last = said.splitlines()[-1]
+    assert "\x1b" not in said
     assert [trial.owed_again for trial in load(tmp_path / "s")].count(True) == 3
     if machine:
         said = json.loads(last)
@@ -198,21 +147,20 @@ def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, 
     assert server.account()["arrived"] == 0
 
 
-def test_a_model_without_a_price_comes_with_the_four_lines_that_give_it_one(tmp_path):
+def test_a_model_without_a_price_comes_with_the_four_lines_that_give_it_one(tmp_path, lockprobe, monkeypatch):
     name = 'vllm/Qwen/a"b?temperature=0'
     arguments = ("run", "flips", "--agent", f"llm:{name}", "--trials", 1, "--out", tmp_path / "s")
-    refused = typed(*arguments, "--budget", 5)
-    first, *lines = refused.stderr.splitlines()
-    assert (refused.returncode, len(lines)) == (2, 4)
+    status, _, refused = lockprobe(*arguments, "--budget", 5)
+    first, *lines = refused.splitlines()
+    assert (status, len(lines)) == (2, 4)
     assert first.endswith("LOCKPROBE_MODEL_FACTS=FILE.toml:")
     (tmp_path / "own.toml").write_text("\n".join(lines))
     (facts,) = read_facts(tmp_path / "own.toml")
     assert facts.match == (name.partition("?")[0],)
     assert facts.price.input > 0  # where nobody corrects it, the budget ends early
-    estimated = typed(*arguments, "--estimate").stdout.splitlines()
-    assert estimated[-4:] == lines
-    own = {**os.environ, "LOCKPROBE_MODEL_FACTS": str(tmp_path / "own.toml")}
-    assert "prices of" in typed(*arguments, "--estimate", env=own).stdout
+    assert lockprobe(*arguments, "--estimate")[1].splitlines()[-4:] == lines
+    monkeypatch.setenv("LOCKPROBE_MODEL_FACTS", str(tmp_path / "own.toml"))
+    assert "prices of" in lockprobe(*arguments, "--estimate")[1]
     assert not (tmp_path / "s").exists()
 
 
@@ -234,18 +182,13 @@ def test_what_an_agent_prints_is_no_json_line(tmp_path, monkeypatch, capsys):
     assert printed.err.splitlines() == ["a thought"]
 
 
-def test_people_are_invited_and_not_run(tmp_path):
-    asked = "--box chain-4 --p 0,0.4 --trials 2 --repetitions 1 --max-steps 5 --no-report"
-    arguments = ("run", "flips", *asked.split())
-    mixed = typed(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
-    assert mixed.returncode == 0, mixed.stderr
+def test_people_are_invited_and_not_run(tmp_path, lockprobe):
+    asked = "--agent participant --box chain-4 --p 0,0.4 --trials 2 --repetitions 1 --max-steps 5 --no-report --out"
     invited = "People: 0 of 4 trials played; they are not run but invited, by lockprobe serve"
-    assert f"{invited} {tmp_path / 'mixed'}" in mixed.stdout.splitlines()
-    assert "random: 4 trials to play" in mixed.stdout
-    assert {trial.agent for trial in load(tmp_path / "mixed")} == {"random"}
-    alone = typed(*arguments, "--agent", "participant", "--out", tmp_path / "alone")
-    assert alone.returncode == 0, alone.stderr
-    assert alone.stdout.splitlines() == [f"{invited} {tmp_path / 'alone'}"]
-    assert read_study(tmp_path / "alone").agents == ("participant",)
-    again = typed(*arguments, "--agent", "participant", "--agent", "random", "--out", tmp_path / "mixed")
-    assert "4 of 4 trials are done already; 0 are owed" in again.stdout
+    status, said, _ = lockprobe("run", "flips", *asked.split(), tmp_path / "s")
+    assert (status, said.splitlines()) == (0, [f"{invited} {tmp_path / 's'}"])
+    assert read_study(tmp_path / "s").agents == ("participant",)
+    mixed = lockprobe("run", "flips", "--agent", "random", *asked.split(), tmp_path / "s")[1]
+    assert f"{invited} {tmp_path / 's'}" in mixed.splitlines()
+    assert "random: 4 trials to play" in mixed
+    assert {trial.agent for trial in load(tmp_path / "s")} == {"random"}

@@ -2,11 +2,7 @@
 
 import asyncio
 import json
-import os
 import shutil
-import signal
-import subprocess
-import sys
 from dataclasses import replace
 
 import pytest
@@ -108,40 +104,6 @@ def test_errors_are_told_by_boundary_with_the_first_of_each(tmp_path, told):
     assert "errors      3 errors: model 2, reply 1" in lines
     assert "            first at model: 429: slow down" in lines
     assert "            first at reply: no usable reply" in lines
-
-
-RUNNING = """
-import asyncio, sys
-from builders import SOLUTION, call_of, make_trial
-from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.journal import Journal
-from lockprobe.trial.model_call import Usage
-agent = "llm:fake/dear"
-with Journal.open(sys.argv[1], read_study(sys.argv[1])) as journal:
-    trial, second, third = (make_trial(SOLUTION, agent=agent, trial=number) for number in (1, 2, 3))
-    journal.append(trial, 1.0)
-    journal.calls.write(call_of(second, usage=Usage(calls=1, input_tokens=1000)))
-    asyncio.run(journal.calls.reserve(call_of(third, reply=None, most=Usage(calls=1, input_tokens=2000))))
-    with journal.store.transaction() as writing:  # and one that is not committed
-        writing.execute("delete from trial")
-        print("written", flush=True)
-        sys.stdin.read()
-"""
-
-
-def test_a_study_is_read_while_another_process_writes_it_and_after_that_is_killed(tmp_path, told):
-    directory = write_study(tmp_path / "s", planned(DEAR), [])
-    ways = {"PYTHONPATH": os.pathsep.join(sys.path)}
-    line = [sys.executable, "-c", RUNNING, directory]
-    with subprocess.Popen(line, env=os.environ | ways, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as run:
-        assert run.stdout.readline() == b"written\n"
-        during, _ = told(directory)
-        run.kill()
-    after, _ = told(directory)
-    for facts in (during, after):
-        assert (facts["done"], facts["owed"], facts["calls"]) == (1, 2, 1)
-        assert (facts["in_progress"], facts["broken_off"]) == (2, 1)
-    assert run.returncode == -signal.SIGKILL
 
 
 def test_strategies_have_no_table_of_calls(tmp_path, told):
