@@ -35,7 +35,7 @@ SEVERAL = replace(FLIPS, boxes=(FLIPS.box, box("fork"), box("reset")))
         (SEVERAL, {"boxes": SEVERAL.boxes[::-1]}, "box is reset, fork, chain-4, not chain-4, fork, reset"),
         (SEVERAL, {"seed": 9}, "seed is 9, not 1"),  # several boxes are compared in pairs of equal luck
         (FLIPS, {"boxes": (box("chain-5"),)}, "box is chain-5, not chain-4"),
-        (FLIPS, {"boxes": (replace(box("chain-5"), name="chain-4"),)}, "box is another chain-4, not chain-4"),
+        (FLIPS, {"boxes": (replace(box("chain-5"), name="chain-4"),)}, "box is chain-4, not another chain-4"),
         (FLIPS, {"max_steps": 30}, "max_steps is 30, not 20"),
         (FLIPS, {"plant": "fast-twin"}, "plant is fast-twin, not symbolic"),
         (FLIPS, {"layout": "shuffled"}, "layout is shuffled, not fixed"),

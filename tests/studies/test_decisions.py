@@ -145,3 +145,10 @@ def test_what_breaks_could_have_made_decides_nothing():
     ((without,), (found,)) = (decisions(asked, one, DECIDED) for one in (ended, known))
     assert without.verdict == "effect"
     assert found.verdict is None
+    filled = [
+        {label: (np.where(broke[i], end ^ i, solved[i]), np.zeros(blocks, bool)) for i, label in enumerate("ta")}
+        for end in (0, 1)
+    ]
+    ((first,), (second,)) = (decisions(asked, one, DECIDED) for one in filled)
+    assert (found.course.lows == np.minimum(first.course.lows, second.course.lows)).all()
+    assert (found.course.highs == np.maximum(first.course.highs, second.course.highs)).all()

@@ -33,18 +33,6 @@ def test_pictures_come_from_the_camera_alone_where_they_are_true(spec, eye):
 
 
 @pytest.mark.parametrize(
-    ("p", "flip", "modality", "message"),
-    [
-        (0.3, "outcome-only", "rgb", "flip: got 'outcome-only', expected .*, with rgb, which shows positions"),
-        (0.3, "outcome-only", "symbolic?tell=state", "flip: got 'outcome-only', .*tell=state, which shows positions"),
-    ],
-)
-def test_what_cannot_be_shown_is_refused(p, flip, modality, message):
-    with pytest.raises(BadValue, match=f"^{message}"):
-        interventions_for(flips((p,), flip, (modality,))[0])
-
-
-@pytest.mark.parametrize(
     ("spec", "message"),
     [
         ("depth", "no modality is called 'depth'; there are: symbolic, rgb, rgbd"),

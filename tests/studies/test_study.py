@@ -24,12 +24,6 @@ STUDY = study("flips", agent="random", trials=2, repetitions=2, p=[0, 0.4])
 MODAL = modality_study(("viewer", "random"), trials=3)
 
 
-def test_plans_are_all_trials_once():
-    keys = [plan.key for plan in STUDY.plans("random")]
-    assert len(set(keys)) == len(keys) == STUDY.size == 8
-    assert (keys[0], keys[-1]) == ("flips/random/truth/rep=1/trial=1", "flips/random/flip?p=0.4/rep=2/trial=2")
-
-
 def test_identity_changes_with_every_setting():
     changes = {
         "agents": ("round-robin",), "repetitions": 1, "trials": 3, "max_steps": 10,

@@ -18,14 +18,14 @@ from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.interventions.asked_and_done import OwnPrompt
 from lockprobe.statistics.design import Design
-from lockprobe.studies.study import Study, arms_of, flip_axis
+from lockprobe.studies.study import SIZES, Study, arms_of, flip_axis
 from lockprobe.trial.condition import Condition, Recorded
 
 _LONGEST = 180
 """The most characters of a spec that names a condition; of a longer one a hash says the rest."""
 
-_ALIKE = ("max_steps", "plant", "layout", "shuffle", "assessment", "hypothesis")
-"""Settings that have to be equal; so has the box."""
+_FREE = ("name", "names", "conditions", "strategy_conditions", *SIZES)
+"""Settings that may differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,15 +62,9 @@ def check_comparable(studies: Mapping[Path, Study]) -> None:
     first, ours = next(iter(studies.items()))
     names = {directory: [one.name for one in shared_names(study).values()] for directory, study in studies.items()}
     for directory, theirs in studies.items():
-        unlike = {name: (getattr(theirs, name), getattr(ours, name)) for name in _ALIKE}
-        if theirs.boxes != ours.boxes:
-            there, here = (", ".join(box.name for box in one.boxes) for one in (theirs, ours))
-            unlike = {"box": (f"{'another ' * (there == here)}{there}", here)}
-        elif len(ours.boxes) > 1:  # they are compared in pairs of equal luck
-            unlike["seed"] = theirs.seed, ours.seed
-        for name, (there, here) in unlike.items():
-            if there != here:
-                raise BadFile(directory, f"it cannot be compared with {first}: {name} is {there}, not {here}")
+        free = _FREE if len(ours.boxes) > 1 else (*_FREE, "seed")  # of several, pairs of equal luck are compared
+        for name, (there, here) in ours.differences(theirs, but=free).items():
+            raise BadFile(directory, f"it cannot be compared with {first}: {name} is {there}, not {here}")
     for directory, own in names.items():
         others = dict.fromkeys(chain(*(names[other] for other in names if other != directory)))
         if others.keys().isdisjoint(own):

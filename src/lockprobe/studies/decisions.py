@@ -215,15 +215,9 @@ def counted(study: Study, trials: Iterable[_One]) -> tuple[_One, ...]:
         name, blocks = study.label_of(agent), [*_ranks(study, agent)]
         for condition in study.conditions:
             own = (name, condition.label)
-            first = next(
-                (
-                    i
-                    for i, block in enumerate(blocks)
-                    if (*own, *block) not in there and study.in_shard(agent, condition, *block)
-                ),
-                len(blocks),
-            )
-            behind.update((*own, *block) for block in blocks[first:])
+            here = [block for block in blocks if study.in_shard(agent, condition, *block)]
+            first = next((i for i, block in enumerate(here) if (*own, *block) not in there), len(here))
+            behind.update((*own, *block) for block in here[first:])
     return tuple(one for one in found if (one.group, one.condition, one.repetition, one.trial) not in behind)
 
 

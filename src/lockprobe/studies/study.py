@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property, partial
 from itertools import product
@@ -262,14 +262,11 @@ class Study:
         """What changes its trials, as JSON would hold it."""
         return {name: value for name, value in settings_of(self).items() if name not in _BESIDE}
 
-    def differences(self, other: Study, *, but: Iterable[str] = ()) -> dict[str, tuple[object, object]]:
+    def differences(self, other: Study, *, but: Collection[str] = ()) -> dict[str, tuple[object, object]]:
         """The settings in which another study differs, with its value and this one's, in words.
 
-        Which agents play, and their order and that of conditions, are no settings here; names of agents of both are.
-
-        Args:
-            other: The other study.
-            but: Settings that may differ.
+        Which agents play, and their order and that of conditions, are no settings here; names of agents of both are,
+        unless they are among those that may differ (``but``).
         """
         found = dict[str, tuple[object, object]]()
         for name in (one.name for one in fields(self) if one.compare and one.name not in (*_WHO, *but)):
@@ -284,7 +281,7 @@ class Study:
             elif name == "until":
                 there, here = (str(one or "never") for one in (there, here))
             found["box" if name == "boxes" else name] = there, here
-        for agent in {*self.agents} & {*other.agents}:
+        for agent in {*self.agents} & {*other.agents} if "names" not in but else ():
             if other.label_of(agent) != self.label_of(agent):
                 found[f"name of {agent}"] = other.label_of(agent), self.label_of(agent)
         return found

@@ -146,4 +146,5 @@ def test_trials_that_broke_are_played_again_before_the_next_look_as_long_as_othe
     broken = load(tmp_path / "down")
     assert broken_by_agent(down, broken) == {down.agents[0]: 8}
     assert broken_by_agent(down, broken[1:]) == broken_by_agent(planned, trials) == {}
-    assert (planned_now(down, broken), planned_now(planned, trials)) == (8, len(trials))
+    sizes = planned_now(down, broken), planned_now(planned, trials), planned_now(FIXED, trials)
+    assert sizes == (8, len(trials), FIXED.size)
