@@ -89,18 +89,14 @@ def propagate(
     if world.flip.while_ != "always":
         raise BadValue("flip", "while=looping", "none with while, which has to be sampled (lockprobe.run_trial)")
     panel = tuple(range(world.space.joints))
-    orders = list(permutations(panel)) if heeds_order(policy) else [panel]
+    heedless = (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver, LoopBreaker)
+    heeds = policy.position != 0 if type(policy) is SoftmaxMemory else type(policy) not in heedless
+    orders = list(permutations(panel)) if heeds else [panel]  # those whose order can matter, unknown ones among them
     solved = [0.0] * (world.budget + 1)
     for order in orders:
         for step, done in enumerate(_MarkovChain(policy, world, order, MOST_STATES // len(orders)).run()):
             solved[step] += done / len(orders)
     return Propagation(solved=tuple(solved))
-
-
-def heeds_order(policy: Policy[Any]) -> bool:
-    """Whether the order of the listing can matter to a policy; True for unknown policies."""
-    heedless = (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver, LoopBreaker)
-    return policy.position != 0 if type(policy) is SoftmaxMemory else type(policy) not in heedless
 
 
 class _State(NamedTuple):

@@ -125,7 +125,7 @@ class Boxes:
         """Begin a trial in some rows: the joints, by index in panel order, as it lists them, shape (rows, joints)."""
         self._orders[rows] = orders
         self.configuration[rows] = self._start
-        self.positions[rows] = self.told[rows] = listed(self._start, orders)
+        self.positions[rows] = self.told[rows] = (self._start >> orders & 1) @ (1 << np.arange(orders.shape[-1]))
 
     def attempt(self, rows: Whole, places: Whole, drawn: Sequence[Any]) -> tuple[Whole, Flags, Flags]:
         """Attempt the joint at a place of the listing in some rows.
@@ -142,11 +142,6 @@ class Boxes:
         self.positions[rows] = now = self.positions[rows] ^ moved * bits
         outcome, self.told[rows] = told_by(self._flips, now, self.told[rows], bits, moved, drawn)
         return joints, moved, outcome
-
-
-def listed(configuration: Any, orders: Whole) -> Whole:
-    """Configurations with their bits in the order of listings: of one configuration, or of one a row."""
-    return (np.asarray(configuration)[..., None] >> orders & 1) @ (1 << np.arange(orders.shape[-1]))
 
 
 class Minds:

@@ -7,14 +7,8 @@ from functools import lru_cache
 
 from lockprobe.foundation.spec import Spec
 
-FLIP_RATE = "flip.p"
-"""The dose of the paper: the probability that a report is inverted (Sec. 3.2)."""
-
 MODALITY_DOSES = ("blur", "noise", "occlude", "exposure")
 """Options of a modality that are doses: how much pictures are degraded."""
-
-OF_PLAIN_FLIPS = frozenset({"p", "inverts", "others", "keep"})
-"""The options of a flip that acts on every report."""
 
 _LEAST, _MOST = 1e-9, 1e9
 
@@ -54,17 +48,18 @@ def without_doses(spec: Spec, options: Sequence[str]) -> Spec:
 
 
 def flip_rate(specs: tuple[str, ...], modality: str, doses: Mapping[str, float]) -> float | None:
-    """The flip rate, [0, 1], if nothing but plain flips acts, 0 under the truth; else None.
+    """The flip rate (paper, Sec. 3.2), [0, 1], if nothing but plain flips acts, 0 under the truth; else None.
 
     Reports from a source that can be wrong (:mod:`lockprobe.trial.source`) are not the truth.
     """
-    return doses.get(FLIP_RATE, 0.0) if _flips_alone(specs, modality) else None
+    return doses.get("flip.p", 0.0) if _flips_alone(specs, modality) else None
 
 
 @lru_cache(maxsize=4096)
 def _flips_alone(specs: tuple[str, ...], modality: str) -> bool:
     found = [Spec.parse(spec, "intervention") for spec in specs]
-    flips = [one for one in found if one.full_name == "flip" and one.options.keys() <= OF_PLAIN_FLIPS]
+    plain = {"p", "inverts", "others", "keep"}  # the options of a flip that acts on every report
+    flips = [one for one in found if one.full_name == "flip" and one.options.keys() <= plain]
     true = Spec.parse(modality, "modality").options.get("source", "truth") == "truth"
     return true and len(specs) <= 1 and len(flips) == len(specs) and not modality_doses(modality)[1]
 

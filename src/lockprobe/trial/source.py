@@ -94,17 +94,15 @@ def camera_outcomes(trial: Trial) -> list[bool | None]:
 
     None if it could not read that joint clearly after the attempt, or if there is no reading.
     """
+    unread = UNCLEAR * len(trial.joints)
     if not trial.steps:
         return []
-    readings = [trial.opening_sensed.get(CAMERA), *(step.sensed.get(CAMERA) for step in trial.steps)]
-    now = tuple(bit == "1" for bit in trial.steps[0].state)
-    found = list[bool | None]()
-    for reading, joint in zip(readings, ["", *trial.actions], strict=True):
-        before, now = now, _held(now, str(reading or UNCLEAR * len(now)))
-        if joint:
-            place = trial.joints.index(joint)
-            clear = reading is not None and str(reading)[place] != UNCLEAR
-            found.append(now[place] != before[place] if clear else None)
+    start, found = tuple(bit == "1" for bit in trial.steps[0].state), list[bool | None]()
+    now = _held(start, str(trial.opening_sensed.get(CAMERA, unread)))
+    for step in trial.steps:
+        reading, place = str(step.sensed.get(CAMERA, unread)), trial.joints.index(step.joint)
+        before, now = now, _held(now, reading)
+        found.append(None if reading[place] == UNCLEAR else now[place] != before[place])
     return found
 
 

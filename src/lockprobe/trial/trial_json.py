@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from reprlib import repr as shortened
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -62,15 +63,15 @@ class TrialReader:
         """The trial of a record."""
         trial = trial_from_json(record)
         like = self._alike.setdefault((trial.agent, trial.condition, trial.box), trial)
-        shared = {name: one for name in _SAME if (one := getattr(like, name)) == getattr(trial, name)}
-        return replace(trial, steps=tuple([self._known(step) for step in trial.steps]), **shared)
-
-    def _known(self, step: Step) -> Step:
-        if step.sensed or step.pictures or step.decision.replies:
-            return step
-        keep = self._steps.setdefault if len(self._steps) < _MOST else self._steps.get
-        what = step.step, step.state, step.joint, step.moved, step.chosen, step.decision
-        return keep((*what, step.told_moved, step.told_state, step.told, step.remark), step)
+        shared: dict[str, Any] = {name: one for name in _SAME if (one := getattr(like, name)) == getattr(trial, name)}
+        steps = list[Step]()
+        for step in trial.steps:
+            plain = not (step.sensed or step.pictures or step.decision.replies)
+            keep = self._steps.setdefault if len(self._steps) < _MOST else self._steps.get
+            what = step.step, step.state, step.joint, step.moved, step.chosen, step.decision
+            told = step.told_moved, step.told_state, step.told, step.remark
+            steps.append(keep((*what, *told), step) if plain else step)
+        return replace(trial, steps=tuple(steps), **shared)
 
 
 def _faults(trial: Trial) -> _Faults:

@@ -21,7 +21,7 @@ def right(pictures, positions, acuity=64):
 
 @pytest.mark.parametrize("kinds", [(coloured,), (in_depth,), (coloured, in_depth)])
 def test_every_configuration_is_read_with_conviction(kinds):
-    for seed, positions in enumerate(ALL[::6]):
+    for seed, positions in enumerate(ALL[::10]):
         assert right([kind(positions, seed) for kind in kinds], positions).min() > 0.5
 
 
@@ -35,7 +35,7 @@ CAMERA = Camera(
 
 @pytest.mark.parametrize("kind", ["turbo", "height"])
 def test_depth_is_read_in_every_form_in_which_it_is_shown(kind):
-    for seed in (0, 1, 2):
+    for seed in (0, 2):
         positions = ALL[7 * seed + 5]
         shown = encode(deep(positions, CAMERA), kind, (0.55, 0.8), CAMERA)
         assert right([Picture(kind="depth", png=to_png(shown))], positions).min() > 0.5
@@ -49,7 +49,7 @@ def test_a_picture_without_handles_convinces_of_nothing():
 
 
 def test_misreads_come_as_pictures_get_coarser():
-    drawn = [(coloured(positions, seed), positions) for seed, positions in enumerate(ALL[::4])]
+    drawn = [(coloured(positions, seed), positions) for seed, positions in enumerate(ALL[::5])]
     rates = [
         (np.array([right([picture], positions, acuity) for picture, positions in drawn]) < 0).mean()
         for acuity in (4, 6, 64)
@@ -63,7 +63,7 @@ def test_misreads_come_as_pictures_get_coarser():
 def test_a_view_that_moved_is_read_rightly_where_pixels_are_small(kind):
     """Places are known where handles would be seen if the view had not moved."""
     apart = np.linalg.norm(np.subtract(*HANDLES[0]))
-    for seed, positions in enumerate(ALL[5:-1:12]):
+    for seed, positions in enumerate(ALL[5:-1:20]):
         picture = from_png(kind(positions, seed).png)
         for across, down in ((0.4, 0), (0, -0.4), (-0.3, 0.3)):
             shift = (round(down * apart), round(across * apart))
