@@ -142,13 +142,6 @@ def test_one_intervention_has_the_same_luck_whatever_else_acts_and_whatever_its_
 
 
 @pytest.mark.parametrize(
-    "spec", ["flip?p=0.4&others=kept + nudge?after=3 + tremble?p=0.1", "nudge + flip?p=0.4", "drop?p=0.3 + rgb"]
-)
-def test_a_spec_makes_what_it_says_and_is_said_again(spec):
-    assert read_condition(spec).spec == spec
-
-
-@pytest.mark.parametrize(
     ("spec", "p", "nothing"),
     [
         ("truth", 0, True), ("flip?p=0", 0, True), ("flip?p=0.1234567890123", 0.1234567890123, False),

@@ -137,7 +137,7 @@ async def play(
     places = interventions if isinstance(interventions, Places) else Places(interventions)
     loop = _Loop(plan, plant, places, agent, keep, place)
     ending: Ending = "budget"
-    error: TrialError | None = None
+    fault: TrialFault | None = None
     try:
         await loop.open()
         for _ in range(plan.budget):
@@ -148,7 +148,7 @@ async def play(
                 ending = "solved"
                 break
     except TrialFault as broke:
-        ending, error = "error", _error(broke, len(loop.steps) + 1)
+        ending, fault = "error", broke
     facts, made = dict[str, Fact](), dict[str, Fact]()
     try:
         with AGENT:
@@ -156,25 +156,14 @@ async def play(
         with PLANT:
             made = facts_of({"plant": plan.plant, **plant.facts}) if plant.facts else {}
     except TrialFault as broke:
-        ending, error = "error", error or _error(broke, len(loop.steps) + 1)
+        ending, fault = "error", fault or broke
     acting = {"channels": places.channel_facts, "interventions": places.other_facts}
-    return _record(plan, ending, error, facts=facts, plant=made, **acting, **loop.played())
+    return _record(plan, ending, fault, tuple(loop.steps), facts=facts, plant=made, **acting, **loop.played())
 
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:
     """The record of a trial that broke before its first step, for example because its process died."""
-    return _record(plan, "error", _error(fault, 1), facts={}, channels=(), opening="", steps=())
-
-
-def _error(fault: TrialFault, step: int) -> TrialError:
-    replies, spent = (fault.replies, fault.usage) if isinstance(fault, ReplyFault) else ((), {})
-    return TrialError(
-        boundary=fault.boundary,
-        message=str(fault),
-        step=step,
-        replies=tuple(map(without_keys, replies)),
-        usage=Usage(**spent) if spent else None,
-    )
+    return _record(plan, "error", fault, (), facts={}, channels=(), opening="")
 
 
 _OF_PLAN = (
@@ -184,8 +173,18 @@ _OF_PLAN = (
 """What a record has as its plan has it."""
 
 
-def _record(plan: Plan, ending: Ending, error: TrialError | None, **played: Any) -> Trial:
-    """The record of a trial: what its plan says of it, and what was played."""
+def _record(plan: Plan, ending: Ending, fault: TrialFault | None, steps: tuple[Step, ...], **played: Any) -> Trial:
+    """The record of a trial: what its plan says of it, and what was played; a fault is of the step after the last."""
+    error: TrialError | None = None
+    if fault is not None:
+        replies, spent = (fault.replies, fault.usage) if isinstance(fault, ReplyFault) else ((), {})
+        error = TrialError(
+            boundary=fault.boundary,
+            message=str(fault),
+            step=len(steps) + 1,
+            replies=tuple(map(without_keys, replies)),
+            usage=Usage(**spent) if spent else None,
+        )
     return Trial(
         **{name: getattr(plan, name) for name in _OF_PLAN},
         box=plan.box.name,
@@ -196,6 +195,7 @@ def _record(plan: Plan, ending: Ending, error: TrialError | None, **played: Any)
         labels=plan.names.labels,
         listing=plan.names.listing,
         target=plan.box.target,
+        steps=steps,
         ending=ending,
         error=error,
         fork=plan.fork.name if plan.fork is not None else None,
@@ -301,7 +301,6 @@ class _Loop:
             "opening": self._moments[0].told.text if self._moments else "",
             "opening_pictures": self._opening_pictures,
             "opening_sensed": self._opening_sensed,
-            "steps": tuple(self.steps),
             "changed": {spec: counts[number] for number, spec in enumerate(self._places.specs) if spec},
             "changed_steps": counts[_TOGETHER],
         }
