@@ -268,7 +268,7 @@ def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
             await observe(session)
             before = contents(tmp_path)
             with monkeypatch.context() as full:
-                full.setattr(session._log, "_write", refuse)
+                full.setattr(session._log, "write", refuse)
                 with pytest.raises(CallRefused, match="did nothing"):
                     await attempt(session, "A")
             assert contents(tmp_path) == before

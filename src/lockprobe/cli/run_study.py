@@ -78,7 +78,7 @@ def play_study(
         _tell_results(journal, progress, report=report, ended=reached is None)
         valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
         if not (valid or progress.broken):
-            error = journal.read(next(iter(journal.trials)))[0].error
+            error = journal.read(next(iter(journal.trials))).error
             assert error is not None
             said = f"No valid trial: all ended as an error, the first at {error.boundary}: {error.message}"
             progress.tell("no-valid-trial", f"{said}; when that is mended, another --out plays them anew")

@@ -234,7 +234,7 @@ class ToolSession:
                 continue
             self._trial = trial
             try:
-                self._log.begin(plan.key)
+                self._log.write(plan.key, "begun")
             except BadFile:
                 await self._let_go()
                 raise
@@ -264,7 +264,7 @@ class ToolSession:
         told = await trial.attempt(step.joint, step.claimed, step.hypothesis)
         try:
             if trial.sound:
-                self._log.attempt(trial.plan.key, step._replace(told=told))
+                self._log.write(trial.plan.key, "attempt", step._replace(told=told))
         except BadFile:  # an attempt that is not written has not been made
             await self._let_go()
             raise
@@ -284,7 +284,7 @@ class ToolSession:
         assert trial.trial is not None
         if not trial.sound:
             self._broken.add(trial.plan.key)
-            self._log.broke(trial.plan.key)
+            self._log.write(trial.plan.key, "broke")
         if self._journal.owes(trial.plan.key):
             self._journal.append(trial.trial, trial.seconds)
         if not self._journal.owes(trial.plan.key):

@@ -59,18 +59,21 @@ def test_what_is_committed_is_read_while_it_is_written_and_afterwards_from_one_f
     assert texts(path) == ["one", "two", "three"]
 
 
+def changed_meanwhile(path, change):
+    with Database.writing(path, SCHEMA) as store:
+        put(store, "one")
+        path.unlink()
+        if change == "replaced":
+            path.write_bytes(b"another")
+        put(store, "two")
+
+
 @pytest.mark.parametrize("change", ["deleted", "replaced"])
 def test_who_deletes_or_replaces_it_ends_the_writing_and_all_is_beside_it(path, change):
     for number in ("", "1"):
-        with Database.writing(path, SCHEMA) as store:
-            put(store, "one")
-            path.unlink()
-            if change == "replaced":
-                path.write_bytes(b"another")
-            for _ in range(2):
-                with pytest.raises(BadFile, match=f"{change} by somebody else .* is in d.db.rescued"):
-                    put(store, "two")
-            path.unlink(missing_ok=True)
+        with pytest.raises(BadFile, match=f"{change} by somebody else .* is in d.db.rescued{number}: "):
+            changed_meanwhile(path, change)
+        path.unlink(missing_ok=True)
         assert texts(path.with_name(f"d.db.rescued{number}"))[0] == "one"
         for beside in ("-wal", "-shm"):
             path.with_name(f"d.db{beside}").unlink(missing_ok=True)

@@ -15,7 +15,7 @@ from stored import call_log
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
 from lockprobe.foundation.errors import BadValue, BudgetReached
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.spending import Budget, Ledger, price_of
+from lockprobe.studies.costs.spending import Budget, Ledger, Spending, price_of
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
@@ -89,15 +89,15 @@ def test_a_call_waits_for_those_on_their_way_and_is_refused_only_if_it_would_not
 
     async def all_of_them():
         with call_log(tmp_path) as calls:
-            budget = Budget(planned(DEAR), 2.5)
+            budget = Budget(planned(DEAR), 2.6)
             calls.limit(budget)
             done = await asyncio.gather(*(one(calls, trial) for trial in range(1, 9)), return_exceptions=True)
             return budget, done
 
     budget, done = asyncio.run(all_of_them())
-    assert began == [1, 2, 3, 4]  # two at a time; with $1.60 spent none fits any more
-    assert [type(end) for end in done] == [type(None)] * 4 + [BudgetReached] * 4
-    assert budget.spent == pytest.approx(1.6)
+    assert began == [1, 2, 3, 4, 5]  # two at a time; the last fits exactly; with $2 spent none fits any more
+    assert [type(end) for end in done] == [type(None)] * 5 + [BudgetReached] * 3
+    assert budget.spent == pytest.approx(2)
 
 
 @settings(max_examples=40, deadline=None)
@@ -156,7 +156,8 @@ def test_money_that_is_not_known_is_none_and_never_nothing():
     assert ledger.by_agent[FREE].dollars is None
     assert ledger.by_agent[DEAR].dollars == pytest.approx(0.003)
     assert ledger.total.dollars is None
-    assert Ledger().total.dollars is None
+    assert Ledger().total == Spending()
+    assert (Spending().failed, Spending().retries, Spending().seconds) == (0, 0, 0)
 
 
 def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_have_cost():
@@ -168,7 +169,7 @@ def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_hav
         call(step=4, reply=None, error=BROKEN_OFF, unanswered=1, most=worst),
     ]
     ledger, budget = Ledger(calls).by_agent[DEAR], Budget(planned(DEAR), 1000)
-    assert (ledger.unpriced, ledger.broken_off, ledger.failed) == (13, 1, 1)
+    assert (ledger.usage.calls, ledger.unpriced, ledger.broken_off, ledger.failed) == (2, 13, 1, 1)
     assert (ledger.dollars, ledger.dollars_unknown) == (pytest.approx(3), pytest.approx(5 * (2 + 2 + 7 + 2)))
     for one in calls:
         budget.settle(one)

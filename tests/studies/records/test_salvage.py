@@ -41,7 +41,7 @@ def whole(tmp_path_factory):
                 trial = make_trial([] if broken else joints, trial=number, broken=broken)
                 journal.append(trial, 1.5)
             journal.calls.write(call_of(trial, reply=f"{joints} " * 9))
-            log.attempt(f"k{number % 5}", RecordedAttempt("A", None, f"You attempted {joints}.", "why"))
+            log.write(f"k{number % 5}", "attempt", RecordedAttempt("A", None, f"You attempted {joints}.", "why"))
     return directory
 
 
@@ -104,9 +104,9 @@ def log_in(directory):
 
 def written(directory, key="k", steps=STEPS):
     with log_in(directory) as log:
-        log.begin(key)
+        log.write(key, "begun")
         for number, step in enumerate(steps, 1):
-            log.attempt(key, step)
+            log.write(key, "attempt", step)
             assert AttemptLog.read(directory)[key] == steps[:number]  # before its report leaves
 
 
@@ -115,7 +115,7 @@ def test_steps_are_read_back_by_trial(tmp_path):
     written(tmp_path, "other", STEPS[:1])
     with log_in(tmp_path) as log:
         assert log.attempts == {"k": STEPS, "other": STEPS[:1]}
-        log.begin("k")
+        log.write("k", "begun")
         assert log.times_begun["k"] == 2
     with log_in(tmp_path) as log:
         assert log.times_begun["k"] == 2

@@ -102,7 +102,7 @@ def test_what_was_lost_is_owed_and_played_by_the_same_command(tmp_path):
     planned = study("flips", agent=["random"], **SMALL)
     with played(tmp_path, planned, Backwards(lost=[2])) as journal:
         (broken,) = [trial for trial in journal.trials.values() if trial.ending == "error"]
-        error = journal.read(broken.key)[0].error
+        error = journal.read(broken.key).error
         assert (error.boundary, error.message) == ("plant", "random lost its worker: ActorDiedError")
         assert journal.owes(broken.key)
     with played(tmp_path, planned, again := Backwards()):

@@ -59,7 +59,7 @@ class Database:
         self.path, self._db = path, connection
         self._lock, self._synced = threading.RLock(), time.monotonic()
         self._absolute = path.absolute()  # also where the working directory changes
-        self._opened, self._told = _place(path), False
+        self._opened = _place(path)
 
     @classmethod
     @contextmanager
@@ -77,8 +77,7 @@ class Database:
             opened = cls(path, connection)
             try:
                 yield opened
-                if not opened._told:
-                    opened.check()
+                opened.check()
             finally:
                 opened._end()
 
@@ -137,7 +136,6 @@ class Database:
         """Check that the file still has its name."""
         if (there := _place(self._absolute)) == self._opened:
             return
-        self._told = True
         if not self._absolute.parent.is_dir():
             raise BadFile(self.path, "its directory was deleted or moved while it was being written, so this ends here")
         done = "replaced" if there else "deleted"

@@ -1,7 +1,6 @@
 """The log of clients' attempts: each is written to disk before its report leaves, so a killed server loses none.
 
-It has a row for every time a trial is begun or taken up again, one for every attempt, and one where a box broke. A
-finished trial is an ordinary record; its rows stay here.
+A finished trial is an ordinary record; its rows stay here.
 """
 
 from __future__ import annotations
@@ -9,10 +8,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Literal
 
 from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.records.store import check_row, checksum, read
 from lockprobe.studies.running.paused_trial import RecordedAttempt
+
+Kind = Literal["begun", "attempt", "broke"]
+"""A client begins or resumes a trial; it attempts a joint; the box broke, so it is played again from its first step."""
 
 _NOTHING = RecordedAttempt("")
 
@@ -43,19 +46,8 @@ class AttemptLog:
         with read(directory) as store:
             return cls(store).attempts
 
-    def begin(self, key: str) -> None:
-        """Write that a client begins or resumes a trial."""
-        self._write(key, "begun", _NOTHING)
-
-    def attempt(self, key: str, step: RecordedAttempt) -> None:
-        """Write one attempt."""
-        self._write(key, "attempt", step)
-
-    def broke(self, key: str) -> None:
-        """Write that the box broke: the trial is played again from its first step."""
-        self._write(key, "broke", _NOTHING)
-
-    def _write(self, key: str, kind: str, step: RecordedAttempt) -> None:
+    def write(self, key: str, kind: Kind, step: RecordedAttempt = _NOTHING) -> None:
+        """Write what became of a trial."""
         row = key, kind, *step
         with self._store.transaction(sync=True) as writing:
             writing.execute("insert into attempt values (null, ?, ?, ?, ?, ?, ?, ?)", (*row, checksum(*row)))

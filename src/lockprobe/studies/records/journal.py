@@ -139,10 +139,10 @@ class Journal:
         if not trial.owed_again:
             self.calls.forget(trial.key)
 
-    def read(self, key: str) -> tuple[Trial, float]:
-        """A trial on record, and how long it took."""
+    def read(self, key: str) -> Trial:
+        """A trial on record."""
         (trial,) = trials_in(self.store, "current and key = ?", key)
-        return trial, self.store.one("select seconds from trial where current and key = ?", key)[0]
+        return trial
 
     def kinds(self) -> Iterator[Trial]:
         """The last trial of every agent under every condition, and that of every kind of ending."""

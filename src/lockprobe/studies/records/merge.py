@@ -135,11 +135,11 @@ def _take(journal: Journal, source: Path, found: Gathered) -> _Calls:
             journal.refuse(journal.known.note(trial))
             if not journal.owes(key):
                 found.there += 1
-                found.different += journal.read(key)[0] != trial
+                found.different += journal.read(key) != trial
                 continue
             _copy_calls(journal, calls.get(key, ()), own.get(key, ()))
             if key in log.times_begun:
-                log.broke(key)
+                log.write(key, "broke")
             rows = ((None, *row[1:]) for row in attempts.get(key, ()))
             writing.executemany("insert into attempt values (?, ?, ?, ?, ?, ?, ?, ?)", rows)
             for there in (source / ALBUM / name for name in trial.picture_names):
