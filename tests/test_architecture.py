@@ -78,10 +78,6 @@ def test_the_recipes_of_the_report_give_a_section_with_a_number_a_table_and_a_fi
         assert len(names) == len({*names}), kind
 
 
-def test_no_file_is_a_drawer():
-    assert {Path(name).stem for name in FILES} & {"utils", "util", "helpers", "common", "misc"} == set()
-
-
 def test_broad_excepts_stand_where_anybody_s_code_or_log_is_read_and_where_a_report_is_kept_whole():
     broad = [name for name in FILES if re.search(r"except \(?(Base)?Exception\b", text_of(name))]
     assert broad == [

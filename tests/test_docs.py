@@ -186,16 +186,3 @@ def test_the_agents_of_the_table_are_those_that_are_listed():
     listed = set(KNOWN)
     assert {name for name in named if name not in listed and name != "cognitive:MODEL"} == set()
     assert {name for name in listed if not name.startswith("cognitive:")} <= named
-
-
-def test_the_page_on_citing_says_what_the_citation_file_says():
-    """Title by title and name by name; the file is not parsed as YAML, which nothing else here needs."""
-    cited = (ROOT / "CITATION.cff").read_text("utf-8")
-    page = (ROOT / "docs" / "report.md").read_text("utf-8")
-    titles = re.findall(r'title: "(.*)"', cited)
-    assert re.findall(r"title +. \{(.*)\}", page.replace("{LLMs}", "LLMs")) == titles
-    people = re.findall(r"family-names: (\S+)\s+given-names: (\S+)", cited)
-    assert f"author = {{{' and '.join(', '.join(one) for one in people)}}}" in page
-    (license_,) = re.findall(r"^license: (.*)$", cited, re.MULTILINE)
-    assert f"{{Version VERSION, {license_}}}" in page
-    assert not re.search(r"^version:", cited, re.MULTILINE)  # a checkout has no number that a file could hold

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.state_space import fault_of
-from lockprobe.foundation.errors import BadValue
 
 
 @settings(max_examples=25)
@@ -25,31 +24,6 @@ def test_attempts_in_every_configuration(boxes, data):
         clauses = drawn.interlock.get(drawn.names[joint], ({},))
         expected = any(set(clause.items()) <= set(state.items()) for clause in clauses)
         assert drawn.may_move(configuration, joint) == moved == expected
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"target": "z"}, "target: got 'z', expected one of a, b"),
-        ({"initial": (False,)}, "initial: got '0', expected one position for each of 2 joints"),
-        ({"interlock": {"a": ({"z": True},)}}, "interlock of a: got 'z', expected one of a, b"),
-        ({"interlock": {"a": ({"a": True},)}}, "interlock of a: got 'a', expected positions of other joints"),
-        (
-            {"interlock": {"a": ()}},
-            r"interlock of a: got \(\), expected a clause at least, without which it never moves",
-        ),
-    ],
-)
-def test_contradictions_are_refused_with_the_reason(change, message):
-    facts = {
-        "name": "x",
-        "joints": (Joint(name="a", kind="revolute"), Joint(name="b", kind="prismatic")),
-        "interlock": {},
-        "initial": (False, False),
-        "target": "a",
-    }
-    with pytest.raises(BadValue, match="^" + message):
-        Lockbox(**(facts | change))
 
 
 @pytest.mark.parametrize(

@@ -22,10 +22,11 @@ def solves(puzzle, attempts):
     return False
 
 
+@pytest.mark.parametrize("joints", [2, 3])
 @pytest.mark.parametrize("budget", [1, 3, 5])
-def test_random_success_is_the_share_of_all_sequences(budget):
-    puzzle = box("chain-3")
-    sequences = list(itertools.product(range(3), repeat=budget))
+def test_random_success_is_the_share_of_all_sequences(joints, budget):
+    puzzle = box(f"chain-{joints}")
+    sequences = list(itertools.product(range(joints), repeat=budget))
     apart = [s for s in sequences if all(a != b for a, b in itertools.pairwise(s))]
     assert random_curve(puzzle, budget)[-1] == pytest.approx(np.mean([solves(puzzle, s) for s in sequences]))
     assert random_curve(puzzle, budget, repeats=False)[-1] == pytest.approx(np.mean([solves(puzzle, s) for s in apart]))

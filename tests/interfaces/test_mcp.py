@@ -327,21 +327,6 @@ def test_pictures_are_image_content_and_kept(tmp_path, monkeypatch, modality, pi
     with_client(tmp_path, play, p=[0.0], plant="fast-twin", modality=[modality])
 
 
-def test_a_report_that_is_dropped_is_no_empty_text(tmp_path):
-    async def play():
-        dropping = study("flips", agent=[AGENT], condition=["drop?p=1"], trials=1, max_steps=2, hypothesis="off")
-        told = []
-        async with opened(tmp_path, dropping) as session:
-            assert [*session.schemas["attempt"]["properties"]] == ["joint", "last_action"]
-            for _ in dropping.conditions:
-                assert "hypothesis" not in (await observe(session))[0].text
-                told.append((await attempt(session, "A"))[0].text)
-                await attempt(session, "A", "moved")
-        assert told[-1] == "(no report)"
-
-    asyncio.run(play())
-
-
 @pytest.mark.parametrize("name", ["a\nb", "x" * 10_000, "\u202ename", "sk-ant-0123456789abcdef"])
 def test_what_a_client_says_of_itself_is_short_and_plain(tmp_path, name):
     async def play():
