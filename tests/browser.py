@@ -6,16 +6,14 @@ A strategy plays by what the page *shows*: it reads words, names of joints for s
 import asyncio
 import atexit
 import base64
-import math
 import re
 import shutil
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 
 import pytest
 from axe_playwright_python.async_playwright import Axe
-from playwright.async_api import TimeoutError as Timeout
 from playwright.async_api import async_playwright
 from seated import diaries_of
 
@@ -51,9 +49,6 @@ CHEAP = ["--no-sandbox", "--disable-gpu", f"--disable-features={','.join(UNSEEN)
 
 ACTS = {"consent": "agree", "comprehension": "answers", "check": "answers", "ask": "answers"}
 """Scene -> what the button does that answers it, where that is not to go on."""
-
-DOUBLE_TAP = 100
-"""Pixels between two taps within which a browser may take them for a double tap."""
 
 PATIENCE = 60_000
 """Milliseconds in which the next scene has to come."""
@@ -111,11 +106,11 @@ class Look:
         return tuple(int(number) for number in re.findall(r"\d+", self.where))
 
 
-async def new_tab(chromium, how="click", **settings):
+async def new_tab(chromium, *, touch=False, **settings):
     """Somebody new: a browser of their own, as far as cookies go, and one tab in it."""
-    context = await chromium.new_context(has_touch=how == "touch", **{"reduced_motion": "reduce", **settings})
+    context = await chromium.new_context(has_touch=touch, **{"reduced_motion": "reduce", **settings})
     context.set_default_timeout(PATIENCE)
-    return Tab(await context.new_page(), how=how)
+    return Tab(await context.new_page(), touch=touch)
 
 
 @dataclass
@@ -124,71 +119,39 @@ class Tab:
 
     Attributes:
         page: Playwright's page.
-        how: ``click``, ``key`` or ``touch``.
+        touch: Whether parts are chosen with a finger.
         language: Of the texts.
         answers: Question -> what is answered; the first option and ``words`` where there is nothing.
     """
 
     page: object
-    how: str = "click"
+    touch: bool = False
     language: str = "en"
     answers: dict = field(default_factory=dict)
-    _last: str = ""
-    _tapped: tuple = (-1000.0, -1000.0)
 
     async def open(self, url):
         """Load the page, and see what it shows first."""
         await self.page.goto(url)
         return await self.look()
 
-    async def look(self, after=-1, patience=PATIENCE):
+    async def look(self, after=-1):
         """The first scene that is shown after a turn."""
-        seen = await self.page.wait_for_function(LOOK, arg=after, timeout=patience, polling=40)
+        seen = await self.page.wait_for_function(LOOK, arg=after, timeout=PATIENCE, polling=40)
         return Look(**await seen.json_value())
 
-    async def press(self, part, key=""):
-        """Choose a part of the page: with the mouse, a finger, its key if there is one, or Enter."""
-        if self.how == "click":
+    async def press(self, part):
+        """Choose a part of the page, with the mouse or a finger."""
+        if self.touch:
+            await asyncio.sleep(0.55)  # two taps nearby within half a second are a double tap
+            await self.page.locator(part).tap()
+        else:
             await self.page.locator(part).click()
-            return
-        key = key or "Enter"
-        doing = part if self.how == "touch" else key
-        if doing == self._last:
-            # The same is taken for a key that bounced within 0.2 s, and for a double tap within 0.5 s.
-            await asyncio.sleep(0.55 if self.how == "touch" else 0.22)
-        self._last = doing
-        if self.how == "touch":
-            await self._tap(self.page.locator(part))
-            return
-        if key == "Enter":
-            await self.page.locator(part).focus()
-        await self.page.keyboard.press(key)
-
-    async def _tap(self, part):
-        """Tap, not so soon after a tap nearby that both are a double tap: the page takes its second half for a slip."""
-        place = await part.bounding_box()
-        at = place["x"] + place["width"] / 2, place["y"] + place["height"] / 2
-        if math.dist(at, self._tapped) < DOUBLE_TAP:
-            await asyncio.sleep(0.55)
-        self._tapped = at
-        await part.tap()
 
     async def choose(self, joint, claimed):
         """Say what the last action did, if that is asked, and choose a joint."""
         if claimed is not None:
-            await self.press(f"[data-claim={claimed}]", "1" if claimed == "moved" else "2")
-        await self.press(f"button[data-joint={joint}]", joint.lower())
-
-    async def next_look(self, look, joint, claimed):
-        """The scene that comes of a choice. A tap that was taken for half of a double tap is made again, as by a person."""
-        for _ in range(3 if self.how == "touch" else 0):
-            with suppress(Timeout):
-                return await self.look(after=look.turn, patience=10_000)
-            chosen = await self.page.locator("[data-busy], [data-chosen]").count()
-            if not chosen and not await self.page.locator("#trouble p, dialog[open]").count():
-                said = await self.page.locator("[data-claim][aria-pressed=true]").count()
-                await self.choose(joint, None if said else claimed)
-        return await self.look(after=look.turn)
+            await self.press(f"[data-claim={claimed}]")
+        await self.press(f"button[data-joint={joint}]")
 
     async def go_on(self, look):
         """Do what has to be done in a scene that is no box; the next scene."""
@@ -213,15 +176,14 @@ async def assert_no_script_ran(page):
     assert not await page.locator("img[src=x]").count()
 
 
-async def violations(page, rules=()):
-    """What axe finds, in one line each; by these rules alone where they are given."""
+async def violations(page):
+    """What axe finds, in one line each."""
     if not await page.evaluate("'axe' in window"):
         await page.evaluate(Axe().axe_script)  # once per document: half a megabyte of source
-    only = {"runOnly": {"type": "rule", "values": list(rules)}} if rules else {}
     find = "options => axe.run(options).then(found => found.violations)"
     return [
         f"{rule['id']}: {node['html'][:200]} {node.get('failureSummary', '')[:300]}"
-        for rule in await page.evaluate(find, {"resultTypes": ["violations"], **only})
+        for rule in await page.evaluate(find, {"resultTypes": ["violations"]})
         for node in rule["nodes"]
     ]
 
@@ -314,7 +276,7 @@ async def attend(tab, look, directory, study, strategy, who, *, until=lambda loo
         claimed = (decision.claimed or "blocked") if look.asks else None
         reader.decision = replace(decision, claimed=claimed)
         await tab.choose(decision.joint, claimed)
-        look = await tab.next_look(look, decision.joint, claimed)
+        look = await tab.look(after=look.turn)
     return look, reader, luck
 
 

@@ -11,11 +11,14 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.spec import (
     Spec,
     arguments_from,
+    group_of,
     in_words,
+    named_spec,
     options_of,
     settings_of,
     spec_kind,
     spec_name,
+    split_specs,
     with_options,
 )
 
@@ -55,6 +58,30 @@ def test_options_are_added_replaced_and_taken_away():
 def test_options_have_a_name_and_a_value_and_come_once(spec):
     with pytest.raises(BadValue, match="^agent: got"):
         Spec.parse(spec)
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "spec"),
+    [
+        ("lies=flip?p=0.4", "lies", "flip?p=0.4"),
+        (" a = drop ", "a", "drop"),
+        *((whole, "", whole) for whole in ("drop", "flip?p=0.4", "cognitive:x=y", "a/b=c", "drop + x=y")),
+    ],
+)
+def test_a_name_ends_at_the_first_equals_sign_before_any_mark_of_a_spec(text, name, spec):
+    assert named_spec(text, "condition", "lies=flip?p=0.4") == (name, spec)
+
+
+@pytest.mark.parametrize("text", ["=drop", " =drop", "a=", "a= "])
+def test_a_name_and_its_spec_are_both_there(text):
+    with pytest.raises(BadValue, match="^condition: got .*, expected NAME=SPEC, for example lies=flip.p=0.4"):
+        named_spec(text, "condition", "lies=flip?p=0.4")
+
+
+def test_specs_are_joined_by_plus_signs_and_a_person_counts_for_all():
+    assert split_specs("tremble?p=0.1 + nudge+drop") == ["tremble?p=0.1", "nudge", "drop"]
+    spoken = ("participant:3f9a01bc", "participant", "participants", "mcp:x")
+    assert [group_of(one) for one in spoken] == ["participant", *spoken[1:]]
 
 
 @dataclass(frozen=True)

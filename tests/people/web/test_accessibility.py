@@ -37,7 +37,7 @@ def test_every_scene_on_a_phone_in_german_and_read_aloud(tmp_path):
         context = {"viewport": {"width": 360, "height": 740}, "locale": "de-DE"}
         shown = {"practice": "chain-3", "language": "de", **WHOLE}
         async with browser() as chromium, served(tmp_path, STUDY, **shown) as url:
-            tab = await new_tab(chromium, "touch", **context)
+            tab = await new_tab(chromium, touch=True, **context)
             tab.language = "de"
             page, told, seen_so_far = tab.page, [], Counter()
             page.on("console", lambda message: told.append(message.text))

@@ -37,12 +37,12 @@ def a_study(**settings):
     return people_study(**{"max_steps": 9, **settings})
 
 
-def at_the_page(directory, study, does, how="click", **experiment):
+def at_the_page(directory, study, does, **experiment):
     """What ``does`` with a tab and the address of the study comes to."""
 
     async def visit():
         async with browser() as chromium, served(directory, study, **experiment) as url:
-            tab = await new_tab(chromium, how)
+            tab = await new_tab(chromium)
             tab.language = experiment.get("language", "en")
             return await does(tab, f"{url}?PROLIFIC_PID=w1")
 

@@ -42,7 +42,7 @@ def best_joints(belief: Belief) -> NDArray[np.bool_]:
     """
     known, configuration = belief.interlocks, belief.configuration
     if belief.noise.naive:
-        values = np.array(planner(known).values(belief.alive, belief.likeliest))
+        values = np.array(_planner(known).values(belief.alive, belief.likeliest))
     else:
         moves = known.may_move(configuration)
         after = configuration[:, None] ^ (moves << np.arange(known.joints))
@@ -53,25 +53,19 @@ def best_joints(belief: Belief) -> NDArray[np.bool_]:
     return chosen
 
 
-@cache
-def planner(interlocks: Interlocks) -> Planner:
-    """The planner of these interlocks, with a cache of its results; ``BadValue`` if there are too many."""
-    if interlocks.distance.size > MOST_PLANNED:
-        raise BadValue(
-            "plan steps, told the truth",
-            f"{len(interlocks)} interlocks of prior {interlocks.prior} over {interlocks.joints} joints",
-            f"at most {MOST_PLANNED} interlocks times configurations; noise=aware has no such limit",
-        )
-    return Planner(interlocks)
-
-
 class Planner:
     """Minimum expected steps if every report is true. A set of interlocks is a number with bit s for interlock s.
 
-    Each set passed to a method must be solvable from its configuration.
+    Each set passed to a method must be solvable from its configuration. ``BadValue`` if there are too many interlocks.
     """
 
     def __init__(self, interlocks: Interlocks) -> None:
+        if interlocks.distance.size > MOST_PLANNED:
+            raise BadValue(
+                "plan steps, told the truth",
+                f"{len(interlocks)} interlocks of prior {interlocks.prior} over {interlocks.joints} joints",
+                f"at most {MOST_PLANNED} interlocks times configurations; noise=aware has no such limit",
+            )
         self._known = interlocks
         self._best: dict[tuple[int, int], float] = {}
         self._at: list[list[tuple[int, int]]] = [
@@ -126,3 +120,6 @@ class Planner:
                 break
             best = min(best, away[here] + self._through(alive, here, joint, self.value))
         return best
+
+
+_planner = cache(Planner)
