@@ -26,7 +26,7 @@ from lockprobe.agents.strategies import (
     RoundRobin,
     SoftmaxMemory,
 )
-from lockprobe.agents.viewer import SIGHT, Viewer
+from lockprobe.agents.viewer import Viewer
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import Plugin, find_plugin, first_line, has_methods, plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, arguments_from, options_of, spec_kind, spec_name, with_options
@@ -88,7 +88,7 @@ KNOWN: Mapping[str, str] = {
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "viewer[:STRATEGY]": "Reads pictures and plays any strategy with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
-    f"Options: {', '.join(SIGHT)}, and its strategy's.",
+    "Options: acuity, and its strategy's.",
     "llm:local": "SmolLM2-135M-Instruct, a very small language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that is served, hosted or on a machine of your own, such as llm:openai/gpt-4o. "
@@ -209,14 +209,14 @@ def _strategy(spec: Spec) -> Policy[Any]:
 
 
 def _viewer(spec: Spec) -> Viewer:
-    """A viewer with its strategy; all options but those of its sight belong to the strategy."""
+    """A viewer with its strategy; all options but its acuity belong to the strategy."""
     strategy = Spec.parse(spec.name or _VIEWED)
-    known = [*SIGHT, *options_of(type(_strategy(strategy)))]
+    known = ["acuity", *options_of(type(_strategy(strategy)))]
     for option in spec.options:
         if option not in known:
             raise UnknownName(f"option of {spec.full_name}", option, known)
-    strategy = strategy.adding(spec.without(SIGHT).options)
-    sight = {name: text for name, text in spec.options.items() if name in SIGHT}
+    strategy = strategy.adding(spec.without(["acuity"]).options)
+    sight = {name: text for name, text in spec.options.items() if name == "acuity"}
     return Viewer(_strategy(strategy), str(strategy), **arguments_from(Viewer, spec.kind, sight))  # type: ignore[arg-type]
 
 

@@ -1,8 +1,7 @@
 """The ideal observer: exact Bayesian inference from reports under a given prior, and planning by the posterior.
 
-It shows how much information reports contain. It is ideal only under its prior and noise model: told the
-truth, ``noise=naive`` needs 8.5 steps on ``chain-4`` under ``prior=single-parent``, 5.5 if it knows that the box is a
-chain (``prior=chains``). Beliefs and plans are :mod:`lockprobe.boxes.beliefs`.
+It shows how much information reports contain, and is ideal only under its prior and noise model. Beliefs and plans are
+:mod:`lockprobe.boxes.beliefs`.
 """
 
 from __future__ import annotations

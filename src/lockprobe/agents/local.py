@@ -175,12 +175,12 @@ class Engine:
         BadFile: If the file cannot be loaded.
     """
 
-    def __init__(self, path: Path, *, context: int = _CONTEXT) -> None:
+    def __init__(self, path: Path) -> None:
         self._path, xllamacpp = path, runtime()
         self.runtime = f"xllamacpp {xllamacpp.__version__}"
         params = xllamacpp.CommonParams()
         params.model.path = str(path)
-        params.n_ctx = context
+        params.n_ctx = _CONTEXT
         params.cpuparams.n_threads = params.cpuparams_batch.n_threads = 1
         params.flash_attn_type = params.cache_ram_mib = params.n_ctx_checkpoints = 0
         params.warmup = params.fit_params = False

@@ -28,9 +28,6 @@ LEAST_ACUITY = 10
 DOUBT = 0.05
 """The least evidence for a new reading; below it a joint keeps its last one."""
 
-SIGHT = ("acuity",)
-"""The options of ``viewer``. All others belong to its strategy."""
-
 
 @dataclass(frozen=True)
 class Viewer:

@@ -1,23 +1,18 @@
 """Hosted models over HTTP: the same loop, runner and journal. Faults of all kinds are in ``tests/studies/test_chaos.py``."""
 
-import asyncio
 import json
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import pytest
-from provider_server import completion, pictures, truthful, words
+from provider_server import completion, truthful, words
 from stored import sql
 
-from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm import model as llm
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.prompt import Message
-from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import SettingsChanged
-from lockprobe.interventions.conditions import flips
-from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.report.verify import verify
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
@@ -25,9 +20,7 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run
-from lockprobe.trial.loop import play
 from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.plan import Plan
 
 SPEC = "llm:openai-api/fake/model"
 
@@ -67,60 +60,6 @@ def test_a_study_over_http(tmp_path, played):
     sent = {line for line in server.headers if line.lower().startswith("authorization")}
     assert sent == {"authorization: Bearer sk-private-0123456789"}
     assert not any(b"private" in path.read_bytes() for path in tmp_path.iterdir())
-
-
-@dataclass(frozen=True)
-class Photographs:
-    """Made-up files for pictures: which configuration they are of stands in them, and is told nowhere else."""
-
-    def perceive(self, percept, past, task, rng):
-        state = bytes(percept.positions)
-        shown = [Picture(kind=kind, png=b"\x89PNG \xff" + kind.encode() + state) for kind in ("rgb", "depth")]
-        hidden = Picture(kind="depth16", png=b"measured" + state, shown=False)
-        text = "The picture shows the box." if percept.joint is None else f"You attempted {percept.joint}."
-        return replace(percept, outcome=None, positions=None, text=text, pictures=(*shown, hidden))
-
-
-@pytest.fixture
-def shown(served):
-    """Plays one trial of a model that is told by a channel: the trial and the requests that arrived."""
-    condition = flips((0,), modalities=("rgb",))[0]
-
-    def play_with(answer, channel, spec=SPEC):
-        plan = Plan(study="s", agent=spec, box=box(), condition=condition, repetition=1, trial=1, seed=1)
-
-        async def trial():
-            agent = resolve(spec, Access(pause=0)).make()
-            try:
-                return await play(plan, plant=SymbolicPlant(plan.box), interventions=[channel], agent=agent)
-            finally:
-                await agent.aclose()
-
-        with served(answer) as server:
-            return asyncio.run(trial()), server.requests
-
-    return play_with
-
-
-def test_the_newest_observations_arrive_with_their_pictures_as_they_are_also_when_a_reply_is_asked_for_again(shown):
-    def answer(request):
-        repaired = "could not be used" in words(request["messages"][-1])
-        return truthful({"messages": request["messages"][:-2]}) if repaired else completion("a knob")
-
-    trial, requests = shown(answer, Photographs(), f"{SPEC}?images=2&detail=low")
-    assert trial.solved
-    for step, request in zip([step for step in trial.steps for _ in range(2)], requests, strict=True):
-        told = [message for message in request["messages"] if message["role"] == "user"][: step.step]
-        before = [one.state for one in trial.steps[: step.step]]
-        for number, (message, state) in enumerate(zip(told, before, strict=True)):
-            by_label = dict(zip(trial.labels, state, strict=True))
-            marks = bytes(int(by_label[label]) for label in trial.listing)
-            whole = [(b"\x89PNG \xff" + kind + marks, "data:image/png", "low") for kind in (b"rgb", b"depth")]
-            newest = number >= step.step - 2
-            assert pictures(message) == (whole if newest else [])
-            assert words(message).endswith("(pictures no longer shown)") != newest
-    assert b"measured" not in json.dumps(requests).encode()
-    assert (trial.facts["model"], trial.facts["images"], trial.facts["detail"]) == ("openai-api/fake/model", 2, "low")
 
 
 def test_what_is_sent_is_what_a_reply_is_looked_up_by():
