@@ -112,6 +112,9 @@ def test_a_condition_that_changed_nothing_or_shares_no_trial_with_the_control_is
     assert named(effects(cells, design)) == [(AGENT, "truth", "tremble?p=0.5", 1)]
     del cells[AGENT, "truth"]
     assert named(effects(cells, design)) == []
+    cells, design = played(["tremble?p=0.5", "drop?p=0.5"], (AGENT, CAREFUL))
+    del cells[CAREFUL, "truth"]
+    assert {(agent, many) for agent, *_, many in named(effects(cells, design))} == {(AGENT, 2)}
 
 
 def idle_in(cells, label, *specs):
@@ -135,7 +138,9 @@ def test_what_changed_nothing_beside_others_is_in_no_interaction_and_a_control_m
     )
     assert list(interactions(cells | {(AGENT, "truth"): watched}, design)) == []  # none holds at every look
     assert list(interactions({at: one for at, one in cells.items() if one is not control}, design)) == []
-    assert list(interactions(idle_in(cells, f"{flip} + {tremble}", tremble), design)) == []
+    idle = idle_in(cells, f"{flip} + {tremble}", tremble)
+    assert list(interactions(idle, design)) == []
+    assert [one.condition for one in effects(idle, design)][-1] == f"{flip} + {tremble}"  # its flips acted
     cells, design = played(["warn", tremble])
     design = replace(design, arms=tuple(arm for arm in design.arms if arm.label != "truth"))
     assert named(effects(idle_in(cells, "warn", "warn", ""), design)) == [(AGENT, "warn", tremble, 1)]
