@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
 from operator import attrgetter
@@ -20,7 +20,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from lockprobe.foundation.errors import LockprobeError, Missing
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import LeftOutSection
-from lockprobe.statistics.design import Axis
+from lockprobe.statistics.design import FLIPS, Axis
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.trial.condition import Contrast
 
@@ -474,6 +474,7 @@ class Results(Part):
                 player = None if p is None else self.player(row.agent, row.modality)
                 cell = Cell(
                     found=self,
+                    own={"agent": row.agent, "condition": row.condition, "control": "", "versus": ""},
                     agent=row.agent,
                     modality=row.modality,
                     condition=row.condition,
@@ -487,23 +488,26 @@ class Results(Part):
 
     def courses(self, axis: DoseAxis | None = None) -> list[Course]:
         """Every agent over the doses of an axis, ascending; over flip rates without one."""
-        found = []
-        if axis is None or (not axis.players and axis.axis.kind == "flip"):
-            for player in self.design.players:
+        found, known = [], {(one.agent, one.condition): one for one in self.cells}
+        of_flips = axis is None or (not axis.players and axis.axis.kind == FLIPS.kind)
+        other = None if of_flips else axis
+        for player in other.players if other else self.design.players:
+            if other:
+                cells = [
+                    replace(known[player.agent, of], dose=dose)
+                    for of, dose in other.doses.items()
+                    if (player.agent, of) in known and dose in (player.doses or (dose,))  # what changed nothing is out
+                ]
+            else:
                 of = player.agent, player.modality
-                own = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]
-                if own and (axis is None or player.modality == axis.modality):
-                    cells = tuple(sorted(own, key=lambda one: one.p or 0.0))
-                    found.append(Course(found=self, **player.named, axis="flip rate", name="flip rate", cells=cells))
-            return found
-        known = {(one.agent, one.condition): one for one in self.cells}
-        for player in axis.players:
-            cells = tuple(
-                replace(known[player.agent, name], dose=dose)
-                for name, dose in axis.doses.items()
-                if (player.agent, name) in known and dose in (player.doses or (dose,))  # without what changed nothing
-            )
-            found.append(Course(found=self, **player.named, axis=axis.key, name=axis.name, cells=cells))
+                cells = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]
+                cells = sorted(cells, key=lambda one: one.p or 0.0)
+                cells = cells if axis is None or player.modality == axis.modality else []
+            key, name = (other.key, other.name) if other else (FLIPS.name, FLIPS.name)
+            own = {"agent": player.agent, "modality": player.modality, "axis": key, "condition": "", "versus": ""}
+            view: dict[str, Any] = player.named | {"found": self, "own": own, "axis": key, "name": name}
+            if cells:
+                found.append(Course(**view, cells=tuple(cells)))
         return found
 
     def against_control(self) -> list[Estimate]:
@@ -537,17 +541,14 @@ def _asked(columns: Mapping[str, str]) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _View:
-    """The rows of results that have the values of some columns."""
+    """The rows of results that have the values of some columns, its own."""
 
     found: Results
-
-    @property
-    def _own(self) -> dict[str, str]:
-        raise NotImplementedError
+    own: Mapping[str, str] = field(repr=False)
 
     def get(self, quantity: str, of: str = "") -> Estimate | None:
         """A number of it; None if it has none."""
-        return self.found.get(quantity, **self._own, of=of)
+        return self.found.get(quantity, **self.own, of=of)
 
     def value(self, quantity: str, of: str = "") -> float | None:
         """The value of a number of it; None if it has none."""
@@ -556,7 +557,7 @@ class _View:
 
     def curve(self, quantity: str, of: str = "") -> Curve | None:
         """A curve of it; None if it has none."""
-        return self.found.curve(quantity, **self._own, of=of)
+        return self.found.curve(quantity, **self.own, of=of)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -579,10 +580,6 @@ class Cell(_View):
     same_at_every_p: bool
 
     @property
-    def _own(self) -> dict[str, str]:
-        return {"agent": self.agent, "condition": self.condition, "control": "", "versus": ""}
-
-    @property
     def trials(self) -> int:
         """Trials that ended as solved or out of budget."""
         return int(self.value("trials") or 0)
@@ -590,7 +587,7 @@ class Cell(_View):
     @property
     def points(self) -> list[tuple[Estimate, Estimate]]:
         """Success and loop rate of each repetition."""
-        rows = [row for row in self.found.where("success", **self._own) if row.of.startswith("rep=")]
+        rows = [row for row in self.found.where("success", **self.own) if row.of.startswith("rep=")]
         pairs = ((row, self.get("loop_rate", row.of)) for row in rows)
         return [(success, loops) for success, loops in pairs if loops is not None]
 
@@ -620,10 +617,6 @@ class Course(_View):
     def played(self) -> tuple[Cell, ...]:
         """Its cells that have an ended trial."""
         return tuple(cell for cell in self.cells if cell.trials)
-
-    @property
-    def _own(self) -> dict[str, str]:
-        return {"agent": self.agent, "modality": self.modality, "axis": self.axis, "condition": "", "versus": ""}
 
     def changes(self, of: str = "", quantity: str = "success_difference") -> list[tuple[Cell, Estimate]]:
         """A number that compares each dose with the lowest, with what the agent did at that dose."""

@@ -42,7 +42,7 @@ def best_joints(belief: Belief) -> NDArray[np.bool_]:
     """
     known, configuration = belief.interlocks, belief.configuration
     if belief.noise.naive:
-        values = np.array(_planner(known).values(belief.alive, belief.likeliest))
+        values = np.array(planner(known).values(belief.alive, belief.likeliest))
     else:
         moves = known.may_move(configuration)
         after = configuration[:, None] ^ (moves << np.arange(known.joints))
@@ -122,4 +122,5 @@ class Planner:
         return best
 
 
-_planner = cache(Planner)
+planner = cache(Planner)
+"""The planner of these interlocks, with a cache of its results; ``BadValue`` if there are too many."""
