@@ -11,7 +11,6 @@ from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.asked_and_done import Tremble
 from lockprobe.interventions.conditions import (
-    flips,
     interventions_in,
     interventions_of,
     read_condition,
@@ -190,22 +189,6 @@ def test_a_sweep_is_one_condition_for_each_combination_of_doses(written, specs):
 def test_a_sweep_is_over_several_values_of_a_dose(spec):
     with pytest.raises(BadValue, match="sweep"):
         sweep(spec)
-
-
-@pytest.mark.parametrize(
-    ("kind", "modality", "spec", "truth"),
-    [
-        ("integrated", "symbolic", "flip?p=0.4&others=kept + symbolic", "symbolic"),
-        ("integrated", "rgb", "flip?p=0.4&others=kept + rgb", "rgb"),
-        ("integrated", "rgb?blur=2", "flip?p=0.4&others=kept + rgb?blur=2", "rgb?blur=2"),
-        (
-            "outcome-only", "symbolic?form=json", "flip?p=0.4 + symbolic?form=json&tell=outcome",
-            "symbolic?form=json&tell=outcome",
-        ),
-    ],
-)  # fmt: skip
-def test_the_paper_s_conditions_run_over_flip_rates_and_are_the_truth_at_rate_0(kind, modality, spec, truth):
-    assert [one.spec for one in flips((0, 0.4), kind, (modality,))] == [truth, spec]
 
 
 def test_settings_import_nothing_until_a_trial_is_played():

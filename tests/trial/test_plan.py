@@ -1,16 +1,14 @@
-"""Plans, the names by which joints go in a trial, where interventions act in it, and its luck, which has addresses."""
+"""Plans, the names by which joints go in a trial, and its luck, which has addresses."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from hypothesis import given
 from hypothesis import strategies as st
 from seen import PhotographedPlant
 
 from lockprobe.boxes.families import box
-from lockprobe.interventions.conditions import flips, interventions_of, with_words
-from lockprobe.interventions.words import TextChannel
+from lockprobe.interventions.conditions import flips
 from lockprobe.trial.luck import Luck, numbers
-from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Fork, Plan
 from lockprobe.trial.record import ForkName
 
@@ -40,37 +38,6 @@ def test_the_key_of_a_fork_is_that_of_its_parent_and_what_was_changed():
     forked = replace(PLAN, fork=fork, condition=replace(PLAN.condition, name="fork: lie"))
     assert forked.key == "test/fake/rgb/rep=1/trial=3/at=2/lie/then=truth/time=3"
     assert (forked.name, forked.label) == (PLAN.name, PLAN.label)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Aloud:
-    """Acts on words."""
-
-    after_words = True
-
-    def perceive(self, percept, past, task, rng):
-        return percept
-
-
-def places(spec, *more):
-    return Places(with_words((*interventions_of(spec), *more), TextChannel(tell="state")))
-
-
-def test_every_intervention_has_its_place_and_a_stream_of_its_kind_that_may_lie_ahead():
-    found = places("nudge + flip?p=0.2 + tremble?p=0.1 + history?last=3 + flip?p=0.2 + phantom?p=0.4", Aloud())
-    of = {place: [type(placed.one).__name__ for placed in acting] for place, acting in found.at.items()}
-    assert of == {
-        "told": ["OutcomeFlip", "OutcomeFlip", "Phantom"],
-        "asked": ["Nudge"],
-        "remembered": ["History"],
-        "done": ["Tremble"],
-    }
-    assert [type(placed.one).__name__ for placed in (found.showing, *found.after)] == ["TextChannel", "Aloud"]
-    streams = [placed.stream for placed in (*found.at["done"], found.showing, *found.at["told"])]
-    assert streams == ["Tremble-0", "TextChannel-0", "channel-0", "channel-1", "channel-0"]
-    assert found.specs[1:5:3] == ["flip?p=0.2", "flip?p=0.2 (2)"]
-    wordless = Places(interventions_of("flip?p=0.2 + drop?p=0.1"))
-    assert ([placed.number for placed in wordless.at["told"]], wordless.showing, wordless.after) == ([0, 1], None, [])
 
 
 whole = st.integers(1, 10**6)
