@@ -16,22 +16,18 @@ from lockprobe.people.web import app
 from lockprobe.trial.record import STATES
 
 SETTINGS = ["flips", "--p", "0,0.3,0.6", "--repetitions", "2", "--trials", "4"]
-STORE = ("study.json", "study.db")
-LOGS = (*STORE, "study.db-wal", "study.db-shm", "study.db-journal")
-REPORT = ("report.html", "figures/fig4.svg", "figures", "tables")
-FORKS = ("forks", "forks/study.db", "forks/study.db-wal", "forks/study.json")
-PEOPLE = ("people", "people/experiment.json")
+STORE = ("study.json", "study.db", "study.db-wal", "study.db-shm", "study.db-journal")
 
 WRITE = {
-    "run": (["run", *SETTINGS, "--agent", "round-robin"], LOGS),
-    "report": (["report"], REPORT),
-    "branch": (["branch", "--at", "3"], FORKS),
-    "import": (["import"], (*LOGS, "people")),
-    "serve": (["serve"], (*LOGS, *PEOPLE)),
-    "mcp": (["mcp", *SETTINGS], LOGS),
+    "run": (["run", *SETTINGS, "--agent", "round-robin"], STORE),
+    "report": (["report"], ("report.html", "figures/box.svg", "figures")),
+    "branch": (["branch", "--at", "3"], ("forks", "forks/study.db", "forks/study.json")),
+    "import": (["import"], ("study.json", "study.db", "people")),
+    "serve": (["serve"], ("study.db", "people", "people/experiment.json")),
+    "mcp": (["mcp", *SETTINGS], ("study.db",)),
     "export": (["export", "--out", "DIR/steps.csv"], ("steps.csv",)),
 }
-"""Command -> its arguments, and what it writes in a study directory."""
+"""Command -> its arguments, and what it writes in a study directory; all that write a store do it as ``run`` does."""
 
 
 def lockprobe(monkeypatch, directory, line, other):
