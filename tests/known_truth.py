@@ -48,37 +48,22 @@ class Known:
     slow: float = 0.0
 
 
+FASTER, SHAPED = frozenset({"success", "speed"}), frozenset({"success", "speed", "shape"})
+
 WORLDS = {
-    name: Known(**truth)
-    for name, truth in {
-        "loops-irrelevant": {
-            "success": (0.23, 0.4, 0.53, 0.63, 0.67, 0.6, 0.5),
-            "truths": frozenset({"success", "speed", "shape"}),
-        },
-        "loop-trapped": {
-            "success": (0.85,) * 7,
-            "trap": (0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03),
-            "truths": frozenset({"looping"}),
-        },
-        "no-effect": {},
-        "shared-luck": {"shared": 0.5},
-        "unequal-luck": {"shared": 1.0, "apart": True},
-        "people": {"people": 6, "likeness": 0.5},
-        "skewed-steps": {"success": (1.0,) * 7, "slow": 0.05},
-        "broken-trials": {"breaks": 0.08},
-        "saturating": {
-            "success": (0.23, 0.45, 0.57, 0.63, 0.66, 0.67, 0.67),
-            "truths": frozenset({"success", "speed"}),
-        },
-        "inverted-u": {
-            "success": (0.2, 0.55, 0.8, 0.9, 0.8, 0.55, 0.2),
-            "truths": frozenset({"success", "speed", "shape"}),
-        },
-        "loops-return": {
-            "trap": (0.5, 0.25, 0.1, 0.03, 0.1, 0.25, 0.5),
-            "truths": frozenset({"looping", "looping again"}),
-        },
-    }.items()
+    "loops-irrelevant": Known(success=(0.23, 0.4, 0.53, 0.63, 0.67, 0.6, 0.5), truths=SHAPED),
+    "loop-trapped": Known(
+        success=(0.85,) * 7, trap=(0.5, 0.25, 0.12, 0.06, 0.03, 0.03, 0.03), truths=frozenset({"looping"})
+    ),
+    "no-effect": Known(),
+    "shared-luck": Known(shared=0.5),
+    "unequal-luck": Known(shared=1.0, apart=True),
+    "people": Known(people=6, likeness=0.5),
+    "skewed-steps": Known(success=(1.0,) * 7, slow=0.05),
+    "broken-trials": Known(breaks=0.08),
+    "saturating": Known(success=(0.23, 0.45, 0.57, 0.63, 0.66, 0.67, 0.67), truths=FASTER),
+    "inverted-u": Known(success=(0.2, 0.55, 0.8, 0.9, 0.8, 0.55, 0.2), truths=SHAPED),
+    "loops-return": Known(trap=(0.5, 0.25, 0.1, 0.03, 0.1, 0.25, 0.5), truths=frozenset({"looping", "looping again"})),
 }
 
 
