@@ -1,14 +1,17 @@
 """The answer: what the tests say and no more, for one agent and for thirty; a row for each, and names at lines' ends."""
 
+from dataclasses import replace
+
 import pytest
 from builders import SOLUTION, make_trial, small_study
 from hypothesis import given
 from hypothesis import strategies as st
 from reported import found_in
 
-from lockprobe.report.answer import AnswerList, said_lines
+from lockprobe.report.answer import AnswerList, beside_said, said_lines
 from lockprobe.report.curve import drawable, placed
-from lockprobe.report.primary import primary_lines
+from lockprobe.report.primary import Line, primary_lines
+from lockprobe.report.rows import Estimate
 
 UNSOLVED = (0,) * 20
 
@@ -60,6 +63,23 @@ def test_one_sentence_says_what_the_tests_say_and_every_agent_has_a_row(tmp_path
     if changes:
         assert listing.many == (drawable(found) == [])
         assert sum(number for number, _ in listing.counts) == len(courses)
+
+
+def line(label, change=0.0, p_value=None, **more):
+    ends = {"value": change, "low": change - 0.1, "high": change + 0.1, "p_value": p_value}
+    row = Estimate(quantity="success_difference", **ends) if p_value else None
+    return Line(agent=label, modality="", label=label, conditions=("truth",), first=None, change=row, **more)
+
+
+def test_what_is_shown_for_comparison_is_said_beside_the_answer():
+    beside = [
+        line("low", -0.3, 0.001), line("one", alike=True), line("two", alike=True), line("same", 0.05, 0.5), line("new")
+    ]  # fmt: skip
+    beside = [replace(one, baseline=True) for one in beside]
+    assert beside_said([line("llm:a", 0.5, 0.01), *beside]) == (
+        "For comparison, not in this answer: low solves fewer; one and two play alike; no effect on same was detected."
+    )
+    assert beside_said(beside) == beside_said([line("llm:a", 0.5, 0.01)]) == ""
 
 
 @given(

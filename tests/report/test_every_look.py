@@ -8,7 +8,8 @@ from reported import found_in
 
 from lockprobe.report.page import Page, tables_of
 from lockprobe.report.questions.claims import not_judged
-from lockprobe.report.questions.stopping import SECTIONS
+from lockprobe.report.questions.stopping import SECTIONS, small_said
+from lockprobe.report.rows import Estimate
 from lockprobe.studies.study import EarlierSize, Until
 
 FAILED = (0, 1) * 10
@@ -85,6 +86,14 @@ def test_an_extension_and_a_plan_to_stop_are_told_and_when_each_difference_was_d
     assert curve.high[at] < 0 <= curve.high[at - 1]
     (part,) = SECTIONS[0].show(found)
     assert part.answer == "1 of 1 differences are decided."
+
+
+def test_what_is_shown_to_be_small_goes_by_the_words_of_its_condition(pages):
+    of = {"agent": "human-inspired", "of": "flip?p=0.4", "unit": "blocks", "value": 9, "note": "smaller than 10 points"}
+    found = pages["until"].with_rows([Estimate(quantity="decided_at_block", **of)])
+    said = "Shown to be smaller than 10 points, either way: effects of flip rate 0.4 on human-inspired."
+    assert small_said(found) == said
+    assert small_said(pages["until"]) == ""
 
 
 def test_trials_behind_an_open_block_are_in_no_number(tmp_path):

@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 from builders import write_study
-from scipy.stats import ttest_1samp
 from stored import records
 
 import lockprobe
@@ -13,7 +12,6 @@ from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.report.page import Page, parts_of, tables_of
 from lockprobe.report.primary import primary_lines
 from lockprobe.report.results import results
-from lockprobe.statistics.misinterpretation import claims
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
@@ -119,8 +117,7 @@ def test_it_changes_no_trial_and_stands_in_the_settings_until_another_is_asked(t
         read_study(directory)
 
 
-def test_a_contrast_of_misreading_is_of_statements_about_attempts(tmp_path):
-    """By hand from the records; false reports make false statements, and the page says so."""
+def test_the_page_says_what_changes_what_is_misread(tmp_path):
     (tmp_path / "mine.toml").write_text("""
 agent = "cognitive:perseverant"
 trials = 12
@@ -130,14 +127,7 @@ condition = ["lie=flip?p=0.4", "shaken=tremble?p=0.6"]
 lies = { of = "lie", minus = "truth", measure = "misreading" }
 tremor = { of = "shaken", minus = "truth", measure = "misreading" }
 """)
-    directory = write_study(tmp_path / "study", study(tmp_path / "mine.toml"))
-    found, said = results(directory), {}
-    for trial in load(directory):
-        said[trial.condition, trial.trial] = [claim.false_belief for claim in claims(trial)]
-    changes = [np.mean(said["lie", i]) - np.mean(said["truth", i]) for i in range(1, 13)]
-    row = found.one("misreading_difference", of="lies")
-    assert (row.value, row.n, row.corrected_for) == (pytest.approx(np.mean(changes)), 12, 2)
-    assert 0.05 > row.p_value > 2 * ttest_1samp(changes, 0).pvalue  # as if one more block differed
+    found = results(write_study(tmp_path / "study", study(tmp_path / "mine.toml")))
     assert found.answer == "Misreading changes with lies."
     assert found.fact("overview", "question") == "Do lies and tremor change what agents misread of chain-4?"
     assert [line[0] for line in tables_of(found)["contrasts"]] == ["contrast", "lies", "tremor"]
