@@ -24,10 +24,7 @@ if TYPE_CHECKING:
 STATES = "symbolic?tell=state"
 """The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
 
-STRUCTURED = "symbolic?tell=state&form=json"
-"""The same as one JSON object, with the label and the state of every joint."""
-
-PLAIN_WORDS = (STATES, STRUCTURED, "symbolic")
+PLAIN_WORDS = (STATES, f"{STATES}&form=json", "symbolic")
 """The modalities in words that studies have by default; pages do not name them where all trials have one of them."""
 
 Outcome = Literal["moved", "blocked"]
