@@ -84,12 +84,14 @@ nbformat.write(book, sys.argv[3])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("notebook", [LESSON, FIRST])
-def test_a_kernel_with_a_backend_that_is_not_there_runs_the_notebooks(tmp_path, notebook):
+@pytest.mark.parametrize(
+    ("notebook", "backend"), [(LESSON, "ipykernel.pylab.backend_inline"), (FIRST, "matplotlib_inline.backend_inline")]
+)
+def test_a_kernel_runs_the_notebooks(tmp_path, notebook, backend):
     """As in Colab, whose variable ``MPLBACKEND`` names a module of the kernel that other programs do not have."""
     pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")
-    environment = {**os.environ, "MPLBACKEND": "module://ipykernel.pylab.backend_inline", "JUPYTER_PLATFORM_DIRS": "1"}
+    environment = {**os.environ, "MPLBACKEND": f"module://{backend}", "JUPYTER_PLATFORM_DIRS": "1"}
     done = tmp_path / "done.ipynb"
     subprocess.run([sys.executable, "-c", KERNEL, notebook, tmp_path, done], env=environment, check=True)
     outputs = [shown for cell in cells_of(done) for shown in cell["outputs"]]
