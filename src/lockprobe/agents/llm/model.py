@@ -56,8 +56,8 @@ Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[tuple[Call
 class HostedModel:
     """A model behind a provider's interface. A malformed reply is requested again.
 
-    All its trials share one client, and the unusable replies since the last usable one: the trials that got them, by
-    their words. Under None nothing is kept, as soon as there was a usable one.
+    All its trials share one client, and an account of unusable replies since the last usable one: the trials that got
+    them, by their words. It is kept from the first usable one on, for which None stands in it.
 
     Attributes:
         unseeded: Its luck is the provider's; see :class:`lockprobe.trial.protocols.Agent`.
