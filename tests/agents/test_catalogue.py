@@ -8,22 +8,22 @@ from lockprobe.foundation.plugins import allow
 
 
 @pytest.mark.parametrize(
-    ("spec", "engine", "senses"),
+    ("spec", "engine", "sees"),
     [
-        *((spec, "inline", "reports") for spec in ("random", "right-to-left", "human-inspired:target-first", "ideal-observer", "cognitive:careful")),
-        *((spec, "inline", "pictures") for spec in ("viewer", "viewer:random?acuity=9", "python:any:Thing")),
-        ("participant", "person", "pictures"),
-        ("participant:3f9a01bc", "person", "pictures"),
-        ("mcp:claude-code", "client", "pictures"),
-        ("llm:local", "process", "reports"),
-        ("llm:gguf:some.gguf", "process", "reports"),
-        ("llm:openai/gpt-4o?images=4", "network", "pictures"),
-        ("llm:openai/o3-mini", "network", "reports"),
+        *((spec, "inline", False) for spec in ("random", "right-to-left", "human-inspired:target-first", "ideal-observer", "cognitive:careful")),
+        *((spec, "inline", True) for spec in ("viewer", "viewer:random?acuity=9", "python:any:Thing")),
+        ("participant", "person", True),
+        ("participant:3f9a01bc", "person", True),
+        ("mcp:claude-code", "client", True),
+        ("llm:local", "process", False),
+        ("llm:gguf:some.gguf", "process", False),
+        ("llm:openai/gpt-4o?images=4", "network", True),
+        ("llm:openai/o3-mini", "network", False),
     ],
 )  # fmt: skip
-def test_a_spec_says_where_its_time_goes_and_what_it_can_take_in(spec, engine, senses):
+def test_a_spec_says_where_its_time_goes_and_what_it_can_take_in(spec, engine, sees):
     source = resolve(spec)
-    assert (source.engine, source.senses) == (engine, senses)
+    assert (source.engine, source.sees) == (engine, sees)
     assert is_strategy(spec) == (engine == "inline" and "python" not in spec)
     if is_strategy(spec):
         source.check()
@@ -107,7 +107,7 @@ def test_to_say_what_your_own_class_can_take_in_runs_none_of_its_code(tmp_path, 
     """A study is planned whenever its record is read, and records come from anyone."""
     (tmp_path / "trap.py").write_text("raise SystemExit('it ran')")
     monkeypatch.syspath_prepend(tmp_path)
-    assert resolve("python:trap:Agent").senses == "pictures"
+    assert resolve("python:trap:Agent").sees
     for said in ("expected --allow with it in this command", "it ran"):
         with pytest.raises(BadValue, match=said):
             resolve("python:trap:Agent").make()

@@ -162,7 +162,7 @@ def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockpr
 
 def test_nothing_of_a_package_is_imported_before_it_is_used(tmp_path, monkeypatch):
     strangers.install(tmp_path, monkeypatch, text="raise SystemExit('it ran')")
-    assert resolve("first?place=2").senses == "pictures"
+    assert resolve("first?place=2").sees
     assert not resolve_plant("plain").has_camera
     assert not resolve_plant("python:strange:Plain").has_camera
     assert find_plugin("box", "gate").package == "strange-things 0.3"

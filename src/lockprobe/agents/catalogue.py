@@ -37,9 +37,6 @@ Engine = Literal["inline", "process", "network", "person", "client"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a
 person or a client with tools, who are waited for by a server and never by a run."""
 
-Senses = Literal["reports", "pictures"]
-"""What an agent can read: only reports in words, or pictures too."""
-
 _ACCESS = Access()
 _VIEWED = "human-inspired:target-first"
 
@@ -107,8 +104,8 @@ class AgentSource:
     Attributes:
         spec: Its spec.
         engine: What its computing time depends on.
-        senses: What it can perceive. A user's class counts as able to see, and has to refuse pictures itself if it
-            cannot: planning a study or reading a record runs no code of a user.
+        sees: Whether it reads pictures, and not only reports in words. A user's class counts as able to, and has to
+            refuse pictures itself if it cannot: planning a study or reading a record runs no code of a user.
         make: Builds the agent; may load a model, and may raise :class:`lockprobe.foundation.errors.UserMistake`.
         check: Checks cheaply whether ``make`` can work, with the same errors.
     """
@@ -117,7 +114,7 @@ class AgentSource:
     engine: Engine
     make: Callable[[], Agent]
     check: Callable[[], object] = lambda: None
-    senses: Senses = "reports"
+    sees: bool = True
 
 
 def description(spec: str) -> str:
@@ -151,8 +148,7 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
     spec = spec if isinstance(spec, Spec) else Spec.parse(spec)
     if is_strategy(text):
         agent = _viewer(spec) if spec.kind == "viewer" else _strategy(spec)
-        sees: Senses = "pictures" if spec.kind == "viewer" else "reports"
-        return AgentSource(spec=text, engine="inline", senses=sees, make=lambda: agent)
+        return AgentSource(spec=text, engine="inline", sees=spec.kind == "viewer", make=lambda: agent)
     if spec.kind in _OUTSIDE:
         check_outside(text, spec.kind)
 
@@ -160,7 +156,7 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
             raise BadValue("agent", text, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
 
         engine: Engine = "person" if spec.kind == PEOPLE else "client"
-        return AgentSource(spec=text, engine=engine, senses="pictures", make=make)
+        return AgentSource(spec=text, engine=engine, make=make)
     if spec.kind == "llm":
         return _language_model(spec, access)
     if (plugin := find_plugin("agent", text)) is not None:
@@ -229,20 +225,21 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
         return AgentSource(
             spec=text,
             engine="process",
+            sees=False,
             make=lambda: local.LocalModel.from_spec(spec),
             check=lambda: (local.runtime(), local.locate(spec.full_name)),
         )
     if "/" not in spec.name.strip("/"):
         raise UnknownName("language model", text, [name for name in KNOWN if spec_kind(name) == spec.kind])
     model = Model.parse(text)
-    blind = model.facts.images is False  # of one that is not known its provider has to say so
+    sees = model.facts.images is not False  # of one that is not known its provider has to say so
 
     def make() -> Agent:
         from lockprobe.agents.llm.model import HostedModel
 
         return HostedModel(model, access)
 
-    return AgentSource(spec=text, engine="network", senses="reports" if blind else "pictures", make=make, check=make)
+    return AgentSource(spec=text, engine="network", sees=sees, make=make, check=make)
 
 
 def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
@@ -263,4 +260,4 @@ def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
             raise UserMistake(f"agent {str(spec)!r}: decide must be `async def`")
         return agent
 
-    return AgentSource(spec=str(spec), engine="inline", senses="pictures", make=make, check=make)
+    return AgentSource(spec=str(spec), engine="inline", make=make, check=make)

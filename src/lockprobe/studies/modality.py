@@ -107,7 +107,7 @@ def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:
     modalities = tuple(modalities)
     in_words = tuple(modality for modality in modalities if not is_pictured(modality))
     try:
-        return modalities if in_words == modalities or resolve(agent).senses == "pictures" else in_words
+        return modalities if in_words == modalities or resolve(agent).sees else in_words
     except Missing:  # the package of hosted models, which look; records can be read without it
         return modalities
 
