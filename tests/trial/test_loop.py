@@ -16,8 +16,8 @@ from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.trial.loop import play
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Decision
+from lockprobe.trial.plan import Fork, Plan
+from lockprobe.trial.record import Decision, ForkName
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 PLAN = Plan(
@@ -243,3 +243,58 @@ def test_a_decision_that_cannot_be_written_down_ends_the_trial_and_poisons_no_jo
     assert trial.error.message.startswith(message)
     assert not trial.owed_again
     assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def forked(agent, choose=None, recorded=3, at=4, **name):
+    """A trial of five steps, and the fork of its first ones; the agent then chooses otherwise, if that is given."""
+    plan = replace(PLAN, budget=5)
+    steps = played(agent, plan).steps
+    agent.seen, agent.choose = [], choose or agent.choose
+    fork = Fork(
+        name=ForkName(parent=plan.key, at=at, arm="truth", **name),
+        condition=plan.label,
+        acting=(),
+        recorded=steps[:recorded],
+    )
+    return steps, played(agent, replace(plan, fork=fork))
+
+
+def by_luck(situation):
+    return Decision(joint=situation.task.joints[len(situation.past) % 2])
+
+
+def test_a_fork_asks_nothing_that_is_on_record_and_an_agent_with_a_stream_again():
+    agent = Fake(by_luck)
+    steps, again = forked(agent)
+    assert (again.steps, len(agent.seen)) == (steps, 5)
+    agent.unseeded = True
+    steps, again = forked(agent)
+    assert (again.steps, len(agent.seen)) == (steps, 2)
+
+
+def test_a_past_that_cannot_be_replayed_breaks_the_fork():
+    _, other = forked(Fake(by_luck), joint(3))
+    assert other.error.message == "step 1 cannot be replayed from the record without asking the agent again"
+    assert forked(Fake(by_luck), joint(3), at=1)[1].error is None
+
+
+def test_another_continuation_has_another_luck_after_the_fork_alone():
+    class Drawing(Fake):
+        async def decide(self, situation, rng):
+            return Decision(joint=situation.task.joints[int(rng.random() * 4)])
+
+    (steps, same), (_, other) = (forked(Drawing(None), at=2, time=time) for time in (1, 2))
+    assert same.steps == steps != other.steps
+    assert other.steps[:2] == steps[:2]
+
+
+def test_what_is_remembered_and_asked_has_the_luck_of_the_report_before():
+    heard = []
+
+    class Listening:
+        def recall(self, turns, past, task, rng):
+            heard.append((len(past), rng.random()))
+            return turns
+
+    played(Fake(joint(0)), channels=(Listening(),))
+    assert heard == [(step, PLAN.luck.at("Listening-0", step - 1).random()) for step in range(1, len(heard) + 1)]
