@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from sqlite3 import Connection
 from typing import Any
 
 from lockprobe.agents.catalogue import check_outside
@@ -43,9 +44,6 @@ from lockprobe.studies.records.store import (
 )
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.trial_json import TrialReader
-
-_Calls = dict[str, list[tuple[Any, ...]]]
-"""The key of a trial -> the rows of its calls."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -105,26 +103,31 @@ def gather(
             why = f"trials of another study than {directory} ({name} is {there}, not {asked})"
             raise BadFile(source, why)
     found = Gathered(agents=joined.labels[len(known.agents) if known else 0 :])
-    with Journal.open(directory, joined) as journal, journal.store.transaction(sync=True):
-        begun = [_take(journal, source, found) for source in sources]
-        for calls in begun:
+    with Journal.open(directory, joined) as journal, journal.store.transaction(sync=True) as writing:
+        begun = [_take(journal, source, writing, found) for source in sources]
+        for calls, taken in begun:
             own = _calls(journal.store)
-            for key in filter(journal.owes, calls):
-                if Counter(own.get(key, ())) <= Counter(calls[key]):  # else it began otherwise
-                    missing = _copy_calls(journal, calls[key], own.get(key, ()))
-                    found.replies += sum(json.loads(call).get("reply") is not None for _, call, _ in missing)
-        found.unfinished = sum(map(journal.owes, {key for calls in begun for key in calls}))
+            for key, logged in calls.items():
+                mine = Counter(own.get(key, ()))
+                if key in taken or (journal.owes(key) and mine <= Counter(logged)):  # else it began otherwise
+                    missing = [*(Counter(logged) - mine).elements()]
+                    writing.executemany("insert into call (key, call, crc) values (?, ?, ?)", missing)
+                    replies = sum(json.loads(call).get("reply") is not None for _, call, _ in missing)
+                    found.replies += replies * (key not in taken)
+        found.unfinished = sum(map(journal.owes, {key for calls, _ in begun for key in calls}))
         beside(journal)
     return found
 
 
-def _take(journal: Journal, source: Path, found: Gathered) -> _Calls:
-    """Take the finished trials of a source, each with its calls, attempts and pictures; the calls of what it began.
+def _take(
+    journal: Journal, source: Path, writing: Connection, found: Gathered
+) -> tuple[dict[str, list[tuple[Any, ...]]], set[str]]:
+    """Take the finished trials of a source with their attempts and pictures; its calls, and what was taken.
 
     Different models, prompts, runtimes or renderers under one name are refused, as by a resumed run.
     """
-    reader, own, log = TrialReader(), _calls(journal.store), AttemptLog(journal.store)
-    with read(source) as store, journal.store.transaction() as writing:
+    reader, log, taken = TrialReader(), AttemptLog(journal.store), set[str]()
+    with read(source) as store:
         calls = _calls(store)
         attempts = grouped(store.rows("select * from attempt order by id", nulls=True), lambda row: row[1])
         select = "select key, seconds, record from trial where current and not owed order by id"
@@ -137,7 +140,6 @@ def _take(journal: Journal, source: Path, found: Gathered) -> _Calls:
                 found.there += 1
                 found.different += journal.read(key) != trial
                 continue
-            _copy_calls(journal, calls.get(key, ()), own.get(key, ()))
             if key in log.times_begun:
                 log.write(key, "broke")
             rows = ((None, *row[1:]) for row in attempts.get(key, ()))
@@ -146,25 +148,16 @@ def _take(journal: Journal, source: Path, found: Gathered) -> _Calls:
                 if there.is_file():
                     keep_picture(journal.directory / ALBUM, Picture(kind="rgb", png=read_input(there)))
             journal.append(trial, seconds, record)
-            found.taken += 1
+            taken.add(key)
         for (key,) in store.rows("select key from trial where current and owed"):
             calls.setdefault(key, [])
-    return calls
+    found.taken += len(taken)
+    return calls, taken
 
 
-def _calls(store: Database) -> _Calls:
-    """The rows of the calls of each trial."""
+def _calls(store: Database) -> dict[str, list[tuple[Any, ...]]]:
+    """The key of a trial -> the rows of its calls."""
     return grouped(store.rows("select key, call, crc from call order by id"), lambda row: row[0])
-
-
-def _copy_calls(
-    journal: Journal, calls: Sequence[tuple[Any, ...]], own: Sequence[tuple[Any, ...]]
-) -> list[tuple[Any, ...]]:
-    """Copy those calls of a trial that are missing here, and return them."""
-    missing = [*(Counter(calls) - Counter(own)).elements()]
-    with journal.store.transaction() as writing:
-        writing.executemany("insert into call (key, call, crc) values (?, ?, ?)", missing)
-    return missing
 
 
 _LEAST = 16
