@@ -104,7 +104,7 @@ def write_settings(directory: Path, study: Study) -> None:
 
     What they say of earlier sizes is never forgotten, nor are contrasts, unless the study has others.
     """
-    if holds(directory, "trial", "call", "attempt") and (directory / SETTINGS).exists():
+    if holds(directory, "trial", "call", "attempt", "act") and (directory / SETTINGS).exists():
         there = read_study(directory)
         earlier = max(there.earlier, study.earlier, key=len)
         study = replace(study, earlier=earlier, contrasts=study.contrasts or there.contrasts)
