@@ -127,7 +127,7 @@ def test_without_a_total_effect_there_is_nothing_to_explain():
 @pytest.mark.parametrize("until", [DECIDED, WIDTH])
 def test_of_a_single_condition_its_success_is_asked_for(until):
     planned = study("flips", agent="random", p=[0], until=str(until))
-    assert [one.name for family in families(planned, "random") for one in family.questions] == ["truth"]
+    assert families(planned, "random") == (Family((Question("truth", (("truth", ""),)),), 1),)
     (one,) = decisions(families(planned, "random"), {"truth": (np.ones(80), np.zeros(80, dtype=bool))}, until)
     assert (one.verdict, one.course.value) == ("narrow", 1)
     width = one.course.highs[one.course.blocks == one.at] - one.course.lows[one.course.blocks == one.at]
