@@ -11,6 +11,8 @@ from lockprobe.agents.llm.model_facts import read_facts
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import BROKE, BUDGET_REACHED
 from lockprobe.cli.run import run
+from lockprobe.cli.status import status
+from lockprobe.foundation.errors import Missing
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.records.directory import read_study
@@ -130,6 +132,43 @@ def test_a_key_that_dies_in_mid_run_is_the_last_line_and_the_exit_status(tmp_pat
     answer(truthful)
     play(tmp_path / "s", agent=["random", SPEC])
     assert not any(trial.owed_again for trial in load(tmp_path / "s"))
+
+
+def claiming(usage):
+    """A provider that counts what it is told to."""
+
+    def answer(request):
+        status, content = counted(request)
+        return status, content | {"usage": usage}
+
+    return answer
+
+
+@pytest.mark.parametrize("budget", [None, 1.0])
+def test_what_cannot_be_is_claimed_not_spent_and_the_run_stops(tmp_path, honest, capsys, budget):
+    honest[1](claiming({"prompt_tokens": 10**9, "completion_tokens": 20, "total_tokens": 10**9 + 20}))
+    one = {"trials": 1, "connections": 1, "budget": budget}
+    with pytest.raises(Missing, match=r"its provider claims 1,000,000,000 tokens in and 20 out for a call of at most"):
+        play(tmp_path / "s", **one)
+    (call,) = read_calls(tmp_path / "s")
+    assert (call.claimed.input_tokens, call.usage.input_tokens < 10_000) == (10**9, True)
+    capsys.readouterr()
+    status(tmp_path / "s")
+    said = "\nclaimed     1 call: the provider claims an impossible usage; counted above"
+    assert said in capsys.readouterr().out
+    status(tmp_path / "s", json=True)
+    (facts,) = events(capsys)
+    assert (facts["claimed"], 0 < facts["dollars"] < 0.5) == (1, True)
+    honest[1](counted)  # once its count is mended
+    play(tmp_path / "s", **one)
+    assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"]
+
+
+def test_a_reply_without_a_count_is_played_and_counted_at_its_worst(tmp_path, honest):
+    honest[1](claiming({}))
+    play(tmp_path / "s", trials=1)
+    assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"]
+    assert all(call.uncounted and call.most is not None for call in read_calls(tmp_path / "s"))
 
 
 def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, capsys, monkeypatch):
