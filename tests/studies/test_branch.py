@@ -36,7 +36,7 @@ def played(directory, planned, **asked):
 
 @pytest.fixture(scope="module")
 def strategies(tmp_path_factory):
-    planned = study("flips", agent=["cognitive:insistent", "random"], **(ASKED | {"trials": 4}))
+    planned = study("flips", agent=["cognitive:insistent", "random"], **(ASKED | {"trials": 2}))
     return played(tmp_path_factory.mktemp("forks"), planned, at=["3", "7"], times=2, told=list(TOLD))
 
 
@@ -53,7 +53,7 @@ def test_told_what_was_told_a_fork_is_the_trial_on_record(strategies):
         if (name.arm, name.time) == (told, 1):
             same += 1
             assert (fork.opening, fork.steps, fork.ending) == (parent.opening, parent.steps, parent.ending)
-    assert same > 15
+    assert same > 6
 
 
 def test_only_the_report_at_the_fork_differs_from_the_record_until_the_agent_acts(strategies):
@@ -159,7 +159,7 @@ def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path,
 
 
 def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(tmp_path, monkeypatch):
-    asked = {"box": "random-8-1", "p": [0.3], "trials": 15, "repetitions": 1, "max_steps": 10}
+    asked = {"box": "random-8-1", "p": [0.3], "trials": 2, "repetitions": 1, "max_steps": 10}
     planned, limits = study("flips", agent="llm:openai-api/fake/model", **asked), Limits(access=Access(connections=32))
     monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
     with here(manner=Manner()) as server:
@@ -169,7 +169,7 @@ def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(tmp_
     with here(manner=Manner()) as server, Journal.open(tmp_path / FORKS, planned) as journal:
         monkeypatch.setenv("FAKE_BASE_URL", server.url)
         arms = {"told": ["truth", "lie", "lie-truth", "withheld"], "at": ["2", "5", "first-lie"], "times": 2}
-        play_forks(branching(planned, [*parents.values()], keys=[*parents][:2], **arms), journal, limits=limits)
+        play_forks(branching(planned, [*parents.values()], **arms), journal, limits=limits)
         seen = set(server.account()["conversations"])
     assert seen
     assert not known & seen
