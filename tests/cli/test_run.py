@@ -4,7 +4,8 @@ import json
 
 import pytest
 import typer
-from provider_server import counted, failure, truthful
+from provider_server import completion, counted, failure, truthful
+from stored import records
 
 from lockprobe import load
 from lockprobe.agents.llm.model_facts import read_facts
@@ -12,7 +13,7 @@ from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import BROKE, BUDGET_REACHED
 from lockprobe.cli.run import run
 from lockprobe.cli.status import status
-from lockprobe.foundation.errors import Missing
+from lockprobe.foundation.errors import BadValue, Missing
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.records.directory import read_study
@@ -169,6 +170,102 @@ def test_a_reply_without_a_count_is_played_and_counted_at_its_worst(tmp_path, ho
     play(tmp_path / "s", trials=1)
     assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"]
     assert all(call.uncounted and call.most is not None for call in read_calls(tmp_path / "s"))
+
+
+def nonsense(request):
+    return completion('{"move": "A"}')
+
+
+@pytest.fixture
+def replied(tmp_path, provider):
+    """Plays four trials with the answers that are given."""
+    _, answer = provider
+
+    def played(answers, **more):
+        answer(answers)
+        try:
+            run("flips", agent=[f"{SPEC}?repairs=0"], p=["0,0.2"], trials=2, repetitions=1, out=tmp_path / "s", **more)
+        except typer.Exit as end:
+            return end.exit_code
+        return 0
+
+    return played
+
+
+def refusing(request):
+    return completion(None, refusal="I cannot help with opening locks.")
+
+
+def broken(request):
+    return failure(401, "no such key")
+
+
+@pytest.mark.parametrize(
+    ("answers", "status"),
+    [
+        ([refusing, nonsense, truthful, truthful], 0),
+        ([refusing, truthful, refusing, truthful], 0),  # all under one condition
+        ([refusing, refusing, nonsense, nonsense], 1),  # not one trial
+        ([truthful, truthful, truthful, broken], 1),
+        ([broken] * 4, 1),
+    ],
+)
+def test_the_exit_status_says_whether_trials_are_owed_or_none_is_valid_and_not_which_ended_how(
+    tmp_path, replied, answers, status
+):
+    left = iter(answers)
+    now = []
+
+    def answer(request):
+        if all(message["role"] != "assistant" for message in request["messages"]):
+            now.append(next(left))
+        return now[-1](request)
+
+    found = replied(answer, connections=1, retries=0, report=False)
+    trials = load(tmp_path / "s")
+    assert now == answers
+    assert sorted(trial.error is not None for trial in trials) == sorted(one != truthful for one in answers)
+    assert found == status
+    assert status or not any(trial.owed_again for trial in trials)
+
+
+@pytest.mark.parametrize(
+    ("answer", "at", "why"),
+    [
+        (nonsense, "reply", "no usable reply in 1 turn: joint: Field required"),
+        (refusing, "refusal", "refused: I cannot help with opening locks."),
+    ],
+)
+def test_without_a_valid_trial_the_run_says_how_to_play_them_anew_and_what_came_before_stays(
+    tmp_path, replied, capsys, answer, at, why
+):
+    for _ in range(2):
+        replied(answer)
+        expected = (
+            f"No valid trial: all ended as an error, the first at {at}: {why}; the same command with --again {at}"
+        )
+        assert f"{expected} plays them anew" in capsys.readouterr().out.splitlines()
+    before = records(tmp_path / "s")
+    status(tmp_path / "s")
+    told = capsys.readouterr().out
+    assert "trials      4 of 4 done, 0 owed, 0 solved" in told
+    assert f"errors      4 errors: {at} 4" in told
+    assert f"first at {at}: {why}" in told
+    replied(truthful, again={"reply": "refusal", "refusal": "reply"}[at])
+    assert "Owed anew: 0 trials" in capsys.readouterr().out
+    replied(truthful, again=at)
+    assert f"Owed anew: 4 trials that ended as an error at {at}; the earlier records stay" in capsys.readouterr().out
+    assert [(trial.ending, trial.replays) for trial in load(tmp_path / "s")] == [("solved", 1)] * 4
+    assert records(tmp_path / "s")[:4] == before
+    status(tmp_path / "s", json=True)
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["done"], facts["owed"]) == (4, 0)
+
+
+@pytest.mark.parametrize(("more", "line"), [({}, "again: got 'model'"), ({"estimate": True}, "no --estimate")])
+def test_what_cannot_be_owed_anew_is_refused(tmp_path, replied, more, line):
+    with pytest.raises(BadValue, match=line):
+        replied(truthful, again="model", **more)
 
 
 def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, capsys, monkeypatch):
