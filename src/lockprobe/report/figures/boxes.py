@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch
 
 from lockprobe.boxes.box import Joint, Lockbox
-from lockprobe.report.figures.drawing import TARGET, Dash, settable
-from lockprobe.report.figures.settings import FAINT, INK, own_settings
+from lockprobe.report.figures import own_settings
+from lockprobe.report.figures.drawing import FAINT, INK, TARGET, Dash, settable
 
 Point = tuple[float, float]
 

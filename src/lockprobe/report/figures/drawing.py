@@ -8,9 +8,6 @@ Nothing here touches global state.
 
 from __future__ import annotations
 
-from lockprobe.report.figures.settings import DPI, SMALL, own_settings  # isort: skip - it imports Matplotlib
-from lockprobe.report.figures import settings  # isort: skip
-
 import io
 import math
 import re
@@ -35,13 +32,14 @@ from matplotlib.transforms import Bbox, Transform, offset_copy
 
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.curve import placed
+from lockprobe.report.figures import DPI, SMALL, own_settings
 from lockprobe.report.prose import who
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Player
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.published import PEAK
 
-INK, FAINT = settings.INK, settings.FAINT
+INK, FAINT = "#222222", "#666666"
 
 Dash = str | tuple[int, tuple[float, ...]]
 
