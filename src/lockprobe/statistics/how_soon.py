@@ -35,6 +35,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.blocks import block_mean, blocks_of, rare_block
 from lockprobe.statistics.broken_trials import bounded, whatever_broke, worst
 from lockprobe.statistics.clustered import clustered_proportion
+from lockprobe.statistics.differences import DifferenceAt, each_difference
 from lockprobe.statistics.distributions import holm, student_tails
 from lockprobe.statistics.modalities import by_fidelity, fidelity
 from lockprobe.statistics.outcomes import Outcomes, joined
@@ -211,15 +212,16 @@ class ModalityEffect(NamedTuple):
         modalities: From low to high fidelity.
         trend: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), corrected for agents. Variants of a
             modality (``rgbd?depth=height``) have equal fidelity. None with one fidelity or too few clusters.
-        pairs: Every two modalities, the second of higher fidelity, and how soon the box is solved in it, corrected for
-            the pairs (Holm) and for agents.
+        pairs: Every two modalities, the second of higher fidelity: how soon the box is solved in it, corrected for the
+            pairs (Holm) and for agents, and its final success less that in the first, corrected for both (Bonferroni);
+            None without a trial of equal luck in both.
         agents: Number of agents that are judged together.
     """
 
     agent: str
     modalities: tuple[str, ...]
     trend: Hazard
-    pairs: tuple[tuple[str, str, Hazard], ...]
+    pairs: tuple[tuple[str, str, Hazard, DifferenceAt | None], ...]
     agents: int
 
 
@@ -239,11 +241,18 @@ def modality_effects(agents: Sequence[Course]) -> Iterator[ModalityEffect]:
         hazards = [solving(one.outcomes, two.outcomes) for one, two in pairs]
         tested = zip((trend, *hazards), (trend.p_value, *holm([one.p_value for one in hazards])), strict=True)
         trend, *hazards = (replace(of, p_value=None if p is None else min(1.0, together * p)) for of, p in tested)
+        final = [
+            next((found for _, found in each_difference(of, agents=together * len(pairs))), None)
+            for of in ((one.outcomes, two.outcomes) for one, two in pairs)
+        ]
         yield ModalityEffect(
             agent=own[0].agent,
             modalities=tuple(one.modality for one in own),
             trend=trend,
-            pairs=tuple((one.modality, two.modality, of) for (one, two), of in zip(pairs, hazards, strict=True)),
+            pairs=tuple(
+                (one.modality, two.modality, soon, gap)
+                for (one, two), soon, gap in zip(pairs, hazards, final, strict=True)
+            ),
             agents=together,
         )
 
