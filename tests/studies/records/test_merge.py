@@ -7,7 +7,7 @@ from builders import call_of, make_trial, play_study, small_study, write_study
 from stored import call_log, contents, records, rewrite, sql
 from taking_part import take_part
 
-from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
@@ -91,7 +91,7 @@ def test_another_model_under_the_same_name_is_refused(tmp_path):
     trials = [make_trial([0] * 20, facts={"model": "x", "runtime": name}, trial=i) for i, name in ((1, "a"), (2, "b"))]
     here = write_study(tmp_path / "here", only("random"), trials[:1])
     there = write_study(tmp_path / "there", only("random"), trials[1:])
-    with pytest.raises(SettingsChanged, match="random, runtime is 'a' there, 'b' asked"):
+    with pytest.raises(BadFile, match="random is not the same there"):
         gather(here, [there])
     assert len(load(here)) == 1
 

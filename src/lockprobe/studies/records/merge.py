@@ -135,7 +135,9 @@ def _take(
             trial = trial_in(store, reader, key, record)
             if trial.player:
                 check_outside(trial.player, PEOPLE)
-            journal.refuse(journal.known.note(trial))
+            for (who, name), (here, there) in journal.known.note(trial).items():
+                why = f"{who} is not the same there ({name} is {there!r}, {here!r} in {journal.directory})"
+                raise BadFile(source, f"0 trials taken: {why}; import it into another directory")
             if not journal.owes(key):
                 found.there += 1
                 found.different += journal.read(key) != trial
@@ -144,9 +146,9 @@ def _take(
                 log.write(key, "broke")
             rows = ((None, *row[1:]) for row in attempts.get(key, ()))
             writing.executemany("insert into attempt values (?, ?, ?, ?, ?, ?, ?, ?)", rows)
-            for there in (source / ALBUM / name for name in trial.picture_names):
-                if there.is_file():
-                    keep_picture(journal.directory / ALBUM, Picture(kind="rgb", png=read_input(there)))
+            for path in (source / ALBUM / name for name in trial.picture_names):
+                if path.is_file():
+                    keep_picture(journal.directory / ALBUM, Picture(kind="rgb", png=read_input(path)))
             journal.append(trial, seconds, record)
             taken.add(key)
         for (key,) in store.rows("select key from trial where current and owed"):
