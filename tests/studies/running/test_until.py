@@ -148,3 +148,8 @@ def test_trials_that_broke_are_played_again_before_the_next_look_as_long_as_othe
     assert broken_by_agent(down, broken[1:]) == broken_by_agent(planned, trials) == {}
     sizes = planned_now(down, broken), planned_now(planned, trials), planned_now(FIXED, trials)
     assert sizes == (8, len(trials), FIXED.size)
+    larger = replace(down, until=None, trials=9)
+    broken += [
+        replace(one, key=f"{one.key}0") for one in broken[:2]
+    ]  # as many as a run plays before it gives an agent up
+    assert (broken_by_agent(larger, broken), broken_by_agent(larger, broken[1:])) == ({down.agents[0]: 18}, {})
