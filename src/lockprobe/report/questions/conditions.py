@@ -148,7 +148,7 @@ def _answer(found: Results) -> str:
     """How many changes were detected, or between which shares all conditions of all agents lie."""
     shares = [row.value for row in found.where("success", of="") if row.value is not None and row.condition]
     changes, levels = _compared(found)
-    said = detected_said(changes, "changes from the control, one for each agent and condition,")
+    said = detected_said(changes, "changes from the control")
     others = [row for row in levels if row.axis not in READING_FACTORS]  # readings have a question of their own
     said = " ".join(filter(None, (said, detected_said(others, "differences between levels of an option"))))
     if said or not shares:
