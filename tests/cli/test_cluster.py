@@ -12,6 +12,9 @@ class Here:
 
     nodes = (("head", 0), ("one\x1b", 2))
 
+    def processors(self):
+        return 2
+
     def each(self, begin, jobs, *, at_once):
         work = begin()
         return ((job, work(job)) for job in jobs)
