@@ -77,7 +77,7 @@ def touching(figure):
 def course(agent, modality=STATES, *, found=None, cells=(), **player):
     """An agent over flip rates, without numbers unless cells are given."""
     player = Player(agent=agent, modality=modality, **{"subject": True, **player})
-    return Course(found=found, **player.named, axis="flip rate", name="flip rate", cells=tuple(cells))
+    return Course(found=found, own={}, **player.named, axis="flip rate", name="flip rate", cells=tuple(cells))
 
 
 def pictures(found):

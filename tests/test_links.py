@@ -20,7 +20,7 @@ STORE = ("study.json", "study.db", "study.db-wal", "study.db-shm", "study.db-jou
 
 WRITE = {
     "run": (["run", *SETTINGS, "--agent", "round-robin"], STORE),
-    "report": (["report"], ("report.html", "figures/box.svg", "figures")),
+    "report": (["report"], ("report.html", "figures/fig4.svg", "figures")),
     "branch": (["branch", "--at", "3"], ("forks", "forks/study.db", "forks/study.json")),
     "import": (["import"], ("study.json", "study.db", "people")),
     "serve": (["serve"], ("study.db", "people", "people/experiment.json")),

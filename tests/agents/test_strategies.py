@@ -173,7 +173,7 @@ def test_any_odd_report_frees_a_loop_breaker_which_forgets_and_draws_a_new_cycle
     ],
 )
 def test_the_ideal_observer_solves_the_papers_chain_when_told_the_truth(options, steps, by_80, last):
-    course = propagate(f"ideal-observer?{options}", listing="panel")
+    course = propagate(f"ideal-observer?{options}")
     assert course.steps == pytest.approx(steps)
     assert (course.by(0.8), course.by(1)) == (by_80, last)
 

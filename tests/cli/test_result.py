@@ -92,6 +92,6 @@ def test_where_every_trial_broke_nothing_but_what_mends_it_is_next(played, repla
     lines, _ = said_of(found.changed(rows=(*rows, broken), facts=(*found.facts, again)), directory)
     assert lines == [
         f"Answer: {found.answer}",
-        f"Next: the same command{command}  plays the broken trials again, when the cause is mended",
+        f"Next: the same command{command}  plays the broken trials again, when their cause is mended",
     ]
     assert len(said_of(found.changed(rows=(*found.rows, broken)), directory)[0]) > 3

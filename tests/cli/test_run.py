@@ -13,7 +13,7 @@ from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import BROKE, BUDGET_REACHED
 from lockprobe.cli.run import run
 from lockprobe.cli.status import status
-from lockprobe.foundation.errors import BadValue, Missing
+from lockprobe.foundation.errors import Missing
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.records.directory import read_study
@@ -236,36 +236,19 @@ def test_the_exit_status_says_whether_trials_are_owed_or_none_is_valid_and_not_w
         (refusing, "refusal", "refused: I cannot help with opening locks."),
     ],
 )
-def test_without_a_valid_trial_the_run_says_how_to_play_them_anew_and_what_came_before_stays(
+def test_without_a_valid_trial_the_run_says_why_and_plays_none_of_them_again(
     tmp_path, replied, capsys, answer, at, why
 ):
     for _ in range(2):
         replied(answer)
-        expected = (
-            f"No valid trial: all ended as an error, the first at {at}: {why}; the same command with --again {at}"
-        )
-        assert f"{expected} plays them anew" in capsys.readouterr().out.splitlines()
-    before = records(tmp_path / "s")
+        expected = f"No valid trial: all ended as an error, the first at {at}: {why}; when that is mended, another"
+        assert f"{expected} --out plays them anew" in capsys.readouterr().out.splitlines()
+    assert len(records(tmp_path / "s")) == 4
     status(tmp_path / "s")
     told = capsys.readouterr().out
     assert "trials      4 of 4 done, 0 owed, 0 solved" in told
     assert f"errors      4 errors: {at} 4" in told
     assert f"first at {at}: {why}" in told
-    replied(truthful, again={"reply": "refusal", "refusal": "reply"}[at])
-    assert "Owed anew: 0 trials" in capsys.readouterr().out
-    replied(truthful, again=at)
-    assert f"Owed anew: 4 trials that ended as an error at {at}; the earlier records stay" in capsys.readouterr().out
-    assert [(trial.ending, trial.replays) for trial in load(tmp_path / "s")] == [("solved", 1)] * 4
-    assert records(tmp_path / "s")[:4] == before
-    status(tmp_path / "s", json=True)
-    facts = json.loads(capsys.readouterr().out)
-    assert (facts["done"], facts["owed"]) == (4, 0)
-
-
-@pytest.mark.parametrize(("more", "line"), [({}, "again: got 'model'"), ({"estimate": True}, "no --estimate")])
-def test_what_cannot_be_owed_anew_is_refused(tmp_path, replied, more, line):
-    with pytest.raises(BadValue, match=line):
-        replied(truthful, again="model", **more)
 
 
 def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, capsys, monkeypatch):

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from lockprobe.cli.loops import _sequences
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import check_regular, is_there, parse_json, read_input
 
@@ -46,14 +45,3 @@ def test_what_takes_the_place_of_a_file_meanwhile_is_not_waited_for(pipe, monkey
 def test_json_that_is_none_or_too_deep_is_one_line(content):
     with pytest.raises(BadFile, match="^x: not JSON"):
         parse_json(content, Path("x"))
-
-
-def test_sequences_come_from_a_pipe_with_a_limit(monkeypatch):
-    reader, writer = os.pipe()
-    with os.fdopen(writer, "w") as file:
-        file.write("ABAB\n")
-    assert _sequences(f"/dev/fd/{reader}") == [(1, ("A", "B", "A", "B"))]
-    os.close(reader)
-    monkeypatch.setattr("lockprobe.cli.loops.LARGEST_INPUT", 1000)
-    with pytest.raises(BadFile, match="/dev/zero: larger than 1000 bytes"):
-        _sequences("/dev/zero")

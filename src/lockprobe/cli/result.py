@@ -66,10 +66,11 @@ def found(results: Results, directory: Path) -> Said:
     steps, primary = dict[str, str](), primary_lines(results)
     broken = [row for row in results.where("broken", condition="") if row.agent in results.subjects]
     if broken and {row.agent for row in results.where("success") if row.n}.isdisjoint(results.subjects):
-        of = [row.of for row in broken if results.fact(f"{row.agent}, broken at {row.of}", "will be replayed") == "no"]
-        again = " and then ".join(f"--again {boundary}" for boundary in dict.fromkeys(of))
-        mends, primary = f"the same command{f' with {again}' * bool(again)}", []
-        steps[mends] = "plays the broken trials again, when the cause is mended"
+        final = any(results.fact(f"{row.agent}, broken at {row.of}", "will be replayed") == "no" for row in broken)
+        steps[f"the same command{' with another --out' * final}"] = (
+            "plays the broken trials again, when their cause is mended"
+        )
+        primary = []
     elif trial := results.fact("trials", "first"):
         where, played = quote(str(directory)), [row for row in results.where("success") if row.n]
         steps[f"lockprobe replay {where} {quote(trial)}"] = "one trial, the truth beside what was told"
