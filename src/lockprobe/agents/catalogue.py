@@ -118,7 +118,9 @@ class AgentSource:
 
 
 def description(spec: str) -> str:
-    """The description of a shipped agent in one sentence; empty for hosted models, people and other agents.
+    """The description of a shipped agent in one sentence; empty for all others.
+
+    Others are models in files or hosted, characters with options, people and agents of other packages.
 
     >>> description("llm:local")
     'SmolLM2-135M-Instruct, a very small language model.'

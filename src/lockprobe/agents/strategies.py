@@ -4,8 +4,8 @@ The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorith
 *reconstructions*; ``docs/agents.md`` says what each reaches.
 
 Mechanisms may explain an agent: a softmax over a fading memory, a random map, and a loop breaker. They are models in
-the statistical sense: each gives every choice a probability, so that it can be played, and fitted to the trials of
-anyone (``examples/fit_policy.py``). All look at what is told, never at the truth.
+the statistical sense: each gives every choice a probability. The parameters of the first two can be fitted to the
+trials of anyone (``examples/fit_policy.py``). All look at what is told, never at the truth.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class Tried(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class HumanInspired(Policy[Tried]):
-    """After every perceived change try the target; never retry a failed joint until something has moved.
+    """Rules joints out by what it was told, spares some and takes one of the rest, by default the target first.
 
     1. With ``target="first"``: the target, unless it is ruled out.
     2. Else, at random or the nearest, a joint that is neither ruled out nor spared (with ``target="last"``: but the

@@ -4,7 +4,7 @@
 needs the right revolute, which is free. It has the four joints of the paper's box (Sec. 2.1: two prismatic in
 the middle, two revolute, the leftmost is the target), but the interlock is a *reconstruction*: the real one is
 not public. It is the serial chain of the only public code of this lineage, and the human-inspired strategy
-reproduces the paper's reference curve on it (80 % by step 9, all by step 20).
+meets the two points of the paper's reference curve on it (80 % by step 9, all by step 20).
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from lockprobe.foundation.spec import spec_kind, spec_name
 
 DEFAULT_BOX = "chain-4"
 _LARGEST_SEED = 10**9 - 1
+_DRAWN = re.compile(r"random-([0-9]{1,12})-([0-9]{1,12})")
 _EXPECTED = "a Lockbox, or a function that returns one"
 
 ALIKE = tuple(f"random-4-{seed}" for seed in (7, 8, 18, 21, 49, 70, 72, 81))
@@ -54,7 +55,7 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
         return read_box(Path(asked))
     allow(asked)  # who asks names it: the box of a study on disk is data
     name = spec_name(asked)
-    if name in STRUCTURES or name.startswith("random-") or (plugin := find_plugin("box", asked)) is None:
+    if name in STRUCTURES or _DRAWN.fullmatch(name) or (plugin := find_plugin("box", asked)) is None:
         return box(asked)
     found = plugin.make(is_one=lambda one: isinstance(one, Lockbox) or is_own_function(one), expected=_EXPECTED)
     if not isinstance(found, Lockbox):
@@ -68,7 +69,7 @@ def box(name: str = DEFAULT_BOX) -> Lockbox:
     """A box by name; ``random-N-SEED``, such as ``random-5-17``, has N joints and an interlock drawn from the seed."""
     if name in STRUCTURES:
         return STRUCTURES[name]()
-    drawn = re.fullmatch(r"random-([0-9]{1,12})-([0-9]{1,12})", name)
+    drawn = _DRAWN.fullmatch(name)
     if drawn is None:
         raise UnknownName("box", name, [*STRUCTURES, "random-N-SEED", *plugin_names("box")])
     joints, seed = int(drawn[1]), int(drawn[2])

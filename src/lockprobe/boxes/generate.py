@@ -28,8 +28,8 @@ class Recipe:
 
     Attributes:
         family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
-        dealt: Whether places, kinds and names are assigned to the joints at random, so that they do not reveal the
-            interlock.
+        dealt: Whether kinds and names are assigned at random, and places too unless the layout is ``misleading``, so
+            that they do not reveal the interlock.
         shortest: Least allowed optimum, steps, from 1.
         seed: From 0, below 2**31. Interlock and layout have separate streams.
     """

@@ -37,7 +37,7 @@ COMMANDS = {
     "chance": ("loops", "chance", "Compute the chance level of an action loop."),
     "power": ("power", "power", "Find how many trials a given effect needs."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
-    "box": ("box", "app", "List, show, check, solve and generate boxes."),
+    "box": ("box", "app", "List, show, check and generate boxes."),
     "list": ("list_", "app", "List agents, plants, interventions, models or measures."),
     "doctor": ("doctor", "doctor", "Check what works on this machine, or with a model."),
 }

@@ -63,7 +63,9 @@ def take(
     if json:
         print(json_.dumps({**asdict(gathered), "participants": len(coming)}))
         return
-    said = [f"{gathered.taken} trials imported, {gathered.there} already there, {gathered.unfinished} unfinished."]
+    said = [
+        f"{count(gathered.taken, 'trial')} imported, {gathered.there} already there, {gathered.unfinished} unfinished."
+    ]
     said += [
         f"{number} {what}"
         for number, what in (

@@ -32,7 +32,7 @@ _EACH = options.with_brackets(options.TRIALS_EACH, "any number; else at most N e
 
 @with_study_options(without=("agent", "boxes"))
 def mcp(
-    what: Annotated[str, typer.Argument(metavar="flips|modalities|why|FILE.toml", help="The study.")],
+    what: Annotated[str, typer.Argument(metavar="flips|modalities|why|looks|FILE.toml", help="The study.")],
     asked: Mapping[str, object],
     agent_name: Annotated[str, typer.Option(metavar="NAME", help=_NAME)] = "agent",
     out: Annotated[Path | None, typer.Option(metavar="DIR", help=_OUT)] = None,

@@ -1,4 +1,4 @@
-"""The options that several commands share: each is declared here once, so they spell and explain it in one way.
+"""Options that are not those of a study, and words for them, so that commands spell and explain them in one way.
 
 What a command says of an option in brackets, the default or what it means there, may differ. The options that describe
 a study are those of :class:`lockprobe.studies.options.study_options.StudyOptions`; see ``lockprobe.cli.study_options``.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import json as jsonlib
+import json as json_
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -131,7 +131,7 @@ def serve(
         preview, address = f"{where.url}?{PREVIEW}={state.preview}", where.url + "?" * bool(parts) + "&".join(parts)
         if json:
             said = {"url": where.url, "study_url": address, "preview_url": preview, "directory": str(directory)}
-            print(jsonlib.dumps(said), flush=True)
+            print(json_.dumps(said), flush=True)
             return
         size, each = planned.size // len(planned.agents), boxes_each(planned, experiment)
         print(f"{planned.name} on {planned.boxes_in_words} for people: {size} trials, {each} for each person")

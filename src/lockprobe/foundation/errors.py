@@ -129,12 +129,12 @@ class Missing(UserMistake):
         super().__init__(f"{what}: {advice(remedy)}")
 
 
-class AgentsGivenUp(Missing):
+class AgentsGivenUp(UserMistake):
     """The end of a run that gave agents up and played the others: agent -> the mistake that ended its trials."""
 
     def __init__(self, why: Mapping[str, UserMistake]) -> None:
         remedy = "nothing finished is lost; run the same command again when that is mended"
-        super().__init__("; ".join(map(str, why.values())), remedy)
+        super().__init__(f"{'; '.join(map(str, why.values()))}: {remedy}")
         self.why = dict(why)
 
 

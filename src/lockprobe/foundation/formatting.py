@@ -48,7 +48,7 @@ def end_of(value: float, form: str = "{:+.0f}", scale: float = 100) -> str:
     return minus(f"{scale * value:+.1g}" if hidden else said)
 
 
-def p_value(value: float | None, letter: str = "P") -> str:
+def p_value(value: float | None) -> str:
     """A P value; the capital letter tells it from a flip rate.
 
     >>> p_value(0.0004), p_value(0.84), p_value(None)
@@ -56,7 +56,7 @@ def p_value(value: float | None, letter: str = "P") -> str:
     """
     if value is None:
         return "not tested"
-    return f"{letter} < 0.001" if value < 0.001 else f"{letter} = {p_cell(value)}"
+    return "P < 0.001" if value < 0.001 else f"P = {p_cell(value)}"
 
 
 def p_cell(value: float | None) -> str:
@@ -81,16 +81,6 @@ def minus(text: str) -> str:
     return re.sub(r"(?<![A-Za-z])-|-(?![A-Za-z])", "\N{MINUS SIGN}", text)
 
 
-def change(value: float, low: float | None, high: float | None) -> str:
-    """A difference of shares in points, with its 95 % interval where that is known.
-
-    >>> change(0.15, 0.1, 0.2), change(0.15, None, None)
-    ('+15 points, 95 % interval +10 to +20', '+15 points')
-    """
-    said = "" if low is None or high is None else f", 95 % interval {end_of(low)} to {end_of(high)}"
-    return f"{points(value)} points{said}"
-
-
 def bracketed(
     value: float | None, low: float | None, high: float | None, form: str = "{:+.0f}", scale: float = 100
 ) -> str:
@@ -107,13 +97,13 @@ def bracketed(
     return said
 
 
-def range_of(low: float, high: float, digits: int = 0) -> str:
+def range_of(low: float, high: float) -> str:
     """Two shares and what lies between them.
 
     >>> range_of(0.54, 0.67)
     '54 to 67 %'
     """
-    return f"{100 * low:.{digits}f} to {percent(high, digits)}"
+    return f"{100 * low:.0f} to {percent(high)}"
 
 
 def first_three(parts: Iterable[str], between: str = ", ") -> str:

@@ -1,7 +1,7 @@
 """Plug-ins: additions of other packages by entry points, and classes that a user names as ``python:module:Name``.
 
-A package adds an agent, a plant, a box, an intervention, a measure or a command by an entry point in the group of that
-kind (:data:`GROUPS`); the entry point's name is the spec's.
+A package adds an agent, a plant, a box, an intervention or a measure by an entry point in the group of that kind
+(:data:`GROUPS`); the entry point's name is the spec's. Commands and tools are those of lockprobe-robot alone.
 ``python:module:Name?option=value`` names a class or a function directly. Nothing is imported before it is used. An
 error in it becomes one line that names the package.
 
@@ -237,8 +237,10 @@ def listed_plugins(
             continue
         package = " and ".join(sorted({one.package for one in those}))
         try:
-            if name in own or (plugin := find_plugin(kind, name)) is None:
+            if name in own:
                 raise BadValue(kind, name, "a different name: Lockprobe itself uses this one")
+            plugin = find_plugin(kind, name)
+            assert plugin is not None  # one of those that were found
             check(name, found := plugin.load())
             rows.append(Listed(name, package, first_line(found), found))
         except UserMistake as mistake:

@@ -2,8 +2,8 @@
 
 A client plays the trials one after another, one call at a time. It starts the server, which ends with it. Every attempt
 is on disk before its report leaves (:mod:`lockprobe.studies.records.attempt_log`). A client that goes away leaves its
-trial where it is: whoever begins next goes on with it. A refused call changes nothing, and is a result that the model
-reads, marked as an error. The instruction is the one that language models get, but for how to reply. The end of a trial
+trial where it is: whoever begins next goes on with it. A refused call is a result that the model reads, marked as an
+error. The instruction is the one that language models get, but for how to reply. The end of a trial
 says neither whether the box opened nor what the last report was, because agents that chat are told neither. Results
 hold text and pictures and no structured content: some clients show a model that in place of the text.
 """
@@ -89,7 +89,7 @@ _log = logging.getLogger(__name__)
 
 
 class CallRefused(LockprobeError):
-    """A refused call, which changed nothing. The client reads the message."""
+    """A refused call. The client reads the message, which says what became of it."""
 
 
 class ToolSession:
@@ -192,7 +192,8 @@ class ToolSession:
             return await (self._observe(facts) if tool == "observe" else self._attempt(texts))
         except (BadFile, BadValue) as error:  # said without the path
             _log.error("%s", error)  # for whoever started the server
-            raise CallRefused("The server cannot write or read its records, so this call did nothing.") from error
+            said = "The server cannot write or read its records. Call observe to see where the trial stands."
+            raise CallRefused(said) from error
         finally:
             await asyncio.sleep(TOGETHER)
             self._busy = False
@@ -217,7 +218,7 @@ class ToolSession:
                 raise CallRefused(f"No trial is left{left}. There is nothing more to do.")
             # the one left unfinished by the last client or server, or the first
             plan = next((plan for plan in playable if plan.key in self._log.times_begun), playable[0])
-            resumed = self._log.times_begun[plan.key]
+            resumed, begun = self._log.times_begun[plan.key], self._begun
             if self._most is not None and self._begun >= self._most and not resumed:
                 raise CallRefused(f"This session has played its trials ({self._most}). Start the server anew for more.")
             if not resumed or not self._begun:
@@ -236,6 +237,7 @@ class ToolSession:
             try:
                 self._log.write(plan.key, "begun")
             except BadFile:
+                self._begun = begun  # nobody was shown it
                 await self._let_go()
                 raise
         assert self._trial.situation is not None

@@ -131,9 +131,9 @@ def _of_robot(plant: str) -> Plugin:
     return robot_plugin("plant source", plant, f"the plant {plant} needs")
 
 
-def plant_of(plan: Plan, labels: tuple[str, ...]) -> Plant:
-    """The plant of one trial; ``labels`` are those of its joints, in panel order."""
-    return resolve_plant(plan.plant).make(plan.box, labels, plan.luck.physics())
+def plant_of(plan: Plan) -> Plant:
+    """The plant of one trial."""
+    return resolve_plant(plan.plant).make(plan.box, plan.names.labels, plan.luck.physics())
 
 
 def resolve_plant(spec: str | Spec) -> PlantSource:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from lockprobe.foundation.formatting import capital, listed, p_cell, percent, points
+from lockprobe.foundation.formatting import capital, listed, p_value, percent, points
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.curve import MOST
@@ -168,7 +168,7 @@ def said_lines(lines: Iterable[Line]) -> list[str]:
     for line in lines:
         first, second, change = map(entry_text, (line.first, line.second, line.change))
         shares = f"{first} {line.control}" + f", {second} {line.under}" * bool(line.second)
-        tested = f"{change} points, P = {p_cell(line.change.p_value)}" if line.change else ""
+        tested = f"{change} points, {p_value(line.change.p_value)}" if line.change else ""
         rows.append((line.label, shares, tested, line.verdict))
     wide = [max(map(len, column)) for column in zip(*rows, strict=True)] if rows else []
     return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, wide, strict=True)).rstrip() for row in rows]

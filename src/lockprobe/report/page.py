@@ -53,7 +53,7 @@ def write_report(
 ) -> Path:
     """Write ``results.json``, ``figures/``, ``tables/``, and the page into a study directory.
 
-    Every file is replaced in one step, ``report.html`` last. Figures of an earlier report that this one has not go. No
+    Every file is replaced in one step, ``report.html`` last. Figures of fixed names that this report has not go. No
     single section can keep the report from being written: one that cannot be made is left out and named, with its
     reason, on the page and in ``results.json``.
 

@@ -19,7 +19,7 @@ from lockprobe.foundation.left_out import section
 from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.foundation.storage.atomic_file import make_directory, write_file
 from lockprobe.report.format import entry_text, tex_text
-from lockprobe.report.page import tables_of
+from lockprobe.report.page import figures_of, parts_of, tables_of
 from lockprobe.report.prose import false_reports, interval_kind
 from lockprobe.report.questions import all_sections
 from lockprobe.report.rows import Condition, Results
@@ -69,7 +69,8 @@ def paper_files(found: Results) -> Iterator[tuple[str, str | bytes]]:
     from lockprobe.report.figures.drawing import render
 
     shown = list[str]()
-    for figure in (figure for one in all_sections() for figure in one.figures if figure.applies(found)):
+    every = [*(figure for one in all_sections() for figure in one.figures), *figures_of(parts_of(found))]
+    for figure in {one.name: one for one in every if one.applies(found)}.values():
         made = section(f"Figure {figure.name}", partial(figure.draw, found), lambda: None)
         if made is None:
             continue

@@ -82,4 +82,4 @@ def _breakable(name: str) -> Any:
 
 def _small(value: float | None) -> str:
     """A P value as a page prints it."""
-    return "< 0.001" if value is not None and float(f"{value:.2g}") < 0.001 else p_cell(value)
+    return "< 0.001" if value is not None and value < 0.001 else p_cell(value)

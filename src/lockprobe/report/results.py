@@ -16,6 +16,7 @@ from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.rows import Condition, Design, DoseAxis, Estimate, Player, Progress, Results, Row
 from lockprobe.statistics.design import FLIPS
+from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.read_records import in_order, results_hash
 from lockprobe.studies.study import settings_of
@@ -57,7 +58,7 @@ def _at_every_look(row: Row) -> Row:
     Success and its differences hold at every look where a study is unfinished, was extended or stops when it is
     decided.
     """
-    if not isinstance(row, Estimate) or row.p_value is None or "e-process" in row.test:
+    if not isinstance(row, Estimate) or row.p_value is None or E_PROCESS in row.test:
         return row
     return row.model_copy(update={"p_value": None, "test": "", "note": "; ".join(filter(None, (row.note, _ONE_LOOK)))})
 
@@ -93,9 +94,8 @@ def _design(numbers: OpenedStudy) -> Design:
 
 
 def with_left_out(found: Results, left_out: Sequence[LeftOutSection]) -> Results:
-    """The results with the sections that could not be made; no answer stands where its numbers are among them."""
-    found = found.changed(sections_left_out=tuple(left_out))
-    return found.changed(answer=answer_of(found)) if left_out else found
+    """The results with the sections that could not be made."""
+    return found.changed(sections_left_out=tuple(left_out))
 
 
 def results(directory: Path | str) -> Results:

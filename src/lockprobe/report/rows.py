@@ -489,21 +489,18 @@ class Results(Part):
     def courses(self, axis: DoseAxis | None = None) -> list[Course]:
         """Every agent over the doses of an axis, ascending; over flip rates without one."""
         found, known = [], {(one.agent, one.condition): one for one in self.cells}
-        of_flips = axis is None or (not axis.players and axis.axis.kind == FLIPS.kind)
-        other = None if of_flips else axis
-        for player in other.players if other else self.design.players:
-            if other:
+        for player in axis.players if axis else self.design.players:
+            if axis:
                 cells = [
                     replace(known[player.agent, of], dose=dose)
-                    for of, dose in other.doses.items()
+                    for of, dose in axis.doses.items()
                     if (player.agent, of) in known and dose in (player.doses or (dose,))  # what changed nothing is out
                 ]
             else:
                 of = player.agent, player.modality
                 cells = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]
                 cells = sorted(cells, key=lambda one: one.p or 0.0)
-                cells = cells if axis is None or player.modality == axis.modality else []
-            key, name = (other.key, other.name) if other else (FLIPS.name, FLIPS.name)
+            key, name = (axis.key, axis.name) if axis else (FLIPS.name, FLIPS.name)
             own = {"agent": player.agent, "modality": player.modality, "axis": key, "condition": "", "versus": ""}
             view: dict[str, Any] = player.named | {"found": self, "own": own, "axis": key, "name": name}
             if cells:

@@ -29,7 +29,7 @@ from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.conditions import blind
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of, told_by
 from lockprobe.interventions.words import Tell, TextChannel
-from lockprobe.statistics.loops import onset
+from lockprobe.statistics.loops import onset_batch
 from lockprobe.studies.modality import shown
 from lockprobe.trial.luck import numbers
 from lockprobe.trial.plan import drawn_orders, orders_of_study
@@ -236,8 +236,8 @@ class Population:
 
     def loops(self) -> NDArray[np.bool_]:
         """Whether each trial holds an action loop."""
-        played = (row[:steps].tolist() for row, steps in zip(self.actions, self.steps, strict=True))
-        return np.array([onset(actions) > 0 for actions in played])
+        onsets = onset_batch(self.actions)
+        return (onsets > 0) & (onsets <= self.steps)
 
 
 def population(

@@ -71,7 +71,7 @@ class Needed:
         measured: The power at every measured size, ascending.
         needed: Where it first reaches the target, interpolated in the logarithm of sizes; None if it does nowhere.
         low: Lower end of its 95 % interval: where the upper ends of power's Wilson intervals reach the target; None if
-            they do at the smallest size.
+            they do at the smallest size, or nowhere (``needed`` is then None too).
         high: Upper end: where the lower ends reach it; None if they do not.
     """
 
@@ -119,7 +119,7 @@ def power(
         studies: Studies of each effect and size.
         seed: Seed of everything.
         workers: The pool of processes; their number changes nothing.
-        progress: Called with the number of studies done, and of all.
+        progress: Called with the number of batches of at most ten studies done, and of all.
 
     Returns:
         For each effect, what is detected -> the size that this needs.

@@ -52,7 +52,7 @@ class Effect(NamedTuple):
     Attributes:
         corrected_for: How many differences are judged together: conditions, agents and further groups of conditions.
         family: What these are.
-        axis: The option whose levels the two conditions are; empty for other conditions.
+        factor: The option whose levels the two conditions are; empty for other conditions.
     """
 
     agent: str
@@ -61,7 +61,7 @@ class Effect(NamedTuple):
     difference: DifferenceAt
     corrected_for: int
     family: str
-    axis: str = ""
+    factor: str = ""
 
 
 def declared(
@@ -145,22 +145,21 @@ def acting(cells: Cells, design: Design, *, wholly: bool = False) -> Cells:
 def effects(cells: Cells, design: Design) -> Iterator[Effect]:
     """Every condition against the first of its group, in each family of the design.
 
-    Of an axis, such as what becomes of a false report, an agent that plays alike under all levels is compared with
+    Of a factor, such as what becomes of a false report, an agent that plays alike under all levels is compared with
     nothing.
     """
     cells = acting(cells, design)
     for family in design.families:
-        heeding = _heeding(cells, design, family)
+        heeding, option = _heeding(cells, design, family), family.name.partition(LEVELS)[2]
         sizes = Counter(is_baseline(design.spec_of(agent)) for agent in {agent for agent, _ in heeding})
         for agent, group in product(design.agents, family.groups):
-            option = family.name.partition(LEVELS)[2]
             if (agent, group[0]) not in cells or (option and (agent, group) not in heeding):
                 continue
             agents = max(1, sizes[is_baseline(design.spec_of(agent))]) * len(family.groups)
             names = [label for label in group if (agent, label) in cells]
             tested = each_difference([cells[agent, name].outcomes for name in names], agents=agents)
+            many = len(tested) * agents
             for place, one in tested:
-                many = len(tested) * agents
                 yield Effect(agent, group[0], names[place], one, many, family.name, option)
 
 
@@ -185,8 +184,8 @@ def interactions(cells: Cells, design: Design) -> Iterator[tuple[str, Crossed, D
     sizes = Counter(
         (of.modality, is_baseline(design.spec_of(agent)))
         for of in design.families
-        for agent, _ in _heeding(cells, design, of)
         if of.name == CONDITIONS
+        for agent, _ in _heeding(cells, design, of)
     )
 
     def found_in(agent: str, crossed: Crossed, choices: int = 1) -> Difference | None:

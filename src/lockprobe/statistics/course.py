@@ -245,7 +245,7 @@ def courses(
         found.append(
             Course(
                 agent=agent, modality=modality, cells=there, doses=doses, axis=axis, key=key, several=several,
-                beside=found,
+                beside=found,  # complete once all courses are made
             )
         )  # fmt: skip
     return tuple(found)

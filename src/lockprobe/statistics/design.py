@@ -377,7 +377,7 @@ class Design:
     def against_controls(self) -> tuple[Family, ...]:
         """The conditions of each modality by the families of their contrasts with its control.
 
-        Flip rates, every other dose whose lowest level is the control, all other conditions, and in the first modality
+        Flip rates, every other dose of which the control is a level, all other conditions, and in the first modality
         the controls of the others.
         """
         found = list[Family]()
@@ -388,7 +388,10 @@ class Design:
             axes += [one for one in self.series if one.modality == modality and control in one.doses]
             on_axes = {control}.union(*(one.doses for one in axes))
             rest = [arm.label for arm in own if arm.label not in on_axes]
-            found += [Family(one.name, (tuple({control: 0, **one.doses}),), modality, one) for one in axes]
+            found += [
+                Family(one.name, ((control, *(label for label in one.doses if label != control)),), modality, one)
+                for one in axes
+            ]
             found.append(Family(CONDITIONS, ((control, *rest),), modality))
             found.append(Family(CONTROLS, ((control, *others),), modality))
         return tuple(found)

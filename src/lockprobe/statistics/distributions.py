@@ -63,7 +63,7 @@ def student_tails(value: float, freedom: float) -> float:
 def root(of: Callable[[float], float], low: float, high: float) -> float:
     """Where a continuous function that has two signs at the ends is 0, by Ridders' method (1979).
 
-    ``scipy.optimize.brentq`` gives the same; to import it takes a second.
+    ``scipy.optimize.brentq`` gives the same.
 
     >>> round(root(lambda x: x**3 - 2, 0, 2) ** 3, 12)
     2.0

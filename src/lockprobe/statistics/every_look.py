@@ -79,7 +79,7 @@ def looks(numbers: int) -> NDArray[np.int64]:
 
 
 def log_wealth(values: ArrayLike, mean: float, *, low: float = 0.0, high: float = 1.0, side: Side = "both") -> Array:
-    """The logarithm of the e-process against a mean, after each number; if it holds, ever log(20) in 1 of 20 at most.
+    """The logarithm of the e-process against a mean, after each number; a true one ever meets log(20) 1 time in 20.
 
     Args:
         values: The numbers in the order in which they were drawn, each in [low, high], shape (numbers,).

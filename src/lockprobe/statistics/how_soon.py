@@ -133,7 +133,7 @@ class Hazard:
         total: Observed minus expected events with the feature.
         error: Its standard error between clusters of luck.
         p_value: Two-sided, of Student's t over clusters: 1 if all trials are alike, None with six clusters or fewer,
-            where the statistic, which never exceeds their number, could never reject.
+            where the statistic, which never exceeds the square root of their number, could never reject.
         value: Of two groups the hazard of the second over that of the first; None where undefined.
     """
 
@@ -211,7 +211,7 @@ class ModalityEffect(NamedTuple):
     Attributes:
         modalities: From low to high fidelity.
         trend: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), corrected for agents. Variants of a
-            modality (``rgbd?depth=height``) have equal fidelity. None with one fidelity or too few clusters.
+            modality (``rgbd?depth=height``) have equal fidelity. Without P value with one fidelity or too few clusters.
         pairs: Every two modalities, the second of higher fidelity: how soon the box is solved in it, corrected for the
             pairs (Holm) and for agents, and its final success less that in the first, corrected for both (Bonferroni);
             None without a trial of equal luck in both.

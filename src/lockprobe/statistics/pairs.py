@@ -83,9 +83,9 @@ def paired(first: Flags, second: Flags, box: Labels = ONE_BOX, *, choices: int =
     half = -NormalDist().inv_cdf(tail / 2) * error
     ends, tests = [(middle - half, middle + half)], [2 * NormalDist().cdf(-abs(middle) / error)]
 
-    def few_differ(first: int, second: int, all_: int) -> None:
-        ends.append(score_interval(first, second, all_, 1 - tail))
-        tests.append(2 * NormalDist().cdf(-abs(float(score(first, second, all_, 0.0)))))
+    def few_differ(losses: int, gains: int, of: int) -> None:
+        ends.append(score_interval(losses, gains, of, 1 - tail))
+        tests.append(2 * NormalDist().cdf(-abs(float(score(losses, gains, of, 0.0)))))
 
     one, two = int(lost.sum()), int(gained.sum())
     if n and one + two <= FEW:

@@ -54,10 +54,10 @@ def trend(points: Sequence[Point], quantity: Quantity, draws: Array) -> dict[str
     y = np.array([getattr(point, quantity) for point in points], dtype=np.float64)
     if len(set(x.tolist())) < 3:
         return None
-    grid, fit = np.linspace(x.min(), x.max(), _GRID), np.linalg.pinv(np.vander(x, 3, increasing=True))
-    basis = np.vander(grid, 3, increasing=True)
+    at, fit = np.linspace(x.min(), x.max(), _GRID), np.linalg.pinv(np.vander(x, 3, increasing=True))
+    basis = np.vander(at, 3, increasing=True)
     low, high = np.percentile(draws @ fit.T @ basis.T, [2.5, 97.5], axis=0) if len(draws) else ((), ())
-    lines = {"x": grid, "value": basis @ (fit @ y), "low": low, "high": high}
+    lines = {"x": at, "value": basis @ (fit @ y), "low": low, "high": high}
     return {name: tuple(map(float, line)) for name, line in lines.items()}
 
 

@@ -169,7 +169,7 @@ def branching(
 def play_forks(
     asked: Branching, journal: Journal, *, limits: Limits | None = None, observer: Observer | None = None
 ) -> None:
-    """Play the forks that ``journal``, in the directory :data:`FORKS`, owes; as :func:`lockprobe.studies.running.run`.
+    """Play the forks that ``journal``, in the directory :data:`FORKS`, owes, as a study is run.
 
     Calls that are recorded in the study are not made again.
     """

@@ -76,11 +76,13 @@ class Family:
         questions: The questions.
         choices: For how many such families their levels are corrected (Bonferroni).
         after: Name of a question that must be an effect for these to matter; empty if they always do.
+        modality: That of their arms, in which that question is asked; empty if none is asked first.
     """
 
     questions: tuple[Question, ...]
     choices: float
     after: str = ""
+    modality: str = ""
 
 
 Finished = Trial | OnRecord
@@ -140,8 +142,11 @@ def decisions(families: Iterable[Family], outcomes: Outcomes, until: Until) -> t
             tried.append(at_every_look(by_block, agents=family.choices, margin=until.margin))
         for question, *courses in zip(family.questions, *tried, strict=True):
             found.append((family, _decided(question, courses, until)))
-    every = {one.question.name: one for _, one in found}
-    return tuple(_settled(one, every, family.after) if family.after else one for family, one in found)
+    every = {
+        modality: {one.question.name: one for _, one in of}
+        for modality, of in grouped(found, lambda pair: pair[0].modality).items()
+    }
+    return tuple(_settled(one, every[family.modality], family.after) if family.after else one for family, one in found)
 
 
 def _decided(question: Question, courses: Sequence[AtEveryLook], until: Until) -> Decision:
@@ -235,7 +240,9 @@ def families(study: Study, agent: str) -> tuple[Family, ...]:
     for of in asked:
         if (total := of[0]).name == "total":  # at the usual level, and each contrast of arms at its own
             each = many * ALPHA / PART
-            found += [Family((total,), many), *(Family((one,), each, after=total.name) for one in of[1:])]
+            shown = study.labelled(total.terms[0][0]).modality
+            found.append(Family((total,), many, modality=shown))
+            found += [Family((one,), each, after=total.name, modality=shown) for one in of[1:]]
         else:
             found.append(Family(of, many))
     return tuple(found)

@@ -65,7 +65,7 @@ class Until:
     Attributes:
         rule: ``decided``: every difference is shown to be an effect, or to be smaller than ``points``. ``width``: the
             interval of every difference reaches at most ``points`` to either side.
-        points: As a difference of shares, (0, 0.5]. The default of the margin is a convention.
+        points: As a difference of shares, [0.01, 0.5]. The default of the margin is a convention.
     """
 
     __pydantic_config__ = AS_WRITTEN
@@ -487,10 +487,14 @@ def _check_sizes(study: Study) -> None:
     for before in study.earlier:
         for name in ("repetitions", "trials"):
             check_whole(f"{name} of an earlier plan", getattr(before, name), 1, getattr(study, name))
+        if before.strategy_trials is not None:
+            check_whole("strategy_trials of an earlier plan", before.strategy_trials, 1, LIMITS["strategy_trials"])
 
 
 def _check_conditions(study: Study, labels: Sequence[str]) -> None:
     """Refuse what people cannot play and no curve can be fitted to, and unknown labels."""
+    if unknown := [label for label in study.strategy_conditions if label not in labels]:
+        raise UnknownName("condition that strategies alone play", unknown[0], labels)
     for name, contrast in study.contrasts.items():
         known = [*contrast.of, *contrast.minus]
         if unknown := [label for label in known if label not in labels]:

@@ -228,7 +228,7 @@ class Condition:
 
     @property
     def p(self) -> float | None:
-        """The flip rate, [0, 1], if nothing but flips acts, 0 for the truth; else None."""
+        """The flip rate, [0, 1], if one plain flip acts alone, 0 for the truth; else None."""
         return flip_rate(self.specs, self.modality, self.doses)
 
     @property

@@ -48,7 +48,7 @@ def without_doses(spec: Spec, options: Sequence[str]) -> Spec:
 
 
 def flip_rate(specs: tuple[str, ...], modality: str, doses: Mapping[str, float]) -> float | None:
-    """The flip rate (paper, Sec. 3.2), [0, 1], if nothing but plain flips acts, 0 under the truth; else None.
+    """The flip rate (paper, Sec. 3.2), [0, 1], if one plain flip acts alone, 0 under the truth; else None.
 
     Reports from a source that can be wrong (:mod:`lockprobe.trial.source`) are not the truth.
     """

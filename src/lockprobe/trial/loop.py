@@ -224,7 +224,7 @@ class _Loop:
         self._opening_sensed: Mapping[str, Fact] = {}
         self._plan, self._plant, self._agent, self._keep, self._at = plan, plant, agent, keep, place
         self._places, self._names, self._task, self._luck = places, plan.names, plan.names.task, plan.luck
-        self._ours = type(agent).__module__.startswith("lockprobe")
+        self._ours = type(agent).__module__.startswith("lockprobe.")
         self._unsaid = Briefing(hypothesis=plan.hypothesis)
         self._source = source_of(plan.condition.modality)
         self._said: Snapshot | None = None  # by the source, last

@@ -102,7 +102,7 @@ def own_line(frames: Iterable[tuple[FrameType, int]]) -> str:
     found = ""
     for frame, line in frames:
         module, file = str(frame.f_globals.get("__name__")), frame.f_code.co_filename
-        if not (module.startswith("lockprobe") or file.startswith(("<frozen", *installed))):
+        if not (module.startswith(("lockprobe.", "lockprobe_robot.")) or file.startswith(("<frozen", *installed))):
             found = f"{PurePath(file).name}, line {line}"
     return found
 

@@ -129,7 +129,7 @@ class Percept:
     look: Callable[..., Frame] | None = field(default=None, compare=False, repr=False)
 
     def but(self, **changes: Any) -> Percept:
-        """The percept with other facts, as ``replace`` gives it in three times as long: every report is changed so."""
+        """As ``replace``, in a third of the time: for flips and words, which change the reports of most studies."""
         return Percept(**{name: getattr(self, name) for name in _OF_PERCEPTS} | changes)
 
 
@@ -425,7 +425,7 @@ class Trial:
 
     @property
     def p(self) -> float | None:
-        """The flip rate, [0, 1], if nothing but flips acted, 0 under the truth; else None."""
+        """The flip rate, [0, 1], if one plain flip acted alone, 0 under the truth; else None."""
         return flip_rate(self.specs, self.modality, self.doses)
 
     @property

@@ -1,1 +1,1 @@
-"""Files on disk: atomic replacement, append-only JSON lines with checksums."""
+"""Files on disk: atomic replacement, and one SQLite file with one writer."""

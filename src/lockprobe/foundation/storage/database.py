@@ -9,6 +9,7 @@ A file from elsewhere runs nothing: its tables, indices and triggers must be tho
 
 from __future__ import annotations
 
+import errno
 import os
 import sqlite3
 import threading
@@ -266,7 +267,7 @@ def _said(path: Path) -> Iterator[None]:
         if code == sqlite3.SQLITE_BUSY:
             raise BadFile(path, f"another program holds it ({error})") from error
         done = "read" if code == sqlite3.SQLITE_CANTOPEN else "written"
-        why = os.strerror(28) if code == sqlite3.SQLITE_FULL else str(error)
+        why = os.strerror(errno.ENOSPC) if code == sqlite3.SQLITE_FULL else str(error)
         raise BadFile(path, f"cannot be {done} ({why})") from error
 
 

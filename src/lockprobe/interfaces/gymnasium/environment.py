@@ -226,7 +226,7 @@ class HeldEpisode:
         self.finished: Trial | None = None
         self._settings, self._key, self._open, plan = settings, key, ExitStack(), settings.plan(key)
         with PLANT:
-            plant = plant_of(plan, plan.names.labels)
+            plant = plant_of(plan)
         self._open.callback(plant.close)
         self._loop = play(plan, plant=plant, interventions=(*settings.chain, self), agent=self)
         self._open.callback(self._loop.close)

@@ -1,9 +1,9 @@
 """What figures are drawn with: looks of agents, axes, titles, numbers with intervals, curves, panels, and files.
 
-Sizes are those of print: a panel is one column (3.5 inches) wide and no text is smaller than 9 points. What is computed
-without a trial is grey, dotted or dashed, without any marker. An agent has one colour and one mark in all figures of a
-study, for each way in which it is shown the box; thick lines and filled markers are agents that the study is about.
-Nothing here touches global state.
+Sizes are those of print: a panel is one column (3.5 inches) wide, if its figure does not say otherwise, and no text is
+smaller than 9 points. What is computed without a trial is grey, dotted or dashed, without any marker. An agent has one
+colour and one mark in all figures of a study, for each way in which it is shown the box; thick lines and filled markers
+are agents that the study is about. Nothing here touches global state.
 """
 
 from __future__ import annotations
@@ -51,8 +51,6 @@ TARGET = COLOURS[0]
 
 MARKERS = "osD^vP<>Xphd"
 
-DASHES: tuple[Dash, ...] = ("-", (0, (5, 1.5)), (0, (4, 1.2, 1, 1.2)), (0, (1, 1.2)))
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Style:
@@ -60,7 +58,6 @@ class Style:
 
     colour: str
     marker: str = "o"
-    dash: Dash = "-"
     lead: bool = True
 
     @property
@@ -68,7 +65,7 @@ class Style:
         """Its line with its markers, as settings of Matplotlib."""
         return {
             "color": self.colour,
-            "linestyle": self.dash,
+            "linestyle": "-",
             "linewidth": 1.4 if self.lead else 0.9,
             "marker": self.marker,
             "markersize": 4.8 if self.lead else 3.6,
@@ -162,14 +159,13 @@ def axis(
     label: str = "",
     *,
     grid: bool = False,
-    bare: bool = False,
 ) -> None:
     """The axis below or on the left: names at places, a label, and with ``grid`` lines across the axes.
 
-    A tick may have an empty name; with ``bare`` names stand there without line and ticks. All of it is a few artists of
-    the axes: Matplotlib's own ticks are five artists each and are laid out twice.
+    A tick may have an empty name. All of it is a few artists of the axes: Matplotlib's own ticks are five artists each
+    and are laid out twice.
     """
-    across, out = along == "x", 2.0 if bare else 5.0  # points beyond the axes
+    across, out = along == "x", 5.0  # points beyond the axes
     near = axes.get_xaxis_transform() if across else axes.get_yaxis_transform()
 
     def put(place: float, text: str, base: Transform, away: float, **look: Any) -> Text:
@@ -182,12 +178,11 @@ def axis(
         ends = [[(place, end) if across else (end, place) for end in (0, 1)] for place in places]
         lines = LineCollection(ends, colors="#e6e6e6", linewidths=0.6, transform=near, zorder=0.5)
         axes.add_collection(lines, autolim=False)
-    if not bare:
-        axes.spines["bottom" if across else "left"].set_visible(True)
-        marker, nil = TICKDOWN if across else TICKLEFT, [0.0] * len(places)
-        tick: dict[str, Any] = {"color": "#888888", "markersize": 3, "markeredgewidth": 0.7, "clip_on": False}
-        x, y = (places, nil) if across else (nil, places)
-        axes.plot(x, y, linestyle="none", marker=marker, transform=near, label="_axis", **tick)
+    axes.spines["bottom" if across else "left"].set_visible(True)
+    marker, nil = TICKDOWN if across else TICKLEFT, [0.0] * len(places)
+    tick: dict[str, Any] = {"color": "#888888", "markersize": 3, "markeredgewidth": 0.7, "clip_on": False}
+    x, y = (places, nil) if across else (nil, places)
+    axes.plot(x, y, linestyle="none", marker=marker, transform=near, label="_axis", **tick)
     texts = [put(place, name, near, out) for place, name in zip(places, names, strict=True) if name]
     if label:
         sizes = [text.get_window_extent() for text in texts]

@@ -339,7 +339,7 @@ def _show(found: Results) -> Iterator[Part]:
     counts = Counter(str(row[5]) for row in [*_measured(found)][1:])
     said = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
     answer = f"Of {counts.total()} comparisons: {said}." if counts else ""
-    blocks: list[Block] = [Table("", _measured, 6), _VERDICTS, _NOTE]
+    blocks: list[Block] = [Table("claims", _measured, 6), _VERDICTS, _NOTE]
     yield Part("The paper's claims", answer, [*filter(None, [not_judged(found)]), *blocks])
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 from itertools import chain
 from typing import Any
@@ -116,40 +116,37 @@ def _caption(found: Results) -> Note:
 
 def draw(found: Results, axis: DoseAxis | None = None) -> Any:
     """Success by dose, a panel for each agent that the study is about; by flip rate without an axis."""
-    from lockprobe.report.figures.drawing import sheet, style_of
+    from lockprobe.report.figures.drawing import sheet
 
     played = [course for course in found.courses(axis) if course.played and (axis or course.subject)]
     shown = played if axis else [one for one in played if len(one.played) > 1 and not one.blind] or played
     note = capital(false_reports(axis.axis.options)) if axis and axis.of_flips and axis.axis.options else ""
-    return sheet([[("", style_of(course), course)] for course in shown], panel, note=note)
+    return sheet(shown, _panel, note=note)
 
 
-def panel(axes: Any, lines: Sequence[tuple[str, Any, Shown]]) -> None:
-    """The success of one agent by dose; of several lines each with its name, its style and its doses."""
+def _panel(axes: Any, course: Shown) -> None:
+    """The success of one agent by dose."""
     from lockprobe.report.figures import drawing as figures
 
-    (_, first_style, first), cells = lines[0], [cell for *_, course in lines for cell in course.played]
-    for words, style, course in lines:
-        dash = {"linestyle": style.dash, "label": words} if words else {}
-        figures.by_dose(axes, course.played, "success", style, **dash)
-    if len(lines) == 1:
-        repetitions = [(at.dose or 0.0, success.value) for at in first.cells for success, _ in at.points]
-        figures.dots(axes, repetitions, first_style)
-        if fit := first.curve("success_fit"):
-            axes.plot(fit.x, figures.numbers(fit.value), **{**first_style.line, "marker": "", "zorder": 3})
-            if fit.low:
-                ends = figures.numbers(fit.low), figures.numbers(fit.high)
-                axes.fill_between(fit.x, *ends, color=first_style.colour, alpha=0.15, linewidth=0, zorder=1)
+    style, cells = figures.style_of(course), course.played
+    figures.by_dose(axes, cells, "success", style)
+    repetitions = [(at.dose or 0.0, success.value) for at in course.cells for success, _ in at.points]
+    figures.dots(axes, repetitions, style)
+    if fit := course.curve("success_fit"):
+        axes.plot(fit.x, figures.numbers(fit.value), **{**style.line, "marker": "", "zorder": 3})
+        if fit.low:
+            ends = figures.numbers(fit.low), figures.numbers(fit.high)
+            axes.fill_between(fit.x, *ends, color=style.colour, alpha=0.15, linewidth=0, zorder=1)
     figures.share_axis(axes, "success rate")
-    figures.dose_axis(axes, cells, first.name)
-    chance = [first.found.get("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
+    figures.dose_axis(axes, cells, course.name)
+    chance = [course.found.get("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
     if levels := [row.value for row in chance if row and row.value is not None]:
         look: dict[str, Any] = {"color": figures.FAINT, "alpha": 0.18, "linewidth": 0, "zorder": 0}
         axes.axhspan(min(levels), max(levels), label="random play", **look)
-    if cells[0].p is not None and first.subject:
+    if cells[0].p is not None and course.subject:
         figures.published(axes, figures.published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
-    trials = figures.counts(cell.trials for cell in first.played)
-    figures.title(axes, figures.heading(first), f"{trials} per {first.name}")
+    trials = figures.counts(cell.trials for cell in cells)
+    figures.title(axes, figures.heading(course), f"{trials} per {course.name}")
 
 
 _FIG4 = Figure(

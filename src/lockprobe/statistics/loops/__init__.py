@@ -30,8 +30,8 @@ LENGTH = 3
 
 LONGEST_ILP = 120
 
-TRIAL_LENGTH = 5000
-"""Up to here a sequence is a trial, and loops of any length are its pieces; above it those of less than twice the
+LONGEST_WITH_ALL = 5000
+"""Up to here loops of any length are pieces of a sequence; above it those of less than twice the
 shortest length, which cover as much: a longer loop is two loops in a row."""
 
 Interval = tuple[int, int]
@@ -182,7 +182,7 @@ def _longest_loops(text: str) -> list[int]:
     searches of a trial.
     """
     reach, end = [0] * len(text), len(text)
-    if end > TRIAL_LENGTH:
+    if end > LONGEST_WITH_ALL:
         for word, starts in _loops(text, 2 * LENGTH).items():
             for start in starts:
                 reach[start] = len(word)

@@ -1,1 +1,1 @@
-"""The settings of a study: options, study files, the settings that a directory holds."""
+"""What a user asks for, as options or in a study file, and the study that it makes."""

@@ -146,7 +146,7 @@ class Journal:
 
     def kinds(self) -> Iterator[Trial]:
         """The last trial of every agent under every condition, and that of every kind of ending."""
-        return (trial for trial in trials_in(self.store, _KINDS) if trial.key in self.trials)
+        return trials_in(self.store, _KINDS)
 
     def delete_participant(self, player: str) -> None:
         """Delete what a person did and their records, and count that they withdrew. :meth:`erase` leaves no byte.
@@ -161,8 +161,7 @@ class Journal:
                 _delete(store, player)
                 store.erase()
         _delete(self.store, player)
-        for key in [key for key, one in self.trials.items() if one.player == player]:
-            del self.trials[key]
+        self.trials = on_record(self.store, read_study(self.directory))  # a row of somebody else may count again
 
     def erase(self) -> None:
         """Leave no byte of people who withdrew. If it is not done, the next opening does it."""

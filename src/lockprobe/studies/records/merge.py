@@ -198,7 +198,7 @@ def save_sound_rows(directory: Path, into: Path) -> int:
             for number, *row, crc in _rows(damaged, table, columns):
                 if crc == checksum(*row) and (table != "act" or row[1] == diaries[row[0]] + 1):
                     writing.execute(f"insert into {table} values (?, {'?, ' * len(row)} ?)", (number, *row, crc))  # noqa: S608
-                    diaries[row[0]] += 1
+                    diaries[row[0]] += table == "act"
         with suppress(BadFile):
             writing.executemany("insert into note values (?, ?)", damaged.rows("select name, value from note"))
         (saved,) = store.one("select count(*) from trial where current")

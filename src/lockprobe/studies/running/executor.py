@@ -206,8 +206,8 @@ class Turn:
         self._observer.trial(trial, seconds)
         self.ended += not trial.owed_again
         program = self._source.engine == "inline"
-        broken = trial.owed_again or (program and trial.error is not None)  # a model's final errors are findings
-        self._broken_in_a_row = self._broken_in_a_row + 1 if broken else 0
+        counts = trial.owed_again or (program and trial.error is not None)  # a model's final errors are findings
+        self._broken_in_a_row = self._broken_in_a_row + 1 if counts else 0
         most = max(GIVE_UP_AFTER, self._lanes + 1)  # one outage breaks all that is on its way
         if trial.error is not None and self._broken_in_a_row == most:
             why = f"{trial.error.boundary}: {trial.error.message}"

@@ -34,7 +34,7 @@ PERSON = Outside(
 """Somebody at the page, which shows remarks and warnings."""
 
 CLIENT = Outside("a client", (*PERSON.said, "prompt"), "a client keeps its conversation itself")
-"""A program with tools, which gets the instruction too; the tools have no argument for further answers."""
+"""A program with tools, which gets the instruction too; its tools do not change from condition to condition."""
 
 
 def check_playable(conditions: Iterable[Condition], by: Outside) -> None:

@@ -16,7 +16,7 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import refuse_blind, taken_in
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.records.store import keep_picture
-from lockprobe.studies.running.trial_setup import play_timed
+from lockprobe.studies.running.trial_setup import closed_in_one_line, play_timed
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.protocols import Agent, Closable, Intervention
 from lockprobe.trial.record import Ask, Trial
@@ -89,7 +89,8 @@ def run_trial(
             return (await play_timed(plan, playing, keep=keep))[0]
         finally:
             if isinstance(player, str) and isinstance(playing, Closable):
-                await playing.aclose()
+                with closed_in_one_line("agent", player):
+                    await playing.aclose()
 
     with ThreadPoolExecutor(max_workers=1) as elsewhere:  # a notebook already runs a loop in this thread
         return elsewhere.submit(lambda: asyncio.run(once())).result()

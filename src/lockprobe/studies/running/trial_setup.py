@@ -75,7 +75,7 @@ class _LazyPlant:
         return facts
 
     def observe(self) -> Snapshot:
-        self._plant = plant_of(self._plan, self._plan.names.labels)
+        self._plant = plant_of(self._plan)
         return self._read(self._plant.observe())
 
     def attempt(self, joint: int) -> Snapshot:
