@@ -83,7 +83,7 @@ def test_every_kind_of_agent_is_described():
     assert "acuity" in KNOWN["viewer[:STRATEGY]"]
     assert "images" in KNOWN["llm:PROVIDER/MODEL"]
     assert description("cognitive:careful") == "Turns to what has neither moved nor failed, the target first."
-    assert description("human-inspired:proximity").startswith("After every perceived change")
+    assert description("human-inspired:proximity").startswith("Rules joints out")
     assert [description(spec) for spec in ("participant", "python:a:B", "llm:openai/gpt-4o")] == [""] * 3
 
 

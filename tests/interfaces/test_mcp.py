@@ -269,7 +269,7 @@ def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
             before = contents(tmp_path)
             with monkeypatch.context() as full:
                 full.setattr(session._log, "write", refuse)
-                with pytest.raises(CallRefused, match="did nothing"):
+                with pytest.raises(CallRefused, match="where the trial stands"):
                     await attempt(session, "A")
             assert contents(tmp_path) == before
             assert "goes on" not in (await observe(session))[0].text

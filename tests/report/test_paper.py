@@ -114,3 +114,10 @@ def test_the_methods_hold_no_spec(beside):
     ) in said
     assert not re.search(r"\w\?\w|\w=\w|&", said)
     assert "Of these, round-robin is a baseline." in said
+
+
+def test_the_figure_of_a_dose_is_among_them(tmp_path):
+    planned = study("flips", agent="random", condition=[f"tremble?p={p}" for p in (0, 0.2, 0.4)], trials=2)
+    with undrawn():
+        written = write_paper(results(write_study(tmp_path / "study", planned)), tmp_path)
+    assert (written / "series-1-success.pdf").exists()

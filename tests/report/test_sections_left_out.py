@@ -89,3 +89,11 @@ def test_a_figure_that_cannot_be_drawn_is_left_out_of_its_page_which_is_to_be_wr
     assert not (directory / "figures" / "fig3.svg").exists()
     assert (directory / "figures" / "fig4.svg").exists()
     assert "results" in {check.name for check in verify(directory) if not check.holds}
+
+
+def test_without_an_answer_the_report_is_written_all_the_same(monkeypatch, directory):
+    monkeypatch.setattr("lockprobe.report.results.answer_of", broken)
+    left_out = []
+    write_report(directory, left_out=left_out.append)
+    assert [one.reason for one in left_out] == [f"RuntimeError: {SAID}"] or SAID in str(left_out)
+    assert Results.model_validate_json((directory / "results.json").read_text("utf-8")).answer == ""

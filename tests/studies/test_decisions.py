@@ -124,6 +124,24 @@ def test_without_a_total_effect_there_is_nothing_to_explain():
     assert {(one.verdict, one.at) for one in found} == {("small", found[0].at)}
 
 
+def test_contrasts_are_explained_by_the_effect_of_their_own_modality():
+    """In words of positions every lie helps; of outcomes alone none does anything."""
+    shown = ["symbolic", "symbolic?tell=outcome"]
+    specs = [one.spec for one in WHY.conditions[1:]]
+    planned = study("flips", agent="human-inspired", p=[0], modality=shown, condition=specs)
+    asked = families(planned, "human-inspired")
+    solved = {(one.specs, "symbolic"): float(of) for one, of in zip(WHY.conditions, "0100110", strict=True)}
+    arms = {
+        one.label: (np.full(150, solved.get((one.specs, one.modality), 0.0)), np.zeros(150, dtype=bool))
+        for one in planned.conditions
+    }
+    found = [(family.modality, one) for family, one in zip(asked, decisions(asked, arms, DECIDED), strict=True)]
+    for modality in shown:
+        alone = [one.verdict for of, one in found if of == modality]
+        assert ("effect" in alone) == (modality == "symbolic"), (modality, alone)
+        assert {*alone} <= ({"effect", "not needed"} if modality == "symbolic" else {"small"}), (modality, alone)
+
+
 @pytest.mark.parametrize("until", [DECIDED, WIDTH])
 def test_of_a_single_condition_its_success_is_asked_for(until):
     planned = study("flips", agent="random", p=[0], until=str(until))
