@@ -1,6 +1,7 @@
 """Frames as files: a point is found in them where their own camera says it is."""
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,7 +21,8 @@ def exported(directory, out, *words):
 
 @pytest.fixture
 def study(tmp_path):
-    return write_study(tmp_path / "study", small_study(["human-inspired"], p=(0.4,), repetitions=1, trials=1))
+    short = replace(small_study(["human-inspired"], p=(0.4,), repetitions=1, trials=1), max_steps=4)
+    return write_study(tmp_path / "study", short)
 
 
 def test_every_handle_is_within_a_pixel_of_where_its_place_is_projected(study, tmp_path):

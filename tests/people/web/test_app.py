@@ -407,7 +407,7 @@ def test_whatever_a_participant_sends_in_any_scene_nothing_breaks_leaks_or_locks
                 await each.open()
                 await each.act(kind="agree", agreed=True)
             while one.scene["kind"] != "debrief":
-                for _ in range(12):
+                for _ in range(6):
                     path, body, token = _anything(luck, one, other)
                     before = {identity: len(acts(tmp_path, identity)) for identity in (one.identity, other.identity)}
                     cookie = {"cookie": f"lockprobe={token}", "content-type": "application/json"}
