@@ -395,7 +395,7 @@ def _anything(luck, one, other):
 
 
 def test_whatever_a_participant_sends_in_any_scene_nothing_breaks_leaks_or_locks_anybody_out(tmp_path):
-    luck, seen = random.Random(3), Counter()
+    luck, seen = random.Random(5), Counter()
     checks = [{"after": 1, "question": "Blue?", "options": ["red", "blue"], "right": "blue"}]
 
     async def visit():
