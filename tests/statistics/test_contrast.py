@@ -96,7 +96,7 @@ def played(conditions, agents=(AGENT,), n=6):
 
 def named(found):
     """The effects on single conditions."""
-    return [(one.agent, one.control, one.condition, one.corrected_for) for one in found if not one.axis]
+    return [(one.agent, one.control, one.condition, one.corrected_for) for one in found if not one.factor]
 
 
 def test_agents_that_a_study_is_about_are_one_family_and_baselines_another_and_who_plays_alike_counts_in_none():
@@ -202,9 +202,9 @@ def test_interactions_are_corrected_for_their_number_and_stand_once_in_a_grid_wh
 def test_other_conditions_change_no_p_value_of_a_factor_and_every_group_is_corrected_for_all_of_it():
     sticky = [f"flip?p={p}{option}" for p in (0.2, 0.4) for option in ("", "&others=kept")]
     cells, design = played(sticky)
-    found = [one for one in effects(cells, design) if one.axis]
+    found = [one for one in effects(cells, design) if one.factor]
     assert [(one.control, one.condition, one.corrected_for) for one in found] == [
         ("flip?p=0.2", "flip?p=0.2&others=kept", 2), ("flip?p=0.4", "flip?p=0.4&others=kept", 2),
     ]  # fmt: skip
     more, beside = played(["nudge", *sticky])
-    assert [one for one in effects(more, beside) if one.axis] == found
+    assert [one for one in effects(more, beside) if one.factor] == found
