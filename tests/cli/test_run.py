@@ -13,7 +13,7 @@ from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import BROKE, BUDGET_REACHED
 from lockprobe.cli.run import run
 from lockprobe.cli.status import status
-from lockprobe.foundation.errors import Missing
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.records.directory import read_study
@@ -149,7 +149,9 @@ def claiming(usage):
 def test_what_cannot_be_is_claimed_not_spent_and_the_run_stops(tmp_path, honest, capsys, budget):
     honest[1](claiming({"prompt_tokens": 10**9, "completion_tokens": 20, "total_tokens": 10**9 + 20}))
     one = {"trials": 1, "connections": 1, "budget": budget}
-    with pytest.raises(Missing, match=r"its provider claims 1,000,000,000 tokens in and 20 out for a call of at most"):
+    with pytest.raises(
+        UserMistake, match=r"its provider claims 1,000,000,000 tokens in and 20 out for a call of at most"
+    ):
         play(tmp_path / "s", **one)
     (call,) = read_calls(tmp_path / "s")
     assert (call.claimed.input_tokens, call.usage.input_tokens < 10_000) == (10**9, True)
