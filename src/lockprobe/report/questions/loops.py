@@ -10,7 +10,7 @@ from typing import Any, get_args
 import numpy as np
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import MOST_NAMED, first_three, p_value, percent, range_of
+from lockprobe.foundation.formatting import MOST_NAMED, first_three, p_value, range_of
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.prose import at_lowest, chance_said, interval_kind, paper_rates, played_subjects
@@ -76,7 +76,7 @@ def _said(found: Results) -> Iterator[str]:
     """Loop rates at the lowest flip rate beside chance, and whether first loops come later at higher ones."""
     lowest = [(course, course.played[0]) for course in played_subjects(found)]
     rates = [
-        f"{course.label} {percent(cell.value('loop_rate'))} ({_than(cell)} chance, {chance_said(cell)})"
+        f"{course.label} {entry_text(cell.get('loop_rate'))}, by chance {chance_said(cell)} ({_than(cell)})"
         for course, cell in lowest
     ]
     over = [cell.value("loop_rate") or 0.0 for _, cell in lowest]
@@ -97,10 +97,10 @@ def _than(cell: Cell) -> str:
     rate, chance = cell.get("loop_rate"), [cell.value("loop_rate", of) for of in get_args(Null)]
     levels = [level for level in chance if level is not None]
     if rate is None or rate.low is None or rate.high is None or not levels:
-        return "beside"
+        return "not tested"
     if rate.low <= max(levels) and rate.high >= min(levels):
-        return "not distinguishable from"
-    return "more than" if rate.low > max(levels) else "less than"
+        return "no difference detected"
+    return "more than chance" if rate.low > max(levels) else "less than chance"
 
 
 def draw(found: Results, *, against_success: bool) -> Any:
