@@ -142,11 +142,12 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     if not (pairs := _pairs(found)):
         return
-    said = []
-    for axis, tested in grouped(pairs, lambda pair: pair[-1][SUCCESS, ""].axis).items():
+    said, by_axis = [], grouped(pairs, lambda pair: pair[-1][SUCCESS, ""].axis)
+    for axis, tested in by_axis.items():
         rows = [(one, other, of[SUCCESS, ""]) for one, other, of in tested]
         clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in rows if row.detected]
-        over = "conditions" if axis == _CONDITIONS else "flip rates" if found.several_p else ""
+        over = "other " * (len(by_axis) > 1) + "conditions" if axis == _CONDITIONS else ""
+        over = over or "flip rates" * found.several_p
         more = first_three(f"{one} solves more than {other}" for one, other in clear)
         what = f"A difference{f' over all {over}' * bool(over)} was detected for {len(clear)} of {len(rows)} pairs of"
         said.append(f"{what} agents{f': {more}' * bool(clear)}.")
