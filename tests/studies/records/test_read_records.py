@@ -17,7 +17,7 @@ from lockprobe.studies.records.directory import write_settings
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load, on_record, replaced_records
 from lockprobe.studies.records.shard import Shard
-from lockprobe.studies.records.store import keep_picture, read
+from lockprobe.studies.records.store import holds, keep_picture, read
 from lockprobe.studies.running.runner import run, run_study
 from lockprobe.trial.pictures.picture import Picture
 
@@ -119,7 +119,22 @@ ONE, TWO = Picture(kind="rgb", png=b"one"), Picture(kind="depth16", png=b"two", 
 
 
 def test_every_picture_is_kept_under_its_name(tmp_path):
-    for picture in (ONE, TWO, ONE):
+    """One that a killed process left half written is written anew; one that is there is left alone."""
+    (tmp_path / "pictures").mkdir()
+    (tmp_path / "pictures" / TWO.name).write_bytes(b"t")
+    for picture in (ONE, TWO):
         keep_picture(tmp_path / "pictures", picture)
+    before = [path.stat().st_mtime_ns for path in (tmp_path / "pictures").iterdir()]
+    keep_picture(tmp_path / "pictures", ONE)
+    assert [path.stat().st_mtime_ns for path in (tmp_path / "pictures").iterdir()] == before
     kept = {path.name: path.read_bytes() for path in (tmp_path / "pictures").iterdir()}
     assert kept == {ONE.name: b"one", TWO.name: b"two"}
+
+
+def test_a_directory_says_what_it_holds_and_who_solved_what(tmp_path):
+    assert not holds(tmp_path, "trial")
+    trials = [make_trial([3, 2, 1, 0], agent="random", trial=1), make_trial([0] * 20, agent="random", trial=2)]
+    directory = write_study(tmp_path / "study", STUDY, trials)
+    assert (holds(directory, "trial"), holds(directory, "call", "act")) == (True, False)
+    with read(directory) as opened:
+        assert [one.solved for one in on_record(opened, STUDY).values()] == [one.solved for one in trials]
