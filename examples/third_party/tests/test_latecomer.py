@@ -86,7 +86,7 @@ def test_a_sweep_over_the_lag_is_reported_with_all_of_them(tmp_path):
     found = lockprobe.results(out)
     assert [row.condition for row in found.where("success", agent="human-inspired", axis="", of="")] == CONDITIONS
     (axis,) = found.design.axes
-    assert (axis.key, list(axis.doses.values())) == ("late lag", [0, 1, 2])
+    assert (axis.axis.key, list(axis.axis.doses.values())) == ("late lag", [0, 1, 2])
     compared = found.where("success_difference", control="truth", axis="late lag", of="")
     assert [(row.agent, row.condition) for row in compared] == [*product(AGENTS, CONDITIONS[1:])]
     assert "higher doses of late" in found.answer

@@ -196,7 +196,7 @@ def known_of_broken(found: Results, *, every: bool = False) -> list[tuple[str, s
         if row.value:
             few = f"at most {percent(FEW_BROKE)} of trials had broken under every condition."
             sentences.append(f"By step {row.value:g} {few}")
-        said.append((found.label(row.agent, row.modality), " ".join(sentences)))
+        said.append((found.player(row.agent, row.modality).label, " ".join(sentences)))
     return said
 
 

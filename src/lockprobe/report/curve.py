@@ -13,7 +13,7 @@ from typing import Any
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.rendering import own_markup, rendered
 from lockprobe.report.rows import Course, Results
-from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
+from lockprobe.statistics.published import PEAK, SOLVED
 
 MOST = 3
 """Lines that can be told apart and named; of more agents a list says more than a figure."""
@@ -33,8 +33,7 @@ def drawable(found: Results) -> list[Course]:
 
     Random agents are its band. Another agent that plays alike whatever it is told is a line of equal shares.
     """
-    axes = [] if found.several_p else [axis for axis in found.design.axes if not axis.of_flips][:1]
-    courses = found.courses(axes[0]) if axes else found.courses()
+    courses = found.courses(found.main_axis)
     shown = [one for one in courses if len(one.played) > 1 and one.agent not in ("random", "random-no-repeat")]
     return shown if len(shown) <= MOST else []
 
@@ -71,7 +70,7 @@ def curve_figure(found: Results, *, wide: bool) -> Any:
         for course, beside in zip(courses, shift, strict=True)
     ]
     random = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
-    paper = ((0.0, SOLVED_AT_0), (PEAK, SOLVED_AT_40)) if courses[0].axis == "flip rate" and doses[0] == 0 else ()
+    paper = zip((0.0, PEAK), SOLVED, strict=True) if courses[0].axis == "flip rate" and doses[0] == 0 else ()
     values = {
         "size": (880 if wide else 358, bottom + 72),
         "wide": wide,

@@ -79,9 +79,7 @@ def primary_lines(found: Results) -> list[Line]:
     if not lines and found.where("misreading_difference"):
         lines = [replace(line, second=None, change=None, under="") for _, line in _of_conditions(found)]
     if not lines:
-        others = [axis for axis in found.design.axes if not axis.of_flips]
-        axis = None if found.several_p or not others else others[0]
-        known = {(one.agent, one.modality): one for one in dose_lines(found, axis)}
+        known = {(one.agent, one.modality): one for one in dose_lines(found, found.main_axis)}
         if not any(one.change or one.alike for one in known.values()):
             known |= {key: line for key, line in _of_conditions(found) if line.change or key not in known}
         lines = list(known.values())
@@ -110,22 +108,23 @@ def _declared(found: Results) -> Iterator[Line]:
                 for names in (asked.minus, asked.of)
             )
             sides = {"second": more, "change": row, "control": control, "under": under, "cause": name}
-            yield _line(found.player_of(row), (asked.minus[0], asked.of[0]), less, **sides)
+            yield _line(found.player(**own), (asked.minus[0], asked.of[0]), less, **sides)
 
 
 def _of_controls(found: Results) -> Iterator[Line]:
     """A line for each agent of the study of controls: told the truth, and under false reports."""
     for total in found.where("false_report_effect", of="total"):
-        arms = {row.of: row for row in found.where("success_in_arm", agent=total.agent, modality=total.modality)}
+        own = {"agent": total.agent, "modality": total.modality}
+        arms = {row.of: row for row in found.where("success_in_arm", **own)}
         said = {"change": total, "control": "told the truth", "under": "under false reports"}
         conditions = (arms[of].condition for of in ("truth", "lie") if of in arms)
-        yield _line(found.player_of(total), conditions, arms.get("truth"), second=arms.get("lie"), **said)
+        yield _line(found.player(**own), conditions, arms.get("truth"), second=arms.get("lie"), **said)
 
 
 def _over_doses(course: Course) -> Line:
     """The lowest dose against the one that differs most clearly, in the trials that both have."""
-    first, clearest = course.played[0], course.clearest
-    second, change = clearest or (None, None)
+    first, none = course.played[0], (None, None)
+    second, change = min(course.changes(), key=lambda pair: clearness(pair[1]), default=none)
     shares = first.get("success"), second.get("success") if second else None
     if second is not None:
         pairs = (course.changes(of, "success_in_pairs") for of in (CONTROL, ""))

@@ -118,9 +118,9 @@ def rules_broken_said(against: int = 0, attempts: int = 0) -> str:
     return f"{against} of {attempts} attempts broke the rules of the box." if against else ""
 
 
-def paper_rates(courses: Iterable[Course]) -> list[float]:
-    """The flip rates of the paper's values, 0 and 0.4, that lie on the axis of these agents; none with one rate."""
-    played = {cell.dose for course in courses for cell in course.cells if cell.dose is not None}
+def paper_rates(cells: Iterable[Cell]) -> list[float]:
+    """The flip rates of the paper's values, 0 and 0.4, that lie on the axis of these cells; none with one rate."""
+    played = {cell.p for cell in cells if cell.p is not None}
     return [rate for rate in (0.0, PEAK) if len(played) > 1 and min(played) <= rate <= max(played)]
 
 
@@ -166,11 +166,11 @@ def under(cell: Cell, among: Sequence[Cell]) -> str:
 
 def distinct(cells: Sequence[Cell]) -> list[tuple[Cell, str]]:
     """Cells with their flip rate or name; of an agent that plays the same at every flip rate only the first."""
-    once = {(cell.agent, cell.modality): cell for cell in reversed(cells) if cell.same_at_every_p}
+    once = {(cell.agent, cell.modality): cell for cell in reversed(cells) if cell.blind}
     return [
-        (cell, EVERY if cell.same_at_every_p else under(cell, cells))
+        (cell, EVERY if cell.blind else under(cell, cells))
         for cell in cells
-        if not cell.same_at_every_p or once[cell.agent, cell.modality] is cell
+        if not cell.blind or once[cell.agent, cell.modality] is cell
     ]
 
 

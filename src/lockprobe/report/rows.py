@@ -206,7 +206,7 @@ class Player(Part):
 
     @property
     def named(self) -> dict[str, Any]:
-        """What a course of it says of it."""
+        """What its cells and courses say of it."""
         return {name: getattr(self, name) for name in ("agent", "modality", "label", "shown", "subject", "blind")}
 
 
@@ -215,31 +215,6 @@ class DoseAxis(Part):
 
     axis: Axis = Field(description="The dose, its levels, and what else is equal in all of them.")
     players: tuple[Player, ...] = Field(default=(), description="Agents with trials on it; of flips the design's.")
-
-    @property
-    def name(self) -> str:
-        """What sentences call the dose."""
-        return self.axis.name
-
-    @property
-    def modality(self) -> str:
-        """How the box is shown in all of them."""
-        return self.axis.modality
-
-    @property
-    def doses(self) -> Mapping[str, float]:
-        """Condition -> dose, ascending."""
-        return self.axis.doses
-
-    @property
-    def of_flips(self) -> bool:
-        """Whether its levels are rates of flips alone, of one reading of a false report."""
-        return self.axis.of_flips
-
-    @property
-    def key(self) -> str:
-        """Its name in the column ``axis``: the dose, and what else acts at all of its levels."""
-        return self.axis.key
 
 
 class Design(Part):
@@ -426,18 +401,9 @@ class Results(Part):
     def _conditions(self) -> Mapping[str, Condition]:
         return {one.name: one for one in self.design.conditions}
 
-    def label(self, agent: str, modality: str) -> str:
-        """What tables call an agent in a modality."""
-        player = self.player(agent, modality)
-        return player.label if player else agent
-
-    def player(self, agent: str, modality: str) -> Player | None:
-        """An agent in a modality, if it has trials on the flip axis."""
-        return self._players.get((agent, modality))
-
-    def player_of(self, row: Estimate) -> Player:
-        """The agent of a row, in its modality."""
-        return self._players[row.agent, row.modality]
+    def player(self, agent: str, modality: str) -> Player:
+        """An agent in a modality."""
+        return self._players.get((agent, modality)) or Player(agent=agent, modality=modality)
 
     @property
     def boxes(self) -> list[Mapping[str, Any]]:
@@ -464,26 +430,24 @@ class Results(Part):
         """Whether the study has conditions that are no flip rates."""
         return any(one.p is None for one in self.design.conditions)
 
+    @property
+    def main_axis(self) -> DoseAxis | None:
+        """The axis that the answer is about; None for flip rates, or without any."""
+        others = (one for one in self.design.axes if not one.axis.of_flips)
+        return None if self.several_p else next(others, None)
+
     @cached_property
     def cells(self) -> tuple[Cell, ...]:
         """Every agent under every condition, in the order of the study."""
         found = []
         for row in self.where("trials", of=""):
             if row.condition:
-                p = self._conditions[row.condition].p
-                player = None if p is None else self.player(row.agent, row.modality)
-                cell = Cell(
-                    found=self,
-                    own={"agent": row.agent, "condition": row.condition, "control": "", "versus": ""},
-                    agent=row.agent,
-                    modality=row.modality,
-                    condition=row.condition,
-                    p=p,
-                    dose=p,
-                    label=player.label if player else row.agent,
-                    same_at_every_p=player is not None and player.blind,
-                )
-                found.append(cell)
+                p, player = self._conditions[row.condition].p, self.player(row.agent, row.modality)
+                if p is None:  # the name of its condition says how the box was shown, and what acts
+                    player = player.model_copy(update={"shown": "", "blind": False})
+                own = {"agent": row.agent, "condition": row.condition, "control": "", "versus": ""}
+                view: dict[str, Any] = player.named | {"found": self, "own": own}
+                found.append(Cell(**view, condition=row.condition, p=p, dose=p))
         return tuple(found)
 
     def courses(self, axis: DoseAxis | None = None) -> list[Course]:
@@ -493,14 +457,14 @@ class Results(Part):
             if axis:
                 cells = [
                     replace(known[player.agent, of], dose=dose)
-                    for of, dose in axis.doses.items()
+                    for of, dose in axis.axis.doses.items()
                     if (player.agent, of) in known and dose in (player.doses or (dose,))  # what changed nothing is out
                 ]
             else:
                 of = player.agent, player.modality
                 cells = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]
                 cells = sorted(cells, key=lambda one: one.p or 0.0)
-            key, name = (axis.key, axis.name) if axis else (FLIPS.name, FLIPS.name)
+            key, name = (axis.axis.key, axis.axis.name) if axis else (FLIPS.name, FLIPS.name)
             own = {"agent": player.agent, "modality": player.modality, "axis": key, "condition": "", "versus": ""}
             view: dict[str, Any] = player.named | {"found": self, "own": own, "axis": key, "name": name}
             if cells:
@@ -538,10 +502,20 @@ def _asked(columns: Mapping[str, str]) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _View:
-    """The rows of results that have the values of some columns, its own."""
+    """An agent, and the rows of results that have the values of some columns, its own.
+
+    Attributes:
+        agent, modality, label, shown, subject, blind: As those of its player in the design.
+    """
 
     found: Results
     own: Mapping[str, str] = field(repr=False)
+    agent: str
+    modality: str
+    label: str
+    shown: str
+    subject: bool
+    blind: bool
 
     def get(self, quantity: str, of: str = "") -> Estimate | None:
         """A number of it; None if it has none."""
@@ -564,17 +538,11 @@ class Cell(_View):
     Attributes:
         p: Flip rate; None if other things than flips can act.
         dose: Its dose on the axis on which it is shown.
-        label: What tables call the agent here.
-        same_at_every_p: Whether the agent plays the same trials at every flip rate.
     """
 
-    agent: str
-    modality: str
     condition: str
     p: float | None
     dose: float | None
-    label: str
-    same_at_every_p: bool
 
     @property
     def trials(self) -> int:
@@ -594,18 +562,11 @@ class Course(_View):
     """One agent over the doses of an axis.
 
     Attributes:
-        agent, modality, label, shown, subject, blind: As those of its player in the design.
         axis: The key of the axis, which its rows have in their column ``axis``.
         name: What sentences call the dose.
         cells: Its cells by dose, ascending.
     """
 
-    agent: str
-    modality: str
-    label: str
-    shown: str
-    subject: bool
-    blind: bool
     axis: str
     name: str
     cells: tuple[Cell, ...]
@@ -623,11 +584,3 @@ class Course(_View):
             rows = self.found.where(quantity, agent=self.agent, axis=self.axis, versus="", **place)
             found += [(cell, row) for row in rows if row.control]
         return found
-
-    @property
-    def clearest(self) -> tuple[Cell, Estimate] | None:
-        """The change with the smallest P value, of equal ones the largest; None if nothing was compared.
-
-        Intervals and P values are corrected for this choice.
-        """
-        return min(self.changes(), key=lambda pair: clearness(pair[1]), default=None)

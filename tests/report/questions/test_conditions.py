@@ -82,7 +82,7 @@ def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_coun
     head, *rows = tables_of(lab)["conditions"]
     at = [head.index(name) for name in ("change, points", "P")]
     compared = {(row.agent, words[row.condition]): row for row in lab.against_control()}
-    known = dict.fromkeys((cell.agent, words[cell.condition]) for cell in lab.cells if not cell.same_at_every_p)
+    known = dict.fromkeys((cell.agent, words[cell.condition]) for cell in lab.cells if not cell.blind)
     assert [(row[0], row[1]) for row in rows if row[1] != "every flip rate"] == [*known]
     for row in rows:
         change = compared.pop((row[0], row[1]), None)

@@ -22,7 +22,10 @@ def test_other_doses_have_the_same_rows_and_a_part_of_their_own(tmp_path):
     asked = {"agent": [READER, "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4"}
     found = found_in(tmp_path, study("flips", **asked, **SMALL))
     flips, axis = found.design.axes
-    assert (axis.key, axis.doses) == ("tremble p", {"truth": 0} | {f"tremble?p={p}": p for p in (0.1, 0.2, 0.4)})
+    assert (axis.axis.key, axis.axis.doses) == (
+        "tremble p",
+        {"truth": 0} | {f"tremble?p={p}": p for p in (0.1, 0.2, 0.4)},
+    )
     for course in found.courses(axis):
         assert [cell.dose for cell in course.cells] == [0, 0.1, 0.2, 0.4]
         lowest, *others = [cell.value("success") for cell in course.cells]
@@ -32,7 +35,7 @@ def test_other_doses_have_the_same_rows_and_a_part_of_their_own(tmp_path):
     assert "higher doses of tremble" in part.answer
     assert "false report" not in part.answer
     assert not [block for block in part.blocks if isinstance(block, Table)]  # all conditions are one table
-    assert flips.of_flips
+    assert flips.axis.of_flips
 
 
 def test_numbers_of_known_trials(tmp_path):

@@ -33,11 +33,10 @@ from matplotlib.transforms import Bbox, Transform, offset_copy
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.curve import placed
 from lockprobe.report.figures import DPI, SMALL, own_settings
-from lockprobe.report.prose import who
+from lockprobe.report.prose import paper_rates, who
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Player
 from lockprobe.statistics.design import FLIPS
-from lockprobe.statistics.proportions import Proportion
-from lockprobe.statistics.published import PEAK
+from lockprobe.statistics.published import Shares
 
 INK, FAINT = "#222222", "#666666"
 
@@ -306,11 +305,9 @@ def published(axes: Axes, places: Sequence[tuple[float, float]]) -> None:
         axes.plot(*zip(*places, strict=True), "*", label="the paper", gid="paper", clip_on=False, zorder=5, **hollow)
 
 
-def published_by_p(cells: Sequence[Cell], first: Proportion, peak: Proportion) -> list[tuple[float, float]]:
-    """The paper's shares at p = 0 and at its peak, as far as the study has that p; none with a single p."""
-    played = {cell.p for cell in cells if cell.p is not None}
-    places = [(0.0, first.value), (PEAK, peak.value)]
-    return [place for place in places if len(played) > 1 and min(played) <= place[0] <= max(played)]
+def published_by_p(cells: Sequence[Cell], shares: Shares) -> list[tuple[float, float]]:
+    """The paper's shares at the flip rates that lie on the axis of these cells."""
+    return [(rate, shares[rate > 0].value) for rate in paper_rates(cells)]
 
 
 COLUMN = 3.5

@@ -37,7 +37,7 @@ def _show(found: Results) -> Iterator[Part]:
     first: dict[str, Cell] = {}
     for cell in cells:
         if cell.agent in found.subjects:
-            first.setdefault(found.label(cell.agent, cell.modality), cell)
+            first.setdefault(found.player(cell.agent, cell.modality).label, cell)
     over = {label: cell.value("optimal_actions", _NAIVE) or 0.0 for label, cell in first.items()}
     under = {condition_words(found)[cell.condition] for cell in first.values()}
     prior = _PRIORS[prior_for(max(len(box.get("joints", ())) for box in found.boxes)) or "chains"]

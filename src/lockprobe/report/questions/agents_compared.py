@@ -101,8 +101,8 @@ def _pairs(found: Results) -> list[_Pair]:
                 by_pair.setdefault((*row.pair.values(), row.axis), {})[quantity, row.of] = row
     pairs = []
     for (*second, versus, modality, _), rows in by_pair.items():
-        players = ((agent, found.player(agent, shown)) for agent, shown in (second, (versus, modality)))
-        one, other = (who(agent, player.shown if player else "") for agent, player in players)
+        players = (found.player(agent, shown) for agent, shown in (second, (versus, modality)))
+        one, other = (who(player.agent, player.shown) for player in players)
         pairs.append((one, other, rows))
     return sorted(pairs, key=lambda pair: pair[-1][SUCCESS, ""].family == _FAMILIES[1])
 

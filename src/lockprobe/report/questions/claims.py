@@ -264,7 +264,7 @@ def _of_modalities(found: Results, agent: str, by: Mapping[str, Cell], claim: Pa
 def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
     """What every agent that speaks to a claim says to it; of other readings of a false report only what differs."""
     said = dict[Judged, Judged]()
-    for axis in (None, *(one for one in found.design.axes if one.of_flips and one.players)):
+    for axis in (None, *(one for one in found.design.axes if one.axis.of_flips and one.players)):
         reading = f", {false_reports(axis.axis.options)}" if axis else ""
         for one in _of_agents(found, claim, found.courses(axis)):
             said.setdefault(one, one._replace(agent=one.agent + reading))

@@ -182,7 +182,7 @@ def _show_readings(found: Results) -> Iterator[Part]:
     if compared := [row for row in rows if row.axis in READING_FACTORS]:
         said: list[Block] = [_BOTH_FIT, detected_said(compared, "differences between readings"), _READINGS_NOTE]
     else:
-        said = [_ONE] * (len({one.axis.options for one in found.design.axes if one.of_flips}) < 2)
+        said = [_ONE] * (len({one.axis.options for one in found.design.axes if one.axis.of_flips}) < 2)
     yield Part("What is a false report here?", answer, said)
 
 

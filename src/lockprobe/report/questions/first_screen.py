@@ -147,7 +147,7 @@ def answer_of(found: Results) -> str:
     declared, misread = any(line.cause for line in lines), found.where("misreading_difference")
     shown = [row for row in found.where("modality_effect") if row.agent in found.subjects]
     alone = bool(shown) and not found.several_p and not found.beside_flips
-    axes = [axis for axis in found.design.axes if not axis.of_flips]
+    axis = found.main_axis
     if found.where("false_report_effect", of="total"):
         said = " ".join(why.answers(found))
     elif found.progress.every_look and (misread or alone):
@@ -161,8 +161,8 @@ def answer_of(found: Results) -> str:
     elif declared:
         said = headline(own, own[0].cause, several=False)
     else:
-        dosed = axes and any(line.under.startswith(f"at {axes[0].name} ") for line in own)
-        what = "false reports" if found.several_p else cause(axes[0].axis) if dosed else ""
+        dosed = axis and any(line.under.startswith(f"at {axis.axis.name} ") for line in own)
+        what = "false reports" if found.several_p else cause(axis.axis) if axis and dosed else ""
         said = headline(own, what) or solved_said(found, own)
     everything = broken_said(found)
     sentences = everything, said * (bool(solved) or not everything), found.fact("overview", "rules")

@@ -24,7 +24,7 @@ from lockprobe.statistics.loops import cover
 from lockprobe.statistics.loops.chance import Null, expected_loop_rate
 from lockprobe.statistics.outcomes import ended, points
 from lockprobe.statistics.proportions import ALPHA, Z
-from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
+from lockprobe.statistics.published import LOOPED
 from lockprobe.statistics.shape import correlation
 
 LENGTHS = (
@@ -122,7 +122,7 @@ def _by_dose(axes: Any, course: Course) -> None:
     places = [cell.dose or 0.0 for cell in course.played]
     chance = ([cell.value("loop_rate", of) or 0.0 for cell in course.played] for of in get_args(Null))
     axes.fill_between(places, *chance, color="#999999", alpha=0.3, linewidth=0, zorder=1, label="random actions")
-    figures.published(axes, figures.published_by_p(course.cells, LOOPS_AT_0, LOOPS_AT_40))
+    figures.published(axes, figures.published_by_p(course.cells, LOOPED))
     trials = figures.counts(cell.trials for cell in course.played)
     figures.title(axes, figures.heading(course), f"{trials} per flip rate")
 
@@ -147,7 +147,8 @@ def _against_success(axes: Any, course: Course) -> None:
 def _caption(found: Results) -> Note:
     shown = played_subjects(found)
     fit = ", with the second-order fit" if any(course.curve("loop_fit") for course in shown) else ""
-    stars = " Stars: the paper, reconstructed as 24 of 30 trials at 0 and 16 of 30 at 0.4." * bool(paper_rates(shown))
+    cells = [cell for course in shown for cell in course.cells]
+    stars = " Stars: the paper, reconstructed as 24 of 30 trials at 0 and 16 of 30 at 0.4." * bool(paper_rates(cells))
     return Note(
         f"Share of trials with an action loop by flip rate (the paper's Fig. 5b){fit}. Grey: random actions in trials "
         "of the same lengths, between uniform ones and those without immediate repeats.",

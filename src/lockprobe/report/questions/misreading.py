@@ -14,6 +14,7 @@ from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.misinterpretation import Claim, claims
+from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import state_after
@@ -67,10 +68,10 @@ def _table1(found: Results) -> Lines:
     cells = _asked(found)
     yield ["agent", _varied(cells), "claims", "misread", "rate per trial", "± SD", "misread in all", "in trials"]
     for cell in cells:
-        if misread := cell.get("misread"):
-            rates = [percent(cell.value("misinterpretations", of), 1) for of in ("rate", "SD of rates")]
-            affected = count_of(cell.get("misinterpretations", "trials with any"))
-            yield [*_names(cell, cells), str(misread.n), misread, *rates, str(misread.count), affected]
+        misread = cell.found.one("misread", **cell.own)
+        rates = [percent(cell.value("misinterpretations", of), 1) for of in ("rate", "SD of rates")]
+        affected = count_of(cell.get("misinterpretations", "trials with any"))
+        yield [*_names(cell, cells), str(misread.n), misread, *rates, str(misread.count), affected]
 
 
 _TABLE = Table("table1", _table1)
@@ -85,7 +86,7 @@ def _varied(cells: list[Cell]) -> str:
 def _names(cell: Cell, among: list[Cell]) -> tuple[str, str]:
     """What names a row."""
     if _varied(among) == "modality":
-        return cell.agent, cell.label.removeprefix(f"{cell.agent} (").removesuffix(")")
+        return cell.agent, cell.shown or spoken(cell.modality)
     return cell.label, under(cell, among)
 
 

@@ -19,7 +19,7 @@ from lockprobe.report.section import Figure, Note, Part, Section
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.differences import any_difference
-from lockprobe.statistics.published import PEAK, SOLVED_AT_0, SOLVED_AT_40
+from lockprobe.statistics.published import PEAK, SOLVED
 from lockprobe.statistics.shape import Quantity, Turning, trend, two_lines
 from lockprobe.trial.record import PLAIN_WORDS
 
@@ -69,17 +69,17 @@ def _show(found: Results) -> Iterator[Part]:
         changed = sum(line.change.detected for line in tested if line.change)
         said = f"A change was detected for {changed} of {count(len(tested), 'agent')}." if tested else _NOTHING
         yield Part("How much does success change?", said, [_FIG4, _note(found)])
-    axes = [one for one in found.design.axes if one.key != FLIPS.name]
+    axes = [one for one in found.design.axes if one.axis.key != FLIPS.name]
     for i, axis in enumerate(axes, 1):
         dose = axis.axis
         options, rest = f" ({dose.options})" if dose.options else "", f", with {dose.rest}" if dose.rest else ""
-        called = f"{axis.name.capitalize()}{options}{rest}"
-        called = capital(false_reports(dose.options)) if axis.of_flips and dose.options else called
-        pictured = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
+        called = f"{dose.name.capitalize()}{options}{rest}"
+        called = capital(false_reports(dose.options)) if dose.of_flips and dose.options else called
+        pictured = f", shown as {dose.modality}" if dose.modality not in PLAIN_WORDS else ""
         what = headline(dose_lines(found, axis), cause(dose)) or _NOTHING
-        said = f"Share of trials solved by {axis.name}, with the exact success of random agents."
+        said = f"Share of trials solved by {dose.name}, with the exact success of random agents."
         caption = Note(said, f"Intervals are {interval_kind(found)}.")
-        figure = Figure(f"series-{i}-success", f"Success by {axis.name}", caption, partial(draw, axis=axis))
+        figure = Figure(f"series-{i}-success", f"Success by {dose.name}", caption, partial(draw, axis=axis))
         yield Part(f"{called}{pictured}", what, [figure, _note(found)], "doses" if i == 1 else f"doses-{i}")
 
 
@@ -104,7 +104,7 @@ def _note(found: Results) -> Note:
 def _caption(found: Results) -> Note:
     shown = [course for course in found.courses() if course.subject]
     stars = {0.0: "23.3 % at a flip rate of 0", PEAK: "20 of 30 at 0.4, 2.85 times the success at 0"}
-    drawn = " and ".join(stars[rate] for rate in paper_rates(shown))
+    drawn = " and ".join(stars[rate] for rate in paper_rates(cell for course in shown for cell in course.cells))
     line = " The line is the second-order fit by least squares with its 95 % band."
     fit = line * any(course.curve("success_fit") for course in shown)
     return Note(
@@ -120,7 +120,7 @@ def draw(found: Results, axis: DoseAxis | None = None) -> Any:
 
     played = [course for course in found.courses(axis) if course.played and (axis or course.subject)]
     shown = played if axis else [one for one in played if len(one.played) > 1 and not one.blind] or played
-    note = capital(false_reports(axis.axis.options)) if axis and axis.of_flips and axis.axis.options else ""
+    note = capital(false_reports(axis.axis.options)) if axis and axis.axis.of_flips and axis.axis.options else ""
     return sheet(shown, _panel, note=note)
 
 
@@ -144,7 +144,7 @@ def _panel(axes: Any, course: Shown) -> None:
         look: dict[str, Any] = {"color": figures.FAINT, "alpha": 0.18, "linewidth": 0, "zorder": 0}
         axes.axhspan(min(levels), max(levels), label="random play", **look)
     if cells[0].p is not None and course.subject:
-        figures.published(axes, figures.published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
+        figures.published(axes, figures.published_by_p(cells, SOLVED))
     trials = figures.counts(cell.trials for cell in cells)
     figures.title(axes, figures.heading(course), f"{trials} per {course.name}")
 
