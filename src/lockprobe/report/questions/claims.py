@@ -65,12 +65,12 @@ class PaperClaim(NamedTuple):
 class Judged(NamedTuple):
     """What was measured of a claim, the verdict, what it rests on, and the P value of the test that this begins with.
 
-    ``agent`` is what tables call who was measured.
+    ``agent`` is what tables call who was measured. By default nothing was.
     """
 
-    here: str
-    verdict: str
-    test: str
+    here: str = ""
+    verdict: str = "not measured"
+    test: str = ""
     p_value: float | None = None
     agent: str = ""
 
@@ -90,7 +90,8 @@ def _sign(p: float | None, direction: float) -> int:
 def _judged(here: str, sign: int, test: str, p: float | None = None, *, figure: bool = False) -> Judged:
     """The verdict from the sign of a pattern; of a ``figure`` the test may tell it from the paper's too."""
     sign = -1 if figure and p is not None and p < ALPHA else sign
-    return Judged(here, ("not decided", "compatible" if figure else "borne out", "not compatible")[sign], test, p)
+    verdicts = "not compatible", "not decided", "compatible" if figure else "borne out"
+    return Judged(here, verdicts[sign + 1], test, p)
 
 
 def _share_of(cell: Cell, quantity: str) -> Proportion:
@@ -301,21 +302,27 @@ def not_judged(found: Results) -> str:
     return one_look * bool(found.progress.every_look)
 
 
-def _table(found: Results) -> Lines:
-    yield ["place", "quote", "paper", "reanalysis", "agent", "this study", "verdict", "test", "P"]
+def _every_judged(found: Results) -> Iterator[tuple[PaperClaim, Judged]]:
+    """Every claim with what each agent says to it, or that nothing was measured; without verdicts where none holds."""
     why = not_judged(found)
     for claim in paper_claims():
-        paper, measured = [claim.place, claim.quote, claim.value, claim.recomputed], list(judged(found, claim))
-        for one in measured:
-            verdict = ["not judged", why, p_cell(None)] if why else [one.verdict, one.test, p_cell(one.p_value)]
-            yield [*paper, one.agent, one.here, *verdict]
-        if not measured:
-            yield [*paper, "", "", "not measured", "", p_cell(None)]
+        for one in [*judged(found, claim)] or [Judged()]:
+            yield claim, one._replace(verdict="not judged", test=why, p_value=None) if why and one.here else one
+
+
+def _table(found: Results) -> Lines:
+    yield ["place", "quote", "paper", "reanalysis", "agent", "this study", "verdict", "test", "P"]
+    for claim, one in _every_judged(found):
+        paper = [claim.place, claim.quote, claim.value, claim.recomputed]
+        yield [*paper, one.agent, one.here, one.verdict, one.test, p_cell(one.p_value)]
 
 
 def _measured(found: Results) -> Lines:
     """What was measured of the claims, as the page shows it: without the reanalysis of the paper and the tests."""
-    return ([*row[:3], *row[4:7], row[8]] for row in _table(found) if row[6] != "not measured")
+    yield ["place", "quote", "paper", "agent", "this study", "verdict", "P"]
+    for claim, one in _every_judged(found):
+        if one.here:
+            yield [claim.place, claim.quote, claim.value, one.agent, one.here, one.verdict, p_cell(one.p_value)]
 
 
 _CLAIMS = Table("claims", _table, 8)
@@ -336,7 +343,7 @@ _VERDICTS = Note(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    counts = Counter(str(row[5]) for row in [*_measured(found)][1:])
+    counts = Counter(one.verdict for _, one in _every_judged(found) if one.here)
     said = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
     answer = f"Of {counts.total()} comparisons: {said}." if counts else ""
     blocks: list[Block] = [Table("claims", _measured, 6), _VERDICTS, _NOTE]
