@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, modality_study, small_study, write_study
 from clumsy import CLUMSY
-from reported import found_in
+from reported import found_in, tables_of
 from statsmodels.stats.proportion import confint_proportions_2indep
 
-from lockprobe.report.page import Page, tables_of
+from lockprobe.report.page import Page
 from lockprobe.report.questions.claims import judged, not_judged, paper_claims
 from lockprobe.report.results import results
 from lockprobe.statistics.proportions import Z, difference, proportion

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 from builders import SOLUTION, make_trial, small_study
-from reported import found_in
+from reported import found_in, tables_of
 
-from lockprobe.report.page import Page, tables_of
+from lockprobe.report.page import Page
 from lockprobe.report.questions.claims import not_judged
 from lockprobe.report.questions.stopping import SECTIONS, small_said
 from lockprobe.report.rows import Estimate

@@ -2,10 +2,11 @@
 
 import strangers
 from builders import play_study, small_study, write_study
+from reported import tables_of
 
 from lockprobe.foundation.formatting import NONE
 from lockprobe.report.format import entry_text
-from lockprobe.report.page import tables_of, write_report
+from lockprobe.report.page import write_report
 from lockprobe.report.results import results
 from lockprobe.report.verify import verify
 from lockprobe.statistics.measures import measured

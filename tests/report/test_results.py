@@ -6,9 +6,10 @@ import pytest
 from builders import make_trial, play_study, small_study, write_study
 from page_text import page_text
 from pydantic import BaseModel
+from reported import tables_of
 
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import Page, image, report_files, tables_of, write_report
+from lockprobe.report.page import Page, image, report_files, write_report
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
 

@@ -32,9 +32,7 @@ from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.differences import each_difference, independent_difference
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.outcomes import outcomes
-from lockprobe.statistics.rules import Rules
 from lockprobe.studies.comparable import check_comparable, families, shared_names
-from lockprobe.studies.decisions import planned_now
 from lockprobe.trial.record import Trial
 
 _SHARE, _OTHER = "success_compared", "the other"
@@ -125,12 +123,11 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
     for one, conditions, paths in zip(opened, own, ends, strict=True):
         name = next(end for end in paths if sum(end in other for other in ends) == 1)
         left = dict.fromkeys(shared.name for shared in conditions.values() if shared.name not in family)
-        finished, planned = one.finished, planned_now(one.study, one.trials)
-        is_open = finished + sum(one.broken.values()) < planned
+        far = one.progress
         studies.append(
             {"name": name, "study": one.study.name, "seed": one.study.seed, "agents": [*one.study.labels]}
-            | {"planned": planned, "finished": finished, "people_trials": one.finished_by_people}
-            | {"not_shared": [*left], "looked_at": bool(one.every_look), "partial": is_open}
+            | {"planned": far.planned, "finished": far.finished, "people_trials": one.finished_by_people}
+            | {"not_shared": [*left], "looked_at": bool(far.every_look), "partial": far.partial}
         )
         played: dict[tuple[str, str], list[Trial]] = {}
         for trial in one.trials:
@@ -141,7 +138,7 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         for (acting, agent), trials in played.items():
             samples.append(Sample(name, agent, acting, one.study.seed, trials, family[acting]))
     samples.sort(key=lambda one: [*family].index(one.condition))
-    rules = rules_broken_said(*Rules(*opened[0].study.boxes).broken(t for one in samples for t in one.trials))
+    rules = rules_broken_said(*opened[0].rules.broken(t for one in samples for t in one.trials))
     return Comparison(
         box=opened[0].study.boxes_in_words,
         studies=tuple(studies),

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lockprobe.report.prose import rules_broken_said
-from lockprobe.report.rows import Curve, DoseAxis, Estimate, EveryLook, Player, Row, share_rows
+from lockprobe.report.rows import Curve, DoseAxis, Estimate, EveryLook, Player, Progress, Row, share_rows
 from lockprobe.statistics.course import Cell, Course, cells_of, courses, is_baseline
 from lockprobe.statistics.design import Axis, Design
 from lockprobe.statistics.idle import idle_interventions
@@ -24,12 +24,11 @@ from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Rules
 from lockprobe.studies import PEOPLE_DIRECTORY
 from lockprobe.studies.branch import read_forks
-from lockprobe.studies.decisions import Decision, answers_by_agent, block_orders, broken_by_agent, counted
+from lockprobe.studies.decisions import Decision, answers_by_agent, block_orders, broken_by_agent, counted, planned_now
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load, replaced_records
 from lockprobe.studies.records.store import holds
 from lockprobe.studies.study import Study, design_of
-from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import Trial
 
 if TYPE_CHECKING:
@@ -117,6 +116,17 @@ class OpenedStudy:
         """Agent -> its trials that broke and keep nothing open; :func:`lockprobe.studies.decisions.broken_by_agent`."""
         return broken_by_agent(self.study, self.trials)
 
+    @cached_property
+    def progress(self) -> Progress:
+        """How far the study has come."""
+        return Progress(
+            planned=planned_now(self.study, self.trials),
+            finished=self.finished,
+            every_look=self.every_look,
+            not_counted=len(self.trials) - len(self.analysed),
+            broken=dict(self.broken),
+        )
+
     @property
     def finished_by_people(self) -> int:
         """Of these, places of people."""
@@ -135,7 +145,7 @@ class OpenedStudy:
     @cached_property
     def cells(self) -> tuple[PlayedCell, ...]:
         """The same: flip rates by course, ascending, then in plan order."""
-        plan: Iterable[tuple[str, str]] = product(self.study.labels, self.conditions)
+        plan: Iterable[tuple[str, str]] = product(self.study.labels, (one.label for one in self.study.conditions))
         if self.study.of_flips:
             plan = ((one.agent, cell.condition) for one in self.courses for cell in one.cells)
         return tuple(self.by_name[place] for place in plan if place in self.by_name)
@@ -175,11 +185,6 @@ class OpenedStudy:
             if cell.condition in acting.keys() - {*self.design.controls.values()}
             and idle_interventions(cell.trials, acting[cell.condition])
         )
-
-    @cached_property
-    def conditions(self) -> Mapping[str, Condition]:
-        """The conditions of the study by name, in its order."""
-        return {one.label: one for one in self.study.conditions}
 
     @cached_property
     def subjects(self) -> tuple[str, ...]:

@@ -29,12 +29,12 @@ from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.storage.atomic_file import make_directory, remove_file, write_file
 from lockprobe.report.explorer import explorer_data
-from lockprobe.report.format import Entry, as_csv, texts
+from lockprobe.report.format import Entry, as_csv
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.trials import embedded
 from lockprobe.report.rendering import own_markup, rendered
-from lockprobe.report.results import ONE_THREAD, results_of, with_left_out
+from lockprobe.report.results import ONE_THREAD, results_of
 from lockprobe.report.rows import Results
 from lockprobe.report.section import Block, Figure, Part, Section, Table, Template
 
@@ -95,16 +95,15 @@ def report_files(
         tell("drawing the figures")
         page = Page(found=found, made=time_said() if found.progress.partial else "")
         page.trials = section("Trial explorer", partial(explorer_data, opened.trials, found), str)
-        figures = [*(figure for one in all_sections() for figure in one.figures), *figures_of(page.parts)]
         drawn = {
             name: section(f"Figure {name}", partial(drawn_figure, found, figure), bytes)
-            for name, figure in {one.name: one for one in figures}.items()
+            for name, figure in figures_of(page.parts).items()
         }
         page.drawn = {name: image(svg) for name, svg in drawn.items() if svg}
         page.photographs = section("What agents saw", partial(embedded, opened.directory, found), dict[str, str])
         written = page.files()
         if failed:  # page and results name what is not in them
-            written = replace(page, found=with_left_out(found, failed)).files()
+            written = replace(page, found=found.changed(sections_left_out=tuple(failed))).files()
     for one in failed:
         left_out(one)
     *numbers, last = written
@@ -206,14 +205,10 @@ def _shown(one: Section, found: Results) -> list[Part]:
     ]
 
 
-def figures_of(parts: Iterable[Part]) -> list[Figure]:
-    """The figures that parts show."""
-    return [block for part in parts for block in part.blocks if isinstance(block, Figure)]
-
-
-def tables_of(found: Results) -> dict[str, list[list[str]]]:
-    """The tables of all sections by name, as text; one that cannot be made says so."""
-    return {table.name: texts(cells_of(table, found)) for one in all_sections() for table in one.tables}
+def figures_of(parts: Iterable[Part]) -> dict[str, Figure]:
+    """All figures by name: those of sections, and those that only these parts show."""
+    shown = [block for part in parts for block in part.blocks if isinstance(block, Figure)]
+    return {one.name: one for one in (*(figure for of in all_sections() for figure in of.figures), *shown)}
 
 
 def cells_of(table: Table, found: Results) -> Sequence[Sequence[Entry]]:

@@ -18,10 +18,10 @@ from lockprobe.foundation.formatting import count, listed, p_cell
 from lockprobe.foundation.left_out import section
 from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.foundation.storage.atomic_file import make_directory, write_file
-from lockprobe.report.format import entry_text, tex_text
-from lockprobe.report.page import figures_of, parts_of, tables_of
+from lockprobe.report.format import entry_text, tex_text, texts
+from lockprobe.report.page import cells_of, figures_of, parts_of
 from lockprobe.report.prose import false_reports, interval_kind
-from lockprobe.report.questions import all_sections
+from lockprobe.report.questions.misreading import TABLE1
 from lockprobe.report.rows import Condition, Results
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.modalities import spoken
@@ -34,19 +34,6 @@ _COLUMN = 3.6
 
 _LINES = 32
 """Rows of a table that fit on a page of an article with their caption."""
-
-_EXAMPLE = r"""\documentclass[twocolumn]{article}
-\usepackage{booktabs,graphicx}
-\begin{document}
-\section*{Methods}
-\input{methods}
-
-\section*{Results}
-%s
-\bibliographystyle{plain}
-\bibliography{references}
-\end{document}
-"""
 
 _CAPTION = (
     "Success with 95 % intervals, and its change from the control in the trials that were finished under both. P values"
@@ -69,26 +56,29 @@ def paper_files(found: Results) -> Iterator[tuple[str, str | bytes]]:
     from lockprobe.report.figures.drawing import render
 
     shown = list[str]()
-    every = [*(figure for one in all_sections() for figure in one.figures), *figures_of(parts_of(found))]
-    for figure in {one.name: one for one in every if one.applies(found)}.values():
-        made = section(f"Figure {figure.name}", partial(figure.draw, found), lambda: None)
+    for name, figure in figures_of(parts_of(found)).items():
+        made = section(f"Figure {name}", partial(figure.draw, found), lambda: None) if figure.applies(found) else None
         if made is None:
             continue
-        yield f"{figure.name}.pdf", render(made, "pdf")
-        yield f"{figure.name}.png", render(made, "png")
+        yield f"{name}.pdf", render(made, "pdf")
+        yield f"{name}.png", render(made, "png")
         said = figure.caption_of(found)
         text = " ".join(one.striptags() if isinstance(one, Markup) else one for one in (said.shown, said.computed))
-        inside = rf"\includegraphics[width=\linewidth]{{{figure.name}.pdf}}"
+        inside = rf"\includegraphics[width=\linewidth]{{{name}.pdf}}"
         shown.append(_float("figure" + "*" * bool(made.get_figwidth() > _COLUMN), inside, text))
     tables = {"results": results_tex(found)}
-    if table := tables_of(found).get("table1"):
+    if table := texts(cells_of(TABLE1, found)):
         tables["table1"] = _tabular(table, _TABLE1)
     yield from ((f"{name}.tex", content) for name, content in tables.items())
     yield "methods.tex", methods_tex(found)
-    references = files("lockprobe.report").joinpath("templates/references.bib").read_text(encoding="utf-8")
-    yield "references.bib", references.replace("VERSION", found.lockprobe)
+    yield "references.bib", _template("references.bib").replace("VERSION", found.lockprobe)
     inputs = [rf"\input{{{name}}}" for name in tables]
-    yield "example.tex", _EXAMPLE % "\n\n".join([tex_text(found.answer), *shown, *inputs, ""])
+    results = "\n\n".join([tex_text(found.answer), *shown, *inputs, ""])
+    yield "example.tex", _template("example.tex").replace("RESULTS", results)
+
+
+def _template(name: str) -> str:
+    return files("lockprobe.report").joinpath("templates", name).read_text(encoding="utf-8")
 
 
 def _float(kind: str, inside: str, caption: str) -> str:

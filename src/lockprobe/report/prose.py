@@ -150,10 +150,6 @@ def by_conditions(cells: Sequence[Cell]) -> bool:
     return None in {p for _, p in rates} or len(rates) < len({(cell.label, cell.condition) for cell in cells})
 
 
-EVERY = "every flip rate"
-"""The flip rate of an agent that plays the same at all of them."""
-
-
 def varied(cells: Sequence[Cell]) -> str:
     """What tells the rows of one agent apart."""
     return "condition" if by_conditions(cells) else "flip rate"
@@ -168,7 +164,7 @@ def distinct(cells: Sequence[Cell]) -> list[tuple[Cell, str]]:
     """Cells with their flip rate or name; of an agent that plays the same at every flip rate only the first."""
     once = {(cell.agent, cell.modality): cell for cell in reversed(cells) if cell.blind}
     return [
-        (cell, EVERY if cell.blind else under(cell, cells))
+        (cell, "every flip rate" if cell.blind else under(cell, cells))
         for cell in cells
         if not cell.blind or once[cell.agent, cell.modality] is cell
     ]
@@ -178,3 +174,8 @@ def played_subjects(found: Results) -> list[Course]:
     """The agents that the study is about, over flip rates; all agents if none of these has an ended trial."""
     played = [course for course in found.courses() if course.played]
     return [course for course in played if course.subject] or played
+
+
+def over_rates(found: Results) -> bool:
+    """Whether agents played at several flip rates."""
+    return found.several_p and bool(played_subjects(found))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
@@ -10,14 +9,13 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
+from lockprobe.foundation.left_out import leaving_out, section
 from lockprobe.report.opened import OpenedStudy, open_study, players_of
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.first_screen import answer_of
-from lockprobe.report.rows import Condition, Design, DoseAxis, Estimate, Player, Progress, Results, Row
+from lockprobe.report.rows import Condition, Design, DoseAxis, Estimate, Player, Results, Row
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.every_look import E_PROCESS
-from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.read_records import in_order, results_hash
 from lockprobe.studies.study import settings_of
 
@@ -40,13 +38,7 @@ def results_of(numbers: OpenedStudy) -> Results:
         study=settings | {"agents": list(study.labels)},  # what pages call them: specs may say more than is shown
         settings_hash=study.settings_hash,
         results_hash=results_hash(study, in_order(numbers.trials)),
-        progress=Progress(
-            planned=planned_now(study, numbers.trials),
-            finished=numbers.finished,
-            every_look=numbers.every_look,
-            not_counted=len(numbers.trials) - len(numbers.analysed),
-            broken=dict(numbers.broken),
-        ),
+        progress=numbers.progress,
         design=_design(numbers),
     ).with_rows(rows)
     return found.changed(answer=section("The answer", partial(answer_of, found), str))
@@ -93,11 +85,6 @@ def _design(numbers: OpenedStudy) -> Design:
     )
 
 
-def with_left_out(found: Results, left_out: Sequence[LeftOutSection]) -> Results:
-    """The results with the sections that could not be made."""
-    return found.changed(sections_left_out=tuple(left_out))
-
-
 def results(directory: Path | str) -> Results:
     """What a study found, from its records, as a table of rows; equal records give equal results.
 
@@ -109,4 +96,4 @@ def results(directory: Path | str) -> Results:
     """
     with threadpool_limits(ONE_THREAD), leaving_out() as left_out:
         found = results_of(open_study(Path(directory)))
-    return with_left_out(found, left_out)
+    return found.changed(sections_left_out=tuple(left_out))

@@ -31,10 +31,13 @@ class Note:
     more: str = ""
 
 
+BY_BETTING = "hold at every look: a confidence sequence and an e-process of the mean over blocks, by betting."
+"""What interval and P value of a change do, of a study whose numbers hold at every look."""
+
 _HOW = Markup(
-    "Interval and <i>P</i> hold at every look: a confidence sequence and an e-process of the mean over blocks, by "
-    "betting. They are corrected by closed testing for the conditions of a family, and for the number of agents."
-)
+    "Interval and <i>P</i> {} They are corrected by closed testing for the conditions of a family, and for the number "
+    "of agents."
+).format(BY_BETTING)
 
 
 def note_at(found: Results, note: Note) -> Note:

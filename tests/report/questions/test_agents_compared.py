@@ -2,10 +2,11 @@
 
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
+from reported import tables_of
 from statsmodels.stats.multitest import multipletests
 
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import Page, tables_of
+from lockprobe.report.page import Page
 from lockprobe.report.questions import agents_compared
 from lockprobe.report.results import results
 from lockprobe.report.results import results_of as made_of

@@ -1,9 +1,8 @@
 """Several boxes on the page: of what its intervals are, each box alone, and whether effects differ."""
 
 import pytest
-from reported import found_in
+from reported import found_in, tables_of
 
-from lockprobe.report.page import tables_of
 from lockprobe.studies.options.studyfile import study
 
 

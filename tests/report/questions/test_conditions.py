@@ -1,11 +1,11 @@
 """Conditions: what each changes, doses, factors, levels and grids, as rows and as sentences."""
 
 import pytest
-from reported import found_in
+from reported import found_in, tables_of
 
 from lockprobe.foundation.formatting import p_cell
 from lockprobe.report.format import entry_text
-from lockprobe.report.page import parts_of, tables_of
+from lockprobe.report.page import parts_of
 from lockprobe.report.prose import condition_words
 from lockprobe.report.questions.conditions import EFFECTS
 from lockprobe.studies.options.studyfile import study

@@ -5,11 +5,12 @@ import json
 import numpy as np
 import pytest
 from builders import write_study
+from reported import tables_of
 from stored import records
 
 import lockprobe
 from lockprobe.foundation.errors import BadFile, UserMistake
-from lockprobe.report.page import Page, parts_of, tables_of
+from lockprobe.report.page import Page, parts_of
 from lockprobe.report.primary import primary_lines
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study

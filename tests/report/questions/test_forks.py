@@ -2,8 +2,9 @@
 
 import pytest
 from builders import write_study
+from reported import tables_of
 
-from lockprobe.report.page import parts_of, tables_of
+from lockprobe.report.page import parts_of
 from lockprobe.report.results import results
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.options.studyfile import study

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study, write_study
+from reported import tables_of
 from taking_part import take_part
 
 from lockprobe.people.withdrawal import withdraw
-from lockprobe.report.page import Page, tables_of
+from lockprobe.report.page import Page
 from lockprobe.report.results import results
 from lockprobe.studies.records.journal import Journal
 

@@ -2,9 +2,9 @@
 
 import pytest
 from builders import write_study
+from reported import tables_of
 
 from lockprobe.report.format import entry_text
-from lockprobe.report.page import tables_of
 from lockprobe.report.results import results
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load

@@ -3,10 +3,10 @@
 import pytest
 from builders import make_trial, modality_study, write_study
 from clumsy import CLUMSY, HAND
-from reported import found_in
+from reported import found_in, tables_of
 
 from lockprobe.boxes.families import box
-from lockprobe.report.page import Page, tables_of
+from lockprobe.report.page import Page
 from lockprobe.report.questions.claims import not_judged
 from lockprobe.report.results import results
 from lockprobe.statistics.clustered import clustered_proportion

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, modality_study, play_study, small_study
 from page_parts import part
-from reported import found_in
+from reported import found_in, tables_of
 
 from lockprobe.boxes.families import box
-from lockprobe.report.page import Page, parts_of, tables_of
+from lockprobe.report.page import Page, parts_of
 from lockprobe.report.questions.trials import embedded
 from lockprobe.report.rows import Fact, Results
 from lockprobe.trial.pictures.frame import from_png, to_png

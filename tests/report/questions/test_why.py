@@ -2,8 +2,9 @@
 
 import pytest
 from builders import write_study
+from reported import tables_of
 
-from lockprobe.report.page import parts_of, tables_of
+from lockprobe.report.page import parts_of
 from lockprobe.report.questions.why import TABLE, why_said
 from lockprobe.report.results import results
 from lockprobe.statistics.design import ARMS

@@ -24,7 +24,7 @@ from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.differences import CLUSTERED
 from lockprobe.statistics.distributions import holm_by_family
 from lockprobe.statistics.every_look import E_PROCESS
-from lockprobe.trial.condition import Condition
+from lockprobe.studies.study import Study
 
 _SHARE, _CONDITIONS = "success_in_pairs", "conditions"
 
@@ -36,7 +36,7 @@ _WORST = "holds whatever became of broken trials"
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
-    found = [*_over(numbers.courses, FLIPS.name, numbers.conditions), *_over_conditions(numbers)]
+    found = [*_over(numbers.courses, FLIPS.name, numbers.study), *_over_conditions(numbers)]
     families = [family for _, family, _ in found]
     corrected, sizes = holm_by_family(families, [columns.get("p_value") for columns, *_ in found]), Counter(families)
     for (columns, family, times), tested in zip(found, corrected, strict=True):
@@ -58,7 +58,7 @@ def _over_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
 
     acted = [at for at in acting(numbers.by_name, design) if at[1] in doses]
     players = courses([numbers.by_name[at] for at in acted], place=place)
-    yield from _over([one for one in players if len(one.by_dose) > 1], _CONDITIONS, numbers.conditions)
+    yield from _over([one for one in players if len(one.by_dose) > 1], _CONDITIONS, numbers.study)
 
 
 _Tested = tuple[dict[str, Any], Hashable, int]
@@ -66,7 +66,7 @@ _Tested = tuple[dict[str, Any], Hashable, int]
 family, None if for nothing; and for how many doses it is corrected already."""
 
 
-def _over(players: Sequence[Course], axis: str, conditions: Mapping[str, Condition]) -> Iterator[_Tested]:
+def _over(players: Sequence[Course], axis: str, study: Study) -> Iterator[_Tested]:
     """Every pair over all doses, and how much more these change the one: at the dose with the clearest change."""
     for one in compared(players):
         of = {"agent": one.second.agent, "modality": one.second.modality, "axis": axis}
@@ -84,7 +84,7 @@ def _over(players: Sequence[Course], axis: str, conditions: Mapping[str, Conditi
             dose, clearest = min(one.changes.items(), key=lambda both: (both[1].p_value or 0.0, -abs(both[1].value)))
             low, high = (one.second.by_dose[at].condition for at in (one.doses[0], dose))
             columns = {"quantity": CHANGE, "unit": "points", "condition": high, "control": low}
-            columns |= {"test": test or "sign flips of blocks", "doses": dict(conditions[high].doses)}
+            columns |= {"test": test or "sign flips of blocks", "doses": dict(study.labelled(high).doses)}
             yield of | columns | measured(clearest), (CHANGE, *family), len(one.changes)
 
 

@@ -59,7 +59,7 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
 def _effects(numbers: OpenedStudy) -> Iterator[Row]:
     """Success under conditions minus success under another one, and both shares."""
     for one in () if numbers.study.of_flips else effects(numbers.by_name, numbers.design):
-        gap, condition = one.difference, numbers.conditions[one.condition]
+        gap, condition = one.difference, numbers.study.labelled(one.condition)
         pair: dict[str, Any] = {"agent": one.agent, "modality": condition.modality, "axis": one.factor}
         pair |= {"condition": one.condition, "control": one.control, "doses": dict(condition.doses)}
         judged = {"family": one.family, "corrected_for": one.corrected_for, "test": gap.test}

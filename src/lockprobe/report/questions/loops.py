@@ -13,7 +13,7 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import MOST_NAMED, first_three, p_value, range_of
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy, PlayedCell
-from lockprobe.report.prose import at_lowest, chance_said, interval_kind, paper_rates, played_subjects
+from lockprobe.report.prose import at_lowest, chance_said, interval_kind, over_rates, paper_rates, played_subjects
 from lockprobe.report.questions.success import fit_rows, turn_rows
 from lockprobe.report.rows import Cell, Course, Estimate, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section
@@ -156,17 +156,13 @@ def _caption(found: Results) -> Note:
     )
 
 
-def _over_rates(found: Results) -> bool:
-    return found.several_p and bool(played_subjects(found))
-
-
 _FIGURES = (
     Figure(
         "fig5b",
         "Share of trials with an action loop by flip rate",
         _caption,
         partial(draw, against_success=False),
-        _over_rates,
+        over_rates,
     ),
     Figure(
         "fig5a",
@@ -177,7 +173,7 @@ _FIGURES = (
             LENGTHS,
         ),
         partial(draw, against_success=True),
-        _over_rates,
+        over_rates,
     ),
 )
 
@@ -190,7 +186,7 @@ def _show(found: Results) -> Iterator[Part]:
         "Action loop: three or more attempts in a row that occur twice without overlap. A loop is no fault by itself: "
         "<code>round-robin</code> loops by design."
     )
-    figures = _FIGURES if _over_rates(found) else ()
+    figures = _FIGURES if over_rates(found) else ()
     yield Part("Loops beyond chance?", answer, [definition, *more, *figures])
 
 

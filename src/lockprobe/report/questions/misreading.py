@@ -74,7 +74,7 @@ def _table1(found: Results) -> Lines:
         yield [*_names(cell, cells), str(misread.n), misread, *rates, str(misread.count), affected]
 
 
-_TABLE = Table("table1", _table1)
+TABLE1 = Table("table1", _table1)
 
 
 def _varied(cells: list[Cell]) -> str:
@@ -108,7 +108,7 @@ def _show(found: Results) -> Iterator[Part]:
     if shares[0] == shares[1]:
         some = f"{shares[0]} of the claims contradict the report."
         said = some if high.value("misread") else "No claim contradicts the report."
-    yield Part("What is misread?", said, [_TABLE, _NOTE])
+    yield Part("What is misread?", said, [TABLE1, _NOTE])
 
 
-SECTIONS = (Section("misreading", "Misreading", _rows, _show, (_TABLE,)),)
+SECTIONS = (Section("misreading", "Misreading", _rows, _show, (TABLE1,)),)

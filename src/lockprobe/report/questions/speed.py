@@ -172,13 +172,7 @@ def _caption(found: Results) -> Note:
     )
 
 
-FIG3 = Figure(
-    "fig3",
-    "Success by step",
-    _caption,
-    draw,
-    applies=lambda found: any(course.played for course in found.courses()),
-)
+FIG3 = Figure("fig3", "Success by step", _caption, draw, applies=lambda found: bool(played_subjects(found)))
 
 
 def _show(found: Results) -> Iterator[Part]:

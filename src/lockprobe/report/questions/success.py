@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from itertools import chain
 from typing import Any
 
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, count
 from lockprobe.report.answer import headline
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import CONTROL, dose_lines
-from lockprobe.report.prose import cause, false_reports, interval_kind, paper_rates
+from lockprobe.report.prose import cause, false_reports, interval_kind, over_rates, paper_rates
 from lockprobe.report.rows import BOUNDS, Curve, DoseAxis, Estimate, Results, Row, measured_row, share_rows
 from lockprobe.report.rows import Course as Shown
-from lockprobe.report.section import Figure, Note, Part, Section
+from lockprobe.report.section import BY_BETTING, Figure, Note, Part, Section
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.differences import any_difference
@@ -40,11 +40,12 @@ def turn_rows(of: Turning, course: Course, agents: int = 1) -> Iterator[Row]:
         yield measured_row("two_lines", found, **course.of, of=of, test="two lines", **shape)
 
 
-def _of_course(course: Course) -> Iterator[Row]:
-    yield from fit_rows("success_fit", "success", course)
-    yield from _differences(course)
-    if course.order is None:
-        yield from turn_rows("success", course, course.family)
+def _rows(numbers: OpenedStudy) -> Iterator[Row]:
+    for course in numbers.every_course:
+        yield from fit_rows("success_fit", "success", course)
+        yield from _differences(course)
+        if course.order is None:
+            yield from turn_rows("success", course, course.family)
 
 
 def _differences(course: Course) -> Iterator[Row]:
@@ -85,7 +86,7 @@ def _show(found: Results) -> Iterator[Part]:
 
 def _note(found: Results) -> Note:
     tested = (
-        "hold at every look: a confidence sequence and an e-process of the mean over blocks, by betting."
+        BY_BETTING
         if found.progress.every_look
         else "are of pairs of trials with the same luck: the larger P of the interval and of a permutation "
         "within blocks (never below 0.0005, since 2000 are drawn)."
@@ -149,20 +150,6 @@ def _panel(axes: Any, course: Shown) -> None:
     figures.title(axes, figures.heading(course), f"{trials} per {course.name}")
 
 
-_FIG4 = Figure(
-    "fig4",
-    "Success rate by flip rate, as in the paper",
-    _caption,
-    draw,
-    applies=lambda found: found.several_p and any(course.played for course in found.courses()),
-)
+_FIG4 = Figure("fig4", "Success rate by flip rate, as in the paper", _caption, draw, applies=over_rates)
 
-SECTIONS = (
-    Section(
-        name="success",
-        title="Success and false reports",
-        rows=lambda numbers: chain.from_iterable(map(_of_course, numbers.every_course)),
-        show=_show,
-        figures=(_FIG4,),
-    ),
-)
+SECTIONS = (Section("success", "Success and false reports", _rows, _show, figures=(_FIG4,)),)
