@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from itertools import combinations, product
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from hypothesis import strategies as st
 
 from lockprobe.statistics.blocks import block_mean, contrast
 from lockprobe.statistics.contrast import declared, effects, interactions
+from lockprobe.statistics.course import cells_of
 from lockprobe.statistics.outcomes import BlockOrder, outcomes
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
@@ -78,7 +78,8 @@ def test_broken_trials_count_for_it_at_one_end_and_against_it_at_the_other():
 
 
 def cell(trials):
-    return SimpleNamespace(trials=trials, outcomes=outcomes(trials))
+    (found,) = cells_of(trials).values()
+    return found
 
 
 AGENT, CAREFUL, BASELINE, BLIND = "cognitive:perseverant", "cognitive:careful", "human-inspired", "random"
@@ -133,9 +134,7 @@ def test_what_changed_nothing_beside_others_is_in_no_interaction_and_a_control_m
     cells, design = played([flip, tremble, f"{flip} + {tremble}"])
     assert len(list(interactions(cells, design))) == 1
     control = cells[AGENT, "truth"]
-    watched = SimpleNamespace(
-        trials=control.trials, outcomes=replace(control.outcomes, order=BlockOrder(plans=((1, 6),)))
-    )
+    watched = replace(control, order=BlockOrder(plans=((1, 6),)))
     assert list(interactions(cells | {(AGENT, "truth"): watched}, design)) == []  # none holds at every look
     assert list(interactions({at: one for at, one in cells.items() if one is not control}, design)) == []
     idle = idle_in(cells, f"{flip} + {tremble}", tremble)

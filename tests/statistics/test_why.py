@@ -3,7 +3,6 @@
 import math
 from collections import Counter
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from solved import columns
 
-from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import read_condition
+from lockprobe.statistics.course import cells_of
 from lockprobe.statistics.design import ARMS, PLANNED, SeriesArm, arms_of
-from lockprobe.statistics.outcomes import BlockOrder, outcomes
+from lockprobe.statistics.outcomes import BlockOrder
 from lockprobe.statistics.why import CONTRASTS, whys
 from lockprobe.statistics.why import decide as decide_groups
 from lockprobe.studies.options.studyfile import study
@@ -207,11 +206,7 @@ def test_other_arms_may_be_missing_or_there_and_planned_ones_may_not():
 
 def whys_of(trials, *agents):
     """What the agents of these trials show."""
-    cells = {
-        name: SimpleNamespace(trials=own, outcomes=outcomes(own))
-        for name, own in grouped(trials, lambda trial: (trial.group, trial.condition)).items()
-    }
-    return tuple(whys(cells, design_of(study("why", agent=list(agents), trials=BLOCKS))))
+    return tuple(whys(cells_of(trials), design_of(study("why", agent=list(agents), trials=BLOCKS))))
 
 
 def played(*agents, trials=BLOCKS, **more):

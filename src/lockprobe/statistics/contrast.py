@@ -12,13 +12,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from lockprobe.statistics.blocks import block_mean, blocks_of, contrast
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.course import Cell, is_baseline
 from lockprobe.statistics.design import CONDITIONS, LEVELS, Crossed, Design, Family
 from lockprobe.statistics.differences import DifferenceAt, each_difference
 from lockprobe.statistics.every_look import share_at_every_look
@@ -27,20 +27,6 @@ from lockprobe.statistics.misinterpretation import claims
 from lockprobe.statistics.outcomes import Outcomes, ended, plays_alike
 from lockprobe.statistics.proportions import Difference
 from lockprobe.trial.condition import Contrast
-from lockprobe.trial.record import Trial
-
-
-class Cell(Protocol):
-    """One agent under one condition: its trials, also as columns."""
-
-    @property
-    def trials(self) -> Sequence[Trial]:
-        """All its trials."""
-
-    @property
-    def outcomes(self) -> Outcomes:
-        """The same as columns."""
-
 
 Cells = Mapping[tuple[str, str], Cell]
 """Every agent under every condition that it has trials of."""
