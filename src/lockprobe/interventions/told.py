@@ -39,6 +39,10 @@ class AtRate:
             if step < 1:
                 raise BadValue("at", step, "a step from 1")
 
+    def hits(self, drawn: float, step: int) -> bool:
+        """Whether it acts at a step for which this number was drawn, in [0, 1)."""
+        return drawn < self.p and (not (at := getattr(self, "at", ())) or step in at)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AtRandomSteps(AtRate):
@@ -51,10 +55,6 @@ class AtRandomSteps(AtRate):
     def stream(self) -> str:  # type: ignore[override]  # that of the class is the flip's
         """The name of its random stream."""
         return OutcomeFlip.stream if self.luck == "flip" else type(self).__name__
-
-    def hits(self, drawn: float, step: int) -> bool:
-        """Whether it acts at a step for which this number was drawn, in [0, 1)."""
-        return drawn < self.p and (not self.at or step in self.at)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,7 +143,7 @@ class Correction(AtRate):
         if percept.joint is None:
             return percept
         lies = OutcomeFlip(p=self.p, inverts=self.inverts, others=self.others)
-        hit = rng.random() < self.p and (not self.at or len(past) in self.at)
+        hit = self.hits(rng.random(), len(past))
 
         def said(says: Says) -> Percept:
             if self.last == says == "truth":  # nothing that was told stays false
