@@ -33,10 +33,8 @@ from lockprobe.statistics.loops import onset_batch
 from lockprobe.studies.modality import shown
 from lockprobe.trial.luck import numbers
 from lockprobe.trial.plan import drawn_orders, orders_of_study
-from lockprobe.trial.record import STATES
+from lockprobe.trial.record import LONGEST_TRIAL, STATES
 from lockprobe.trial.source import source_of
-
-LONGEST = 10_000
 
 MOST_STEPS = 1_000_000_000
 """Three bytes each are kept."""
@@ -80,7 +78,7 @@ def world_of(
 
     What a modality in words tells; None means the default of studies, and ``outcome-only`` makes it blind.
     """
-    check_whole("max_steps", max_steps, 1, LONGEST)
+    check_whole("max_steps", max_steps, 1, LONGEST_TRIAL)
     acting = replace(flip, p=p) if isinstance(flip, OutcomeFlip) else flip_of(flip, p)
     if not isinstance(modality, str | None):
         raise BadValue("modality", modality, "a text, such as symbolic")

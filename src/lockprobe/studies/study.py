@@ -39,13 +39,13 @@ from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.trial.condition import Condition, Contrast
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Ask, Trial, TrialName
+from lockprobe.trial.record import LONGEST_TRIAL, Ask, Trial, TrialName
 
 _LARGEST_SEED = 2**63
 _LONGEST_NAME, _LONGEST_LABEL = 100, 200
 """Characters of the name of a study, and of what keys, tables and pages call an agent."""
 
-LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
+LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_000, "max_steps": LONGEST_TRIAL}
 """The largest number that a setting can have."""
 
 SIZES = ("repetitions", "trials", "strategy_trials", "until")

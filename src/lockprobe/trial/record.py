@@ -27,6 +27,9 @@ STATES = "symbolic?tell=state"
 PLAIN_WORDS = (STATES, f"{STATES}&form=json", "symbolic")
 """The modalities in words that studies have by default; pages do not name them where all trials have one of them."""
 
+LONGEST_TRIAL = 10_000
+"""The most steps of a trial."""
+
 Outcome = Literal["moved", "blocked"]
 """The outcome of an attempt for the attempted joint."""
 

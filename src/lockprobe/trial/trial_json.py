@@ -12,14 +12,11 @@ from pydantic import TypeAdapter, ValidationError
 from lockprobe.foundation.errors import BadValue, ReplyFault
 from lockprobe.foundation.redaction import without_keys
 from lockprobe.foundation.terminal_text import one_line
-from lockprobe.trial.record import Decision, Step, Task, Trial
+from lockprobe.trial.record import LONGEST_TRIAL, Decision, Step, Task, Trial
 from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 
 _trial: TypeAdapter[Trial] = TypeAdapter(Trial)
 _decision: TypeAdapter[Decision] = TypeAdapter(Decision)
-
-LONGEST = 10_000
-"""The most steps of a trial."""
 
 _MOST = 1 << 20
 """Different steps that a reader keeps."""
@@ -103,7 +100,7 @@ def _faults(trial: Trial) -> _Faults:
         (trial.fork is None or trial.fork.parent == name, "fork of", trial.fork and trial.fork.parent, name),
         (trial.key == key, "key", trial.key, key),
         (0 <= (trial.p or 0) <= 1, "flip.p", trial.p, "a number from 0 to 1"),
-        (steps <= budget <= LONGEST, "steps", steps, f"at most the budget of {min(budget, LONGEST)}"),
+        (steps <= budget <= LONGEST_TRIAL, "steps", steps, f"at most the budget of {min(budget, LONGEST_TRIAL)}"),
         (numbers == [*range(1, steps + 1)], "numbers of steps", numbers, f"1 to {steps}"),
         *((0 <= n <= steps, f"steps changed by {spec}", n, f"0 to {steps}, its steps") for spec, n in counts),
         ((trial.error is None) != (trial.ending == "error"), "error", trial.error, failed),
