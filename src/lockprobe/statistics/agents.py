@@ -36,7 +36,7 @@ from lockprobe.statistics.broken_trials import bounded, ends_of
 from lockprobe.statistics.course import Course
 from lockprobe.statistics.proportions import Difference
 
-BASELINES = ("human-inspired", "random")
+COMPARED_BASELINES = ("human-inspired", "random")
 """Kinds of agents that every agent is compared with, if they were played."""
 
 SUCCESS, STEPS, CHANGE = "success_difference", "steps_difference", "success_interaction"
@@ -166,7 +166,7 @@ def compared(players: Sequence[Course]) -> list[AgentPair]:
     """
     doses = tuple(sorted({dose for one in players for dose in one.outcomes.ended.dose.tolist()}))
     others = [one for one in players if not one.baseline]
-    baselines = [one for one in players if others and spec_kind(one.spec) in BASELINES]
+    baselines = [one for one in players if others and spec_kind(one.spec) in COMPARED_BASELINES]
     pairs = [
         (one, two, False)
         for two, one in combinations(others or players, 2)

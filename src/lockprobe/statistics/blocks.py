@@ -254,11 +254,13 @@ def crossed_mean(
     If people have unequally many trials, a conclusion must hold with every trial and with every person counted alike
     (:func:`lockprobe.statistics.clustered.clustered_proportion`).
     """
-    pooled, alike = (
-        two_way(mean, weight * (values - mean), luck, person, pairs=len(values), unit=unit, most=unit, rare=rare)
-        for weight in (np.ones(len(values)), alike_weights(person))
-        for mean in [float((weight * values).mean())]
-    )
+
+    def weighted(weight: Array) -> Difference:
+        mean = float((weight * values).mean())
+        rest = weight * (values - mean)
+        return two_way(mean, rest, luck, person, pairs=len(values), unit=unit, most=unit, rare=rare)
+
+    pooled, alike = weighted(np.ones(len(values))), weighted(alike_weights(person))
     if pooled.low is None or pooled.high is None or alike.low is None or alike.high is None:
         return pooled
     tested = pooled.p_value
