@@ -217,8 +217,8 @@ class AtEveryLook:
         low, high: Ends of the interval at the last look, [-bound, bound].
         p_value: P value of "the mean is 0", corrected for the family and for agents; 1 without numbers.
         effect_at: Number of the block (from 1) at which the interval left out 0 for the first time; None if at none.
-        small_p_value: P value of "the mean is as large as the margin or larger, either way"; 1 without a margin.
-        small_at: Number of the block at which that P value fell below 0.05; None if at none.
+        small_at: Number of the block at which the P value of "the mean is as large as the margin or larger, either way"
+            fell below 0.05; None if at none, and without a margin.
         blocks: Numbers of blocks (from 1) at which the interval is kept, ascending, shape (looks,).
         means, lows, highs: Mean and ends of the interval there, of the same shape.
         halves: Means of the first and of the second half of the numbers; NaN where a half is empty.
@@ -230,7 +230,6 @@ class AtEveryLook:
     high: float
     p_value: float
     effect_at: int | None
-    small_p_value: float
     small_at: int | None
     blocks: NDArray[np.int64]
     means: Array
@@ -288,7 +287,6 @@ def held_at_both_ends(found: AtEveryLook, low: AtEveryLook, high: AtEveryLook) -
     return replace(
         bounded(found, low, high),
         effect_at=max(effects) if None not in effects and low.value * high.value > 0 else None,
-        small_p_value=max(low.small_p_value, high.small_p_value),
         small_at=None if None in smalls else max(smalls),
         blocks=low.blocks,
         means=(low.means + high.means) / 2,
@@ -344,7 +342,6 @@ def _judged(one: Numbers, p_values: Array, limits: Array, small: Array) -> AtEve
         high=float(highs[-1]) if n else one.bound,
         p_value=float(p_values[seen].min(initial=1.0)),
         effect_at=_first(seen, p_values),
-        small_p_value=float(small[seen].min(initial=1.0)),
         small_at=_first(seen, small),
         blocks=seen + 1,
         means=one.values.cumsum()[at - 1] / at,
