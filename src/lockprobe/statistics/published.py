@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Literal
 
@@ -19,7 +18,6 @@ PEAK = 0.4
 
 SOLVED_AT_0, SOLVED_AT_40 = proportion(7, 30), proportion(20, 30)
 LOOPS_AT_0, LOOPS_AT_40 = proportion(24, 30), proportion(16, 30)
-REFERENCE, MODALITY = proportion(10, 10), proportion(8, 10)
 CORRELATION, CORRELATION_POINTS = -0.69, 21
 """Fig. 5a, presumably over repetitions of conditions."""
 
@@ -30,29 +28,8 @@ REFERENCE_STEPS = 9
 """The same of the human-inspired strategy."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MisreadRate:
-    """A row of Table 1: rates per trial over 10 trials.
-
-    Attributes:
-        mean, sd: Mean and standard deviation of the rates, [0, 1].
-        total: Number of misinterpretations.
-        affected: Trials with at least one misinterpretation.
-    """
-
-    mean: float
-    sd: float
-    total: int
-    affected: int
-    trials: int = 10
-
-
-TABLE1: Mapping[str, MisreadRate] = {
-    "rgb": MisreadRate(mean=0.217, sd=0.122, total=22, affected=10),
-    "rgbd": MisreadRate(mean=0.268, sd=0.125, total=35, affected=10),
-    "symbolic": MisreadRate(mean=0.049, sd=0.069, total=6, affected=4),
-}
-"""Table 1 by modality."""
+TABLE1 = {"rgb": (0.217, 0.122, 10), "rgbd": (0.268, 0.125, 10), "symbolic": (0.049, 0.069, 10)}
+"""Table 1 by modality: mean and standard deviation of the rates of misinterpretation per trial, [0, 1], and trials."""
 
 Shares = tuple[Proportion, Proportion]
 """Shares of trials at a flip rate of 0 and at :data:`PEAK`."""

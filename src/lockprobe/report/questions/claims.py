@@ -155,8 +155,8 @@ def _told_the_truth(course: Course, claim: PaperClaim) -> Judged | None:
         case "misread":  # as often as in the paper
             rate, spread, total = (first.get("misinterpretations", of) for of in ("rate", "SD of rates", ""))
             if rate and spread and total and rate.value is not None and spread.value is not None:
-                its = published.TABLE1[spec_name(course.modality)]
-                p = welch_test((its.mean, its.sd, its.trials), (rate.value, spread.value, rate.n or 0))
+                rates = rate.value, spread.value, rate.n or 0
+                p = welch_test(published.TABLE1[spec_name(course.modality)], rates)
                 said = f"{percent(rate.value, 1)} ± {percent(spread.value, 1)}, {total.value:g} in all"
                 return _judged(said, 1, "Welch, on the rates per trial", p, figure=True)
         case "half" if (row := first.get(claim.quantity, claim.part)) and None not in (row.low, row.high):
