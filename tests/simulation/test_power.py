@@ -115,7 +115,7 @@ MODELS = [
 @pytest.mark.parametrize("given", MODELS)
 def test_persons_and_boxes_are_solved_as_stated_and_no_person_meets_luck_twice(given, of):
     """The spread of what a person opens is that of their skill and of the luck of their boxes."""
-    model = Clusters(**given, of="boxes" if of == "boxes" else "persons", between=of == "between")
+    model = Clusters(**given, counted="boxes" if of == "boxes" else "persons", between=of == "between")
     conditions = len(model.success)
     groups = model.groups(1500 * conditions, np.random.default_rng(1))
     if of == "boxes":
@@ -139,7 +139,7 @@ def test_persons_and_boxes_are_solved_as_stated_and_no_person_meets_luck_twice(g
 
 
 @pytest.mark.parametrize(
-    "given", [{}, {"between": True}, {"of": "boxes", "each": 5, "sd": 0.6, "effect_sd": 0.3}], ids=str
+    "given", [{}, {"between": True}, {"counted": "boxes", "each": 5, "sd": 0.6, "effect_sd": 0.3}], ids=str
 )
 def test_of_clusters_that_is_detected_which_the_report_says(given):
     model, size = Clusters(success=(0.4, 0.6), **given), 200 if "each" not in given else 30

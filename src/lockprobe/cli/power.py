@@ -87,7 +87,7 @@ def power(
             "come on top. Assumption: nobody learns from box to box."
         )
     elif over_boxes:
-        deviations: dict[str, Any] = {"of": "boxes", "sd": _BOX_SD, "effect_sd": _BOX_SD}
+        deviations: dict[str, Any] = {"counted": "boxes", "sd": _BOX_SD, "effect_sd": _BOX_SD}
         effects = [Clusters(success=tuple(shares), each=each, **deviations) for each in sizes or (1, 2, 5, 10, 20)]
         sizes = _numbers("over-boxes", over_boxes, int)
         note = (

@@ -48,9 +48,6 @@ _BATCH = 10
 _WHY, _ANY, _SHAPE = "why", "any of them", "rises and falls"
 """The family of a study of controls; what the report can say of a family of doses beside its single levels."""
 
-Progress = Callable[[int, int], None]
-"""Called with the work done and all work."""
-
 Flags = NDArray[np.bool_]
 
 
@@ -109,7 +106,7 @@ def power(
     studies: int = 100,
     seed: int = 1,
     workers: Pool = THIS_PROCESS,
-    progress: Progress = lambda done, of: None,
+    progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[dict[str, Needed]]:
     """Simulate studies of every effect, and count what the report detects.
 
@@ -289,7 +286,7 @@ class Clusters:
 
     Attributes:
         success: Share solved under each condition, the control first, (0, 1).
-        of: What they are, and what the size of a study counts.
+        counted: What they are, and what the size of a study counts.
         each: Trials of a cluster under each condition.
         between: Whether each person plays under one condition alone, as many boxes in all.
         sd: Standard deviation of skill or difficulty, in logits. The default of persons is chosen by eye: at a mean of
@@ -298,7 +295,7 @@ class Clusters:
     """
 
     success: tuple[float, ...]
-    of: Literal["persons", "boxes"] = "persons"
+    counted: Literal["persons", "boxes"] = "persons"
     each: int = 1
     between: bool = False
     sd: float = 1.0
@@ -309,11 +306,6 @@ class Clusters:
             raise BadValue("success", self.success, "two or more shares above 0 and below 1, the control first")
 
     @property
-    def counted(self) -> str:
-        """What the size of a study counts."""
-        return self.of
-
-    @property
     def sizes(self) -> tuple[int, ...]:
         """Clusters in all."""
         return tuple(len(self.success) * each for each in (10, 20, 40, 80, 160))
@@ -321,7 +313,7 @@ class Clusters:
     @property
     def least(self) -> int:
         """Ten persons under each condition; boxes enough for a sentence on boxes like these."""
-        if self.of == "boxes":
+        if self.counted == "boxes":
             return FEWEST
         return FEWEST_PERSONS * (len(self.success) if self.between else 1)
 
@@ -333,13 +325,13 @@ class Clusters:
     @property
     def address(self) -> tuple[str, ...]:
         """Names its random streams."""
-        design = "boxes" if self.of == "boxes" else "between" if self.between else "within"
+        design = "boxes" if self.counted == "boxes" else "between" if self.between else "within"
         return "power", "people", design, f"{self.sd:g}", f"{self.effect_sd:g}"
 
     def row(self, what: str) -> dict[str, object]:
         """Design, trials of each, the assumed deviations, and the condition."""
         head: dict[str, object] = {"trials on each box": self.each}
-        if self.of == "persons":
+        if self.counted == "persons":
             design = "between persons" if self.between else "within persons"
             head = {"design": design, "boxes": self.each * len(self.success)}
         return head | {"sd": self.sd, "effect sd": self.effect_sd, "condition": what}
@@ -359,7 +351,7 @@ class Clusters:
                 logit = logit + luck.normal(0, self.effect_sd, n)
             trials = _played((luck.random((n, each)) < _chance(logit)[:, None]).reshape(-1), place)
             name = np.repeat(np.arange(n) + n * place * self.between, each).astype(np.str_)
-            if self.of == "boxes":
+            if self.counted == "boxes":
                 found.append(replace(trials, box=name))
             else:  # nobody meets any luck twice, and under every condition somebody meets it
                 number = np.roll(trials.trial.reshape(n, each), place, axis=0).reshape(-1)
