@@ -7,8 +7,7 @@ from builders import SOLUTION, make_trial, play_study, small_study
 from solved import columns
 
 from lockprobe.statistics.course import cells_of, courses
-from lockprobe.statistics.idle import never_acted
-from lockprobe.statistics.outcomes import BlockOrder, Point, joined, outcomes, plays_alike, points
+from lockprobe.statistics.outcomes import BlockOrder, Point, joined, never_acted, outcomes, plays_alike, points
 
 
 def trials_of(agent, solved, n=6, modality="symbolic"):

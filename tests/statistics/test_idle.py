@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from reported import found_in
 
-from lockprobe.statistics.idle import idle_interventions, never_acted, steps_changed
+from lockprobe.statistics.outcomes import idle_interventions, never_acted, steps_changed
 from lockprobe.studies.options.studyfile import study
 from lockprobe.testing import play_trials
 

@@ -18,8 +18,7 @@ from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rows import Curve, DoseAxis, Estimate, EveryLook, Player, Progress, Row, share_rows
 from lockprobe.statistics.course import Cell, Course, cells_of, courses, is_baseline
 from lockprobe.statistics.design import Axis, Design
-from lockprobe.statistics.idle import idle_interventions
-from lockprobe.statistics.outcomes import NO_ORDERS
+from lockprobe.statistics.outcomes import idle_interventions
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Rules
 from lockprobe.studies import PEOPLE_DIRECTORY
@@ -140,7 +139,7 @@ class OpenedStudy:
     @cached_property
     def by_name(self) -> Mapping[tuple[str, str], PlayedCell]:
         """Every agent under every condition that has trials, as contrasts take them."""
-        return cells_of(self.analysed, block_orders(self.study) if self.every_look else NO_ORDERS, PlayedCell)
+        return cells_of(self.analysed, block_orders(self.study) if self.every_look else {}, PlayedCell)
 
     @cached_property
     def cells(self) -> tuple[PlayedCell, ...]:
@@ -166,7 +165,7 @@ class OpenedStudy:
                 idle = dose and (cell.agent, cell.condition) in self.idle
                 return None if dose is None or idle else (cell.agent, axis.modality, dose)
 
-            if over := courses(self.by_name.values(), axis, axis.key, place, several=times[axis] > 1):
+            if over := courses(self.by_name.values(), axis, place, several=times[axis] > 1):
                 found.append((DoseAxis(axis=axis, players=tuple(players_of(over, doses=True))), over))
         return tuple(found)
 

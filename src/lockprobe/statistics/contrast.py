@@ -22,9 +22,8 @@ from lockprobe.statistics.course import Cell, is_baseline
 from lockprobe.statistics.design import CONDITIONS, LEVELS, Crossed, Design, Family
 from lockprobe.statistics.differences import DifferenceAt, each_difference
 from lockprobe.statistics.every_look import share_at_every_look
-from lockprobe.statistics.idle import idle_interventions
 from lockprobe.statistics.misinterpretation import claims
-from lockprobe.statistics.outcomes import Outcomes, ended, plays_alike
+from lockprobe.statistics.outcomes import Outcomes, ended, idle_interventions, plays_alike
 from lockprobe.statistics.proportions import Difference
 from lockprobe.trial.condition import Contrast
 

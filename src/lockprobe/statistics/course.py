@@ -17,9 +17,17 @@ from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.design import FLIPS, Axis
 from lockprobe.statistics.every_look import share_at_every_look
-from lockprobe.statistics.idle import never_acted
 from lockprobe.statistics.modalities import spoken
-from lockprobe.statistics.outcomes import NO_ORDERS, BlockOrder, Outcomes, Point, joined, outcomes, plays_alike, points
+from lockprobe.statistics.outcomes import (
+    BlockOrder,
+    Outcomes,
+    Point,
+    joined,
+    never_acted,
+    outcomes,
+    plays_alike,
+    points,
+)
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.shape import Quantity, resample
 from lockprobe.trial.record import PLAIN_WORDS, Trial
@@ -79,7 +87,7 @@ _Cell = TypeVar("_Cell", bound=Cell)
 
 def cells_of(
     trials: Iterable[Trial],
-    orders: Mapping[str, BlockOrder] = NO_ORDERS,
+    orders: Mapping[str, BlockOrder] = {},
     kind: type[_Cell] = Cell,  # type: ignore[assignment]
 ) -> dict[tuple[str, str], _Cell]:
     """Every agent under every condition that it has trials of; ``orders`` has the agents judged at every look."""
@@ -103,7 +111,6 @@ class Course:
         cells: What it did at each dose, ascending.
         doses: The dose of each.
         axis: The dose in which they differ.
-        key: What the column ``axis`` of rows calls it.
         several: Whether the study has the axis in several modalities, so that agents are named with theirs.
         beside: All agents over the axis, itself included.
     """
@@ -113,7 +120,6 @@ class Course:
     cells: tuple[Cell, ...]
     doses: tuple[float, ...]
     axis: Axis
-    key: str
     several: bool
     beside: Sequence[Course] = field(repr=False)
 
@@ -130,7 +136,7 @@ class Course:
     @property
     def of(self) -> dict[str, Any]:
         """The columns that say of which course a row is."""
-        return {"agent": self.agent, "modality": self.modality, "axis": self.key}
+        return {"agent": self.agent, "modality": self.modality, "axis": self.axis.key}
 
     @cached_property
     def spec(self) -> str:
@@ -227,7 +233,6 @@ def on_flip_axis(cell: Cell) -> tuple[str, str, float]:
 def courses(
     cells: Iterable[Cell],
     axis: Axis = FLIPS,
-    key: str = FLIPS.name,
     place: Callable[[Cell], tuple[str, str, float] | None] = on_flip_axis,
     *,
     several: bool = False,
@@ -244,7 +249,7 @@ def courses(
         doses, there = tuple(dose for (*_, dose), _ in own), tuple(cell for _, cell in own)
         found.append(
             Course(
-                agent=agent, modality=modality, cells=there, doses=doses, axis=axis, key=key, several=several,
+                agent=agent, modality=modality, cells=there, doses=doses, axis=axis, several=several,
                 beside=found,  # complete once all courses are made
             )
         )  # fmt: skip

@@ -1,8 +1,13 @@
-"""The trials of one agent as columns, broken ones too, with the order of their blocks; its repetitions as points."""
+"""The trials of one agent as columns, broken ones too, with the order of their blocks; its repetitions as points.
+
+Last, trials that can show no effect: an agent that plays alike whatever it is told, and interventions that changed
+nothing. Neither is a null result.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -10,7 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lockprobe.foundation.spec import spec_name
 from lockprobe.statistics import loops
+from lockprobe.trial.condition import PLANT
 from lockprobe.trial.record import Trial
 
 REPORTS = 10
@@ -47,10 +54,6 @@ class BlockOrder:
             part[new] = np.arange(new.sum()) + place.max() + 1
         found: NDArray[np.int64] = place[np.asarray(repetition, int) - 1, np.asarray(trial, int) - 1]
         return found
-
-
-NO_ORDERS: Mapping[str, BlockOrder] = {}
-"""No agent of whose trials anything must hold at every look: of a study of fixed size that is finished."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -250,3 +253,36 @@ def plays_alike(trials: Sequence[Trial]) -> bool:
             if (one.told_moved, one.told_state) != (two.told_moved, two.told_state)
         }
     return len(differing) >= REPORTS
+
+
+def steps_changed(trials: Sequence[Trial]) -> Counter[str] | None:
+    """Spec of every intervention -> the steps of ended trials that it changed; "" -> those that any of them changed.
+
+    At such a step the agent was told, asked or remembered something else than without it, or another joint than the
+    chosen one was attempted. None if some record does not say, or no trial has ended.
+    """
+    counted = ended(trials)
+    if len({tuple(trial.changed) for trial in counted}) != 1:
+        return None
+    found = Counter({"": sum(trial.changed_steps for trial in counted)})
+    for trial in counted:
+        found.update(trial.changed)
+    return found
+
+
+def never_acted(trials: Sequence[Trial]) -> bool:
+    """Whether interventions of a condition changed nothing, or it has a flip rate above 0 and no report was false."""
+    found, steps = steps_changed(trials), [step for trial in ended(trials) for step in trial.steps]
+    if not found or len(found) == 1 or not steps:
+        return False
+    return not found[""] or (bool(trials[0].p) and not any(step.told_falsely for step in steps))
+
+
+def idle_interventions(trials: Sequence[Trial], acting: Sequence[str]) -> list[str]:
+    """What changed nothing: "" for the condition as a whole, or some of its interventions that should act."""
+    found = steps_changed(trials)
+    if not found or len(found) == 1 or not any(trial.steps for trial in ended(trials)):
+        return []
+    if not found[""] and not any(spec_name(spec) == PLANT for spec in acting):
+        return [""]
+    return [spec for spec in acting if found.get(spec) == 0]

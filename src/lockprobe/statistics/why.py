@@ -24,8 +24,7 @@ from lockprobe.statistics.blocks import blocks_of, contrast
 from lockprobe.statistics.contrast import Cells
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.design import PLANNED, Design, arms_of
-from lockprobe.statistics.idle import never_acted
-from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.outcomes import Outcomes, never_acted
 from lockprobe.statistics.proportions import Difference
 from lockprobe.trial.condition import Contrast
 

@@ -30,9 +30,8 @@ from lockprobe.report.rows import (
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.contrast import effects
 from lockprobe.statistics.design import LEVELS, READING_FACTORS
-from lockprobe.statistics.idle import never_acted, steps_changed
 from lockprobe.statistics.measures import find_measure, measured
-from lockprobe.statistics.outcomes import points
+from lockprobe.statistics.outcomes import never_acted, points, steps_changed
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:

@@ -24,7 +24,7 @@ from lockprobe.report.questions.stopping import every_look_said, small_said
 from lockprobe.report.rows import Fact, Results, Row
 from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.statistics.design import FLIPS, Design, arms_of
-from lockprobe.statistics.idle import idle_interventions, never_acted
+from lockprobe.statistics.outcomes import idle_interventions, never_acted
 from lockprobe.studies.study import Study
 
 _WHO, _WHO_MOST = "who was studied", 8
