@@ -133,21 +133,20 @@ def description(spec: str) -> str:
     return f"{said.partition('. ')[0].removesuffix('.')}." if said else ""
 
 
-def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
+def resolve(text: str, access: Access = _ACCESS) -> AgentSource:
     """Find the agent that a spec names.
 
     Args:
-        spec: The spec, or its text.
+        text: The spec.
         access: Connection settings, if it is a hosted model.
 
     Raises:
         UnknownName: If there is no such agent; the message lists those that exist.
         BadValue: If the spec holds invisible characters, or an invalid option.
     """
-    text = str(spec)
     if not text.isprintable():
         raise BadValue("agent", printable(text), "a name without control characters")
-    spec = spec if isinstance(spec, Spec) else Spec.parse(spec)
+    spec = Spec.parse(text)
     if is_strategy(text):
         agent = _viewer(spec) if spec.kind == "viewer" else _strategy(spec)
         return AgentSource(spec=text, engine="inline", sees=spec.kind == "viewer", make=lambda: agent)
@@ -218,9 +217,14 @@ def _viewer(spec: Spec) -> Viewer:
     return Viewer(_strategy(strategy), str(strategy), **arguments_from(Viewer, spec.kind, sight))  # type: ignore[arg-type]
 
 
+def is_local(spec: Spec) -> bool:
+    """Whether a spec of the kind llm names a model in a file."""
+    return spec.name == "local" or spec.name.startswith("gguf:")
+
+
 def _language_model(spec: Spec, access: Access) -> AgentSource:
     text = str(spec)
-    if spec.name == "local" or spec.name.startswith("gguf:"):
+    if is_local(spec):
         from lockprobe.agents import local
 
         local.temperature_in(spec)

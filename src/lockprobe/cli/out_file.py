@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.studies import PEOPLE_DIRECTORY, SETTINGS
+from lockprobe.studies import FORKS, PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.store import ALBUM, STORE
 
-_OF_STUDY = {SETTINGS, "results.json", "report.html", ALBUM, PEOPLE_DIRECTORY, "forks"}
-"""What a study keeps in its directory, beside its store and what is named after that."""
+_OF_STUDY = {SETTINGS, "results.json", "report.html", ALBUM, PEOPLE_DIRECTORY, FORKS}
+"""What no export may replace, beside the store and what is named after it; beside figures and tables there is room."""
 
 
 def refuse_study_file(out: Path) -> None:

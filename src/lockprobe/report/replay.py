@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from lockprobe.agents.catalogue import is_strategy, resolve
+from lockprobe.agents.catalogue import is_local, is_strategy, resolve
 from lockprobe.agents.prompt import prompt_fingerprint
 from lockprobe.agents.reply import parse_reply
 from lockprobe.foundation.errors import ModelFault, ReplyFault, UserMistake
@@ -55,11 +55,11 @@ class ReplayedTrial:
 
 def kind_of(agent: str) -> AgentKind:
     """The kind of an agent, by its spec. Nothing is imported for it."""
-    kind, name = spec_kind(agent), Spec.parse(agent).name
+    kind = spec_kind(agent)
     if is_strategy(agent):
         return "strategy"
     if kind == "llm":
-        return "local" if name == "local" or name.startswith("gguf:") else "hosted"
+        return "local" if is_local(Spec.parse(agent)) else "hosted"
     return "outside" if kind in (PEOPLE, MCP) else "own"
 
 
