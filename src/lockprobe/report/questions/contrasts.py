@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -91,6 +90,10 @@ def _show_declared(found: Results) -> Iterator[Part]:
 # Interactions: does the effect of one intervention, or of one dose, depend on another?
 
 
+_CROSSED = "crossed doses"
+"""What facts are about that name the two doses of a grid. Facts about the grid say under which condition a pair is."""
+
+
 def _interactions(numbers: OpenedStudy) -> Iterator[Row]:
     if numbers.study.of_flips:
         return
@@ -101,8 +104,10 @@ def _interactions(numbers: OpenedStudy) -> Iterator[Row]:
         name = _TIMES.join([one.name for one in crossed.axes] or alone)
         known[name, rest] += 1
         named.append((crossed, axis_key(name, rest=rest, number=known[name, rest])))
-        for (row, column), condition in crossed.conditions.items() if crossed.axes else ():
-            yield Fact(about=named[-1][1], name=f"{row:g}, {column:g}", text=condition)
+        if crossed.axes:
+            yield Fact(about=_CROSSED, name=named[-1][1], text=name)
+            for (row, column), condition in crossed.conditions.items():
+                yield Fact(about=named[-1][1], name=f"{row:g}, {column:g}", text=condition)
     for agent, crossed, found, choices in interactions(numbers.by_name, design):
         axis = next(axis for one, axis in named if one == crossed)
         of: dict[str, Any] = {"agent": agent, "modality": crossed.modality, "axis": axis, "unit": "points"}
@@ -118,8 +123,7 @@ def _crossings(found: Results) -> Lines:
 
 def _grid(found: Results, axis: str) -> Lines:
     """Success over two doses: for each agent a row a dose of the first, and a column a dose of the second."""
-    own, named = found.facts_about(axis), re.sub(r" \(\d+\)$", "", axis.partition(", with ")[0])
-    first, second = named.split(_TIMES)
+    own, (first, second) = found.facts_about(axis), found.fact(_CROSSED, axis).split(_TIMES)
     rows, columns = (sorted({name.split(", ")[i] for name in own}, key=float) for i in (0, 1))
     yield ["agent", first, *(f"{second} {column}" for column in columns)]
     shares = {(row.agent, row.condition): row for row in found.where("success", of="", control="", versus="", axis="")}
@@ -138,8 +142,8 @@ _CROSSED_NOTE = Note(
 
 
 def _show_crossings(found: Results) -> Iterator[Part]:
-    grids = dict.fromkeys(fact.about for fact in found.facts if _TIMES in fact.about)
-    tables = [table for axis in grids if (table := Table("", partial(_grid, axis=axis))).cells(found)]
+    grids = (Table("", partial(_grid, axis=axis)) for axis in found.facts_about(_CROSSED))
+    tables = [table for table in grids if table.cells(found)]
     note = Note(f"Share of trials solved under every combination of two doses. Brackets are {interval_kind(found)}.")
     rows = found.where("success_interaction", versus="")
     blocks: list[Block] = [*tables, note] if tables else []
