@@ -66,28 +66,19 @@ def _asked(found: Results) -> list[Cell]:
 def _table1(found: Results) -> Lines:
     """The paper's Table 1 with an interval, and a column for the trials, which the paper counts in asterisks."""
     cells = _asked(found)
-    yield ["agent", _varied(cells), "claims", "misread", "rate per trial", "± SD", "misread in all", "in trials"]
+    ways, rates = {one.modality for one in cells}, {one.p for one in cells}
+    alone = len(ways) > 1 and len(rates) == 1 and not by_conditions(cells)  # nothing but the modality differs
+    apart = "modality" if alone else varied(cells)
+    yield ["agent", apart, "claims", "misread", "rate per trial", "± SD", "misread in all", "in trials"]
     for cell in cells:
+        names = (cell.agent, cell.shown or spoken(cell.modality)) if alone else (cell.label, under(cell, cells))
         misread = cell.found.one("misread", **cell.own)
-        rates = [percent(cell.value("misinterpretations", of), 1) for of in ("rate", "SD of rates")]
+        shares = [percent(cell.value("misinterpretations", of), 1) for of in ("rate", "SD of rates")]
         affected = count_of(cell.get("misinterpretations", "trials with any"))
-        yield [*_names(cell, cells), str(misread.n), misread, *rates, str(misread.count), affected]
+        yield [*names, str(misread.n), misread, *shares, str(misread.count), affected]
 
 
 TABLE1 = Table("table1", _table1)
-
-
-def _varied(cells: list[Cell]) -> str:
-    """What tells the rows of an agent apart: the modality where that alone differs, else flip rate or condition."""
-    alone = len({one.p for one in cells}) == 1 and len({one.modality for one in cells}) > 1
-    return "modality" if alone and not by_conditions(cells) else varied(cells)
-
-
-def _names(cell: Cell, among: list[Cell]) -> tuple[str, str]:
-    """What names a row."""
-    if _varied(among) == "modality":
-        return cell.agent, cell.shown or spoken(cell.modality)
-    return cell.label, under(cell, among)
 
 
 _NOTE = Note(
