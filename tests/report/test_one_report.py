@@ -1,6 +1,7 @@
 """One report for every design: each condition beside its control in its own family, and none changes another's numbers."""
 
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import pytest
 from builders import write_study
@@ -8,6 +9,7 @@ from reported import found_in
 
 from lockprobe.report.page import Page
 from lockprobe.report.results import results
+from lockprobe.report.rows import IDENTITY
 from lockprobe.studies.options.studyfile import study
 
 SMALL = {"agent": ["cognitive:perseverant", "human-inspired"], "trials": 4, "repetitions": 2, "seed": 5}
@@ -58,8 +60,10 @@ def of_family(found, family):
 def test_other_conditions_change_nothing_that_is_found_of_flips(found_alone, more, tmp_path):
     """Every number, curve, property, trial and sentence stays but the first sentences, which say what is beside."""
     before, now = found_alone, results(played(tmp_path / "study", **FLIPS, **more))
-    known = {(type(row), row.identity): row for row in (*now.rows, *now.curves)}
-    assert [row for row in (*before.rows, *before.curves) if known.get((type(row), row.identity)) != row] == []
+    known = {(type(row), attrgetter(*IDENTITY)(row)): row for row in (*now.rows, *now.curves)}
+    assert [
+        row for row in (*before.rows, *before.curves) if known.get((type(row), attrgetter(*IDENTITY)(row))) != row
+    ] == []
     assert len(now.rows) > len(before.rows)
     changed = [(one.about, one.name) for one in before.facts if one not in now.facts]
     first = {("overview", kind) for kind in ("question", "trial", "answer", "needed", "untested", "cause")}

@@ -184,9 +184,8 @@ def known_of_broken(found: Results, *, every: bool = False) -> list[tuple[str, s
         if not (every or row.agent in found.subjects):
             continue
         of = {"agent": row.agent, "modality": row.modality}
-        own = {one.condition: one for one in found.cells if (one.agent, one.modality) == (row.agent, row.modality)}
-        sentences = [f"{capital(_where(cell))}: {_bounds_said(cell)}" for cell in own.values() if cell.value("broken")]
-        sentences = sentences if every else sentences[:1]
+        own = [one for one in found.cells if (one.agent, one.modality) == (row.agent, row.modality)]
+        sentences = [_bounds_said(cell) for cell in own if cell.value("broken")][: None if every else 1]
         broke, ended = (found.get("last_step", **of, of=part) for part in ("broken", "ended"))
         if broke and ended and (broke.value or 0) > (ended.value or 0):
             sentences.append(
@@ -201,16 +200,13 @@ def known_of_broken(found: Results, *, every: bool = False) -> list[tuple[str, s
 
 
 def _bounds_said(cell: Cell) -> str:
-    """What is known of the success of trials some of which broke, by Horowitz and Manski's bounds."""
+    """What is known of the success under a condition some of whose trials broke, by Horowitz and Manski's bounds."""
+    where = capital(f"under {cell.condition}" if cell.p is None else at_dose(cell.p))
     row, broken = cell.get("success"), cell.value("broken") or 0.0
     least, most = cell.value("success", "at least"), cell.value("success", "at most")
     if row is None or not row.n or least is None or most is None:
-        return f"All {broken:g} trials broke." if broken > 1 else "The one trial broke."
+        return f"{where}: {f'All {broken:g} trials' if broken > 1 else 'The one trial'} broke."
     return (
-        f"{broken:g} of {row.n + broken:g} trials broke, {row.count} of the other {row.n} opened the box: between "
-        f"{percent(least)} and {percent(most)} [{percent(row.low)}, {percent(row.high)}] would have."
+        f"{where}: {broken:g} of {row.n + broken:g} trials broke, {row.count} of the other {row.n} opened the box: "
+        f"between {percent(least)} and {percent(most)} [{percent(row.low)}, {percent(row.high)}] would have."
     )
-
-
-def _where(cell: Cell) -> str:
-    return f"under {cell.condition}" if cell.p is None else at_dose(cell.p)

@@ -40,6 +40,8 @@ _SHARE, _OTHER = "success_compared", "the other"
 
 _WORST = "whatever became of broken trials"
 
+_NONE = "No two studies have a trial to compare under a condition that they share."
+
 
 class Sample(NamedTuple):
     """The trials of one agent of a study under one condition, broken ones too.
@@ -139,11 +141,13 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
             samples.append(Sample(name, agent, acting, one.study.seed, trials, family[acting]))
     samples.sort(key=lambda one: [*family].index(one.condition))
     rules = rules_broken_said(*opened[0].rules.broken(t for one in samples for t in one.trials))
+    rows = study_rows(samples)
+    found = detected_said((row for row, *_ in _differences(rows)), "differences between studies")
     return Comparison(
         box=opened[0].study.boxes_in_words,
         studies=tuple(studies),
-        rows=tuple(rows := study_rows(samples)),
-        said=" ".join(filter(None, (conclusion(rows), rules))),
+        rows=tuple(rows),
+        said=" ".join(filter(None, (found or _NONE, rules))),
         unlike=tuple(_unlike(samples)),
     )
 
@@ -202,24 +206,13 @@ def _unlike(samples: Sequence[Sample]) -> Iterator[str]:
                 yield f"{next(iter(by_study.values())).group}: {fact} is {each}"
 
 
-_Compared = tuple[StudyRow, StudyRow, StudyRow, str]
-"""A difference, what its two sides solved of the trials compared, and how many these are."""
-
-
-def _differences(rows: Sequence[StudyRow]) -> Iterator[_Compared]:
+def _differences(rows: Sequence[StudyRow]) -> Iterator[tuple[StudyRow, StudyRow, StudyRow, str]]:
+    """Every difference, what its two sides solved of the trials compared, and how many these are."""
     for i, row in enumerate(rows):
         if row.quantity == "success_difference":
             own, other = rows[i + 1 : i + 3]
             paired = row.test.startswith("McNemar")
             yield row, own, other, f"{own.n} pairs" if paired else f"{own.n} and {other.n} trials"
-
-
-def conclusion(rows: Sequence[StudyRow]) -> str:
-    """How many differences between studies were detected, each corrected for those of its family."""
-    asked = [row for row, *_ in _differences(rows)]
-    return detected_said(asked, "differences between studies") or (
-        "No two studies have a trial to compare under a condition that they share."
-    )
 
 
 def write_comparison(comparison: Comparison, out: Path) -> Path:

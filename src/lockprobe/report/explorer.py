@@ -57,11 +57,11 @@ def explorer_data(trials: Sequence[Trial], found: Results) -> str:
     places, called = {name: place for place, name in enumerate(joints)}, condition_words(found)
     people = list(dict.fromkeys(trial.player for trial in shown if trial.player))
     words = sum(len(step.decision.hypothesis[:_WORDS]) for trial in shown for step in trial.steps) <= _ALL_WORDS
-    lines = [line for line in primary_lines(found) if line.second] or primary_lines(found)
-    first = sorted(lines, key=lambda line: not (line.change and line.change.detected))[:1]
+    lines = primary_lines(found)
+    lines.sort(key=lambda line: (line.second is None, not (line.change and line.change.detected)))
     start = [
         (agents.index((line.agent, line.modality)), *map(conditions.index, line.conditions))
-        for line in first
+        for line in lines[:1]
         if (line.agent, line.modality) in agents and {*line.conditions} <= {*conditions}
     ]
     data = {

@@ -66,11 +66,6 @@ class _Measured(Part):
     source: str = Field(default="", description="The package that measures it; empty for Lockprobe.")
 
     @property
-    def identity(self) -> tuple[str, ...]:
-        """What it is of."""
-        return tuple(getattr(self, name) for name in IDENTITY)
-
-    @property
     def pair(self) -> dict[str, str]:
         """The two agents that it compares, as columns."""
         return {name: getattr(self, name) for name in ("agent", "modality", "versus", "versus_modality")}
@@ -87,20 +82,15 @@ BOUNDS = ("at least", "at most")
 """Parts of a share or a difference of trials some of which broke: what it is at least and at most, whatever became of
 these."""
 
-UNITS = (
-    *("share", "points", "ratio", "direction", "dose", "steps", "trials", "attempts", "people", "claims", "records"),
-    *("boxes", "blocks", "r"),
-)
-"""The units of Lockprobe's numbers."""
-
 
 class Estimate(_Measured):
     """One number, with its interval and test where it has them."""
 
     unit: str = Field(
         default="share",
-        description=f"{', '.join(UNITS)}, or what a package says; empty if it has none. Points are differences of "
-        "shares, from -1 to 1; the column axis names a dose.",
+        description="share, points, ratio, direction, dose, steps, trials, attempts, people, claims, records, boxes, "
+        "blocks, r, or what a package says; empty if it has none. Points are differences of shares, from -1 to 1; the "
+        "column axis names a dose.",
     )
     count: int | None = Field(default=None, ge=0, description="Of a share: how many of them.")
     clusters: int | None = Field(default=None, ge=0, description="Clusters that the interval counts as independent.")

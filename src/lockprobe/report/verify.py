@@ -268,10 +268,8 @@ def _forks(of: _PlayedAgain) -> Iterator[Check]:
     there, failed = read_study(directory), list[str]()
     if list(map(there.record_identity, there.conditions)) != list(map(own.record_identity, own.conditions)):
         failed.append(f"{FORKS}/study.json: the settings of another study")
-    again, (kept, kept_before) = (
-        list[ReplayedTrial](),
-        (kept_replies(read_calls(one)) for one in (directory, of.directory)),
-    )
+    again = list[ReplayedTrial]()
+    kept, kept_before = (kept_replies(read_calls(one)) for one in (directory, of.directory))
     with asyncio.Runner() as runner:
         for fork in opened.forks:
             name = fork.fork

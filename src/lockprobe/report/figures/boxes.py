@@ -11,7 +11,7 @@ from matplotlib.patches import Circle, FancyBboxPatch
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.report.figures import own_settings
-from lockprobe.report.figures.drawing import FAINT, INK, TARGET, Dash, settable
+from lockprobe.report.figures.drawing import FAINT, INK, TARGET, settable
 
 Point = tuple[float, float]
 
@@ -27,7 +27,7 @@ _HEAD, _GAP = 0.4, 0.1
 _LONGEST = 10
 """Characters in a line of a name."""
 
-_GHOST: Dash = (0, (2, 1.5))
+_GHOST = (0, (2, 1.5))
 """How a joint is drawn where it goes when it moves."""
 
 

@@ -40,8 +40,6 @@ from lockprobe.statistics.published import Shares
 
 INK, FAINT = "#222222", "#666666"
 
-Dash = str | tuple[int, tuple[float, ...]]
-
 COLOURS = ("#0072b2", "#b23c06", "#00735c", "#8c3f7d", "#5b5b00", "#332288", "#882255", "#4d4d4d")
 """All of them dark enough for text on white (a contrast of 4.5, WCAG 2.2)."""
 

@@ -88,12 +88,11 @@ def _over(players: Sequence[Course], axis: str, study: Study) -> Iterator[_Teste
             yield of | columns | measured(clearest), (CHANGE, *family), len(one.changes)
 
 
-_Pair = tuple[str, str, Mapping[tuple[str, str], Estimate]]
-"""What sentences call two agents, and their rows over the doses of an axis by quantity and part."""
+def _pairs(found: Results) -> list[tuple[str, str, Mapping[tuple[str, str], Estimate]]]:
+    """What sentences call every two agents that are compared, and their rows over an axis by quantity and part.
 
-
-def _pairs(found: Results) -> list[_Pair]:
-    """Every two agents that are compared, those that the study is about first."""
+    Those that the study is about stand first.
+    """
     by_pair: dict[tuple[str, ...], dict[tuple[str, str], Estimate]] = {}
     for quantity in (SUCCESS, STEPS, CHANGE, _SHARE):
         for row in found.where(quantity):
