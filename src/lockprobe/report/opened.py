@@ -97,7 +97,8 @@ class OpenedStudy:
             return "until"
         if self.study.earlier:
             return "extended"
-        run = self.finished - self.finished_by_people + sum(self.broken.values())
+        run = self.study.places_filled([trial for trial in self.trials if not trial.player])
+        run += sum(broken_by_agent(self.study, self.trials).values())
         return "unfinished" if run < self.study.size - self.study.invited else ""
 
     @cached_property
@@ -105,30 +106,20 @@ class OpenedStudy:
         """Those that numbers are of: without those behind an open block if the study is judged at every look."""
         return tuple(counted(self.study, self.trials)) if self.every_look else self.trials
 
-    @property
-    def finished(self) -> int:
-        """Places of the plan whose trial is not owed (any more); two people who played the same place fill one."""
-        return self.study.places_filled(self.trials)
-
-    @property
-    def broken(self) -> Mapping[str, int]:
-        """Agent -> its trials that broke and keep nothing open; :func:`lockprobe.studies.decisions.broken_by_agent`."""
-        return broken_by_agent(self.study, self.trials)
-
     @cached_property
     def progress(self) -> Progress:
-        """How far the study has come."""
+        """How far the study has come: places of the plan whose trial is not owed; two people in one place fill one."""
         return Progress(
             planned=planned_now(self.study, self.trials),
-            finished=self.finished,
+            finished=self.study.places_filled(self.trials),
             every_look=self.every_look,
             not_counted=len(self.trials) - len(self.analysed),
-            broken=dict(self.broken),
+            broken=broken_by_agent(self.study, self.trials),
         )
 
     @property
     def finished_by_people(self) -> int:
-        """Of these, places of people."""
+        """Of the finished places those of people."""
         return self.study.places_filled([trial for trial in self.trials if trial.player])
 
     @cached_property

@@ -52,7 +52,7 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     said = {
         "question": _question(study, numbers.design),
         "trial": _trial(study, numbers.design),
-        "every_look": every_look_said(study, numbers.every_look, numbers.decisions, numbers.finished),
+        "every_look": every_look_said(study, numbers.every_look, numbers.decisions, numbers.progress.finished),
         "changed_nothing": " ".join(_changed_nothing(numbers)),
         "rules": numbers.broken_rules_said,
     }
