@@ -117,8 +117,8 @@ _NOTE = Note(
 def _show(found: Results) -> Iterator[Part]:
     if len(found.boxes) == 1:
         return
-    more = []
-    for line in _lines(found):
+    lines, more = _lines(found), []
+    for line in lines:
         whole, further = (_of(found, line, of) for of in (_BETWEEN, _FURTHER))
         if whole is not None and further is not None and len(found.boxes) >= FEWEST:
             more.append(
@@ -127,8 +127,8 @@ def _show(found: Results) -> Iterator[Part]:
                 f"box like these, a change between {end_of(further.low or 0.0)} and {end_of(further.high or 0.0)} "
                 "points would be seen."
             )
-    no = "No difference of the effect between boxes was detected." if _lines(found) else boxes_said(found)
-    shown: list[Block] = [more, _TABLE, _NOTE] if _lines(found) else []
+    no = "No difference of the effect between boxes was detected." if lines else boxes_said(found)
+    shown: list[Block] = [more, _TABLE, _NOTE] if lines else []
     yield Part("Does it hold on every box?", differ_said(found) or no, shown)
 
 

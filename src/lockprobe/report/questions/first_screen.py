@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from lockprobe.report.answer import AnswerList, beside_said, broken_said, headli
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.primary import primary_lines
+from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.prose import at_dose, cause
 from lockprobe.report.questions import speed, stopping, why
 from lockprobe.report.questions.boxes import boxes_said, differ_said
@@ -178,10 +178,10 @@ def _chain(box: Mapping[str, Any]) -> list[tuple[int, int]]:
     return chain if single and all(abs(frees - waits) == 1 for frees, waits in chain) else []
 
 
-def _changes(found: Results, table: Table) -> tuple[Table, str] | None:
+def _changes(found: Results, table: Table, lines: Sequence[Line]) -> tuple[Table, str] | None:
     """A table of changes as the first screen has room for it, and what it leaves out; None without a row."""
     head, *rows = table.cells(found) or [[]]
-    primary = [line.change for line in primary_lines(found) if line.cause]  # the first declared contrast is the list
+    primary = [line.change for line in lines if line.cause]  # the first declared contrast is the list
     every = [row for row in rows if not any(one in row for one in primary)]
     clear = every if len(rows) <= _MOST else [row for row in every if DETECTED in row]
     said = "" if clear == every else f"{len(clear)} of {len(every)} were detected; the questions below have all."
@@ -199,7 +199,7 @@ def _show(found: Results) -> Iterator[Part]:
     tested = [line.change for line in listing.lines if line.change]
     who = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
     box = found.boxes[0] if len(found.boxes) == 1 and 0 < len(found.boxes[0].get("joints", ())) <= _JOINTS else {}
-    figures = [one for one in _FIGURES if one.applies(found)]
+    figures, tables = [one for one in _FIGURES if one.applies(found)], _CHANGES[: 2 if listing.many else 3]
     said |= {"boxes": f"{differ_said(found)} {boxes_said(found)}".strip()} if len(found.boxes) > 1 else {}
     said["beside"] = beside_said(listing.lines)
     said["small"] = "" if found.where("false_report_effect") else small_said(found)
@@ -217,7 +217,7 @@ def _show(found: Results) -> Iterator[Part]:
         "axis": drawn[0].name if drawn else "",
         "stars": any(one.axis == "flip rate" for one in drawn),
         "figures": [] if drawn or listing.many else figures[:1],
-        "changes": next(filter(None, (_changes(found, table) for table in _CHANGES[: 2 if listing.many else 3])), None),
+        "changes": next((one for table in tables if (one := _changes(found, table, listing.lines))), None),
     }
     yield Part("First screen", found.answer, [Template("first_screen", values)])
 
