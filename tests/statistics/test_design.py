@@ -79,7 +79,7 @@ def test_what_is_kept_is_one_axis_on_which_a_word_and_no_word_are_its_ends():
 def test_the_first_modality_is_compared_with_the_controls_of_the_others():
     planned = study("flips", agent="random", p=[0, 0.4], condition=["nudge"], modality=[SHOWN, "symbolic?tell=outcome"])
     found = design_of(planned)
-    first, second = (compared(found, modality) for modality in found.modalities)
+    first, second = (compared(found, modality) for modality in found.shown)
     assert (first[CONDITIONS], first[CONTROLS]) == (("nudge",), ("symbolic?tell=outcome",))
     assert (second[CONDITIONS], second[CONTROLS]) == (("nudge + symbolic?tell=outcome",), ())
     assert second[FLIPS.name] == ("flip?p=0.4 + symbolic?tell=outcome",)

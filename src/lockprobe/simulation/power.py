@@ -259,8 +259,8 @@ def conditions_of(study: Study, success: Sequence[float]) -> list[Conditions]:
 def _families(study: Study) -> Iterator[tuple[str, dict[str, float]]]:
     """The families of conditions that the report has: of each modality flip rates, every other dose, all others."""
     design = design_of(study)
-    for modality in design.modalities:
-        if set(PLANNED) <= {one.label for one in design.shown(modality)}:
+    for modality, shown in design.shown.items():
+        if set(PLANNED) <= {one.label for one in shown}:
             yield _WHY, {label: float(i) for i, label in enumerate(ARMS)}
             continue
         for one in (one for one in design.against_controls if one.modality == modality):

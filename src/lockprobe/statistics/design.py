@@ -340,22 +340,14 @@ class Design:
         return self.specs.get(agent, agent)
 
     @cached_property
-    def _shown(self) -> Mapping[str, list[SeriesArm]]:
+    def shown(self) -> Mapping[str, Sequence[SeriesArm]]:
+        """How the box is shown, without doses, each way once -> its conditions."""
         return grouped(self.arms, lambda arm: arm.modality)
-
-    def shown(self, modality: str) -> Sequence[SeriesArm]:
-        """The conditions of a modality."""
-        return self._shown[modality]
-
-    @property
-    def modalities(self) -> tuple[str, ...]:
-        """How the box is shown, without doses, each way once."""
-        return tuple(self._shown)
 
     @cached_property
     def controls(self) -> Mapping[str, str]:
         """Modality -> its control: the condition without interventions, or else the first."""
-        return {name: next((arm for arm in own if not arm.acting), own[0]).label for name, own in self._shown.items()}
+        return {name: next((arm for arm in own if not arm.acting), own[0]).label for name, own in self.shown.items()}
 
     def control(self, label: str) -> str:
         """The label of the control of a condition."""
@@ -371,7 +363,7 @@ class Design:
     @cached_property
     def crossed(self) -> Mapping[str, tuple[Crossed, ...]]:
         """Modality -> two interventions alone, together and not at all, then crossed doses."""
-        return {modality: tuple(crossed_of(own)) for modality, own in self._shown.items()}
+        return {modality: tuple(crossed_of(own)) for modality, own in self.shown.items()}
 
     @cached_property
     def against_controls(self) -> tuple[Family, ...]:
@@ -382,7 +374,7 @@ class Design:
         """
         found = list[Family]()
         for modality, control in self.controls.items():
-            own, others = self._shown[modality], () if found else tuple(self.controls.values())[1:]
+            own, others = self.shown[modality], () if found else tuple(self.controls.values())[1:]
             rates = {arm.label: max(map(arm.dose, arm.acting), default=0.0) for arm in own if arm.label in self.axis}
             axes = [replace(FLIPS, modality=modality, doses=rates)] if rates else []
             axes += [one for one in self.series if one.modality == modality and control in one.doses]
@@ -403,6 +395,6 @@ class Design:
         Levels on the axis of a dose are none, nor what the arms of a study of controls say first and last.
         """
         dosed: list[Collection[str]] = [one.doses for one in self.series]
-        dosed += [arms[1].values() for shown in self._shown.values() if (arms := arms_of(shown))]
+        dosed += [arms[1].values() for shown in self.shown.values() if (arms := arms_of(shown))]
         against = [one for one in self.against_controls if one.axis is None]
         return (*against, *factors_of(self.arms, self.controls.values(), dosed))

@@ -154,8 +154,8 @@ def whys(cells: Cells, design: Design) -> Iterator[Why]:
     changed is left out.
     """
     found = []
-    for agent, modality in product(design.agents, design.modalities):
-        p, names = arms_of(design.shown(modality)) or (0.0, {})
+    for agent, modality in product(design.agents, design.shown):
+        p, names = arms_of(design.shown[modality]) or (0.0, {})
         played = {arm: cells[agent, label] for arm, label in names.items() if (agent, label) in cells}
         groups = {
             arm: one.outcomes

@@ -251,8 +251,8 @@ def families(study: Study, agent: str) -> tuple[Family, ...]:
 def _questions(study: Study, agent: str) -> list[tuple[Question, ...]]:
     design, played = design_of(study), {one.label for one in study.conditions_of(agent)}
     found: list[tuple[Question, ...]] = []
-    for modality in design.modalities:
-        if arms := arms_of(design.shown(modality)):
+    for modality, shown in design.shown.items():
+        if arms := arms_of(shown):
             of = arms[1]
             parts = tuple(
                 Question(name, tuple((of[more], of[less]) for more, less in zip(one.of, one.minus, strict=True)))
@@ -260,7 +260,7 @@ def _questions(study: Study, agent: str) -> list[tuple[Question, ...]]:
                 if {*one.of, *one.minus} <= of.keys()
             )
             asked_for = {label for one in parts for label in one.labels}
-            more = [one.label for one in design.shown(modality) if one.label not in asked_for and one.label in played]
+            more = [one.label for one in shown if one.label not in asked_for and one.label in played]
             found += [parts, tuple(Question(one, ((one, of["truth"]),)) for one in more)]
             continue
         for (control, *labels), *_ in (one.groups for one in design.against_controls if one.modality == modality):

@@ -63,7 +63,7 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
 
 
 def _asks_why(design: Design) -> bool:
-    return any(arms_of(design.shown(modality)) for modality in design.modalities)
+    return any(map(arms_of, design.shown.values()))
 
 
 def _question(study: Study, design: Design) -> str:
