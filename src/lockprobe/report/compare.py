@@ -30,7 +30,7 @@ from lockprobe.report.section import Lines
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.differences import each_difference, independent_difference
-from lockprobe.statistics.distributions import holm_by_family
+from lockprobe.statistics.distributions import holm
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.trial.record import Trial
@@ -186,7 +186,7 @@ def study_rows(samples: Sequence[Sample]) -> list[StudyRow]:
         pairs.setdefault((one.study, one.agent, two.study, two.agent), []).append([gap, *shares])
     every = [rows for own_pair in pairs.values() for rows in own_pair]
     of_family = [gap.family for gap, *_ in every]
-    corrected, sizes = holm_by_family(of_family, [gap.p_value for gap, *_ in every]), Counter(of_family)
+    corrected, sizes = holm([gap.p_value for gap, *_ in every], of_family), Counter(of_family)
     for rows, p in zip(every, corrected, strict=True):
         rows[0] = rows[0].model_copy(update={"p_value": p, "corrected_for": sizes[rows[0].family]})
     return [*solved, *(row for rows in every for row in rows)]

@@ -17,7 +17,7 @@ import numpy as np
 from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.blocks import Array, mean_of_blocks, rare_block
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.distributions import holm_by_family
+from lockprobe.statistics.distributions import holm
 from lockprobe.statistics.loops import onset
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Difference
@@ -121,7 +121,7 @@ def branch_effects(
                         found.append(ForkEffect(agent, condition, where, arm, truthful, outcome, *of, agents))
     success = [i for i, one in enumerate(found) if one.outcome == "success"]
     tested = [found[i].change.p_value for i in success]
-    for i, value in zip(success, holm_by_family([found[i].agent for i in success], tested), strict=True):
+    for i, value in zip(success, holm(tested, [found[i].agent for i in success]), strict=True):
         found[i] = found[i]._replace(change=replace(found[i].change, p_value=value))
     return found
 

@@ -116,21 +116,12 @@ def fisher_exact(table: ArrayLike) -> float:
     return min(1.0, float(likely[likely <= here * (1 + _TIE)].sum() / likely.sum()))
 
 
-def holm(values: Sequence[float | None]) -> list[float | None]:
-    """P values corrected for their number (Holm 1979); None where there is no test."""
-    adjusted, largest = list(values), 0.0
-    tested = sorted((value, i) for i, value in enumerate(values) if value is not None)
-    for smaller, (value, i) in enumerate(tested):
-        largest = max(largest, min(1.0, (len(tested) - smaller) * value))
-        adjusted[i] = largest
-    return adjusted
-
-
-def holm_by_family(families: Sequence[Hashable], values: Sequence[float | None]) -> list[float | None]:
-    """P values corrected for their number in each family, which has an entry of its own for each of them."""
-    adjusted: list[float | None] = [None] * len(values)
-    for family in dict.fromkeys(families):
-        places = [i for i, other in enumerate(families) if other == family]
-        for i, value in zip(places, holm([values[i] for i in places]), strict=True):
-            adjusted[i] = value
+def holm(values: Sequence[float | None], families: Sequence[Hashable] = ()) -> list[float | None]:
+    """P values corrected for their number (Holm 1979), or for that in the family of each; None without a test."""
+    adjusted, of = list(values), families or [None] * len(values)
+    for family in dict.fromkeys(of):
+        tested = sorted((value, i) for i, value in enumerate(values) if value is not None and of[i] == family)
+        largest = 0.0
+        for smaller, (value, i) in enumerate(tested):
+            adjusted[i] = largest = max(largest, min(1.0, (len(tested) - smaller) * value))
     return adjusted

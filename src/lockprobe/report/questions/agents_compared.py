@@ -22,7 +22,7 @@ from lockprobe.statistics.contrast import acting
 from lockprobe.statistics.course import Cell, Course, courses
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.differences import CLUSTERED
-from lockprobe.statistics.distributions import holm_by_family
+from lockprobe.statistics.distributions import holm
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.studies.study import Study
 
@@ -38,7 +38,7 @@ _WORST = "holds whatever became of broken trials"
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     found = [*_over(numbers.courses, FLIPS.name, numbers.study), *_over_conditions(numbers)]
     families = [family for _, family, _ in found]
-    corrected, sizes = holm_by_family(families, [columns.get("p_value") for columns, *_ in found]), Counter(families)
+    corrected, sizes = holm([columns.get("p_value") for columns, *_ in found], families), Counter(families)
     for (columns, family, times), tested in zip(found, corrected, strict=True):
         tests = {"p_value": tested, "corrected_for": sizes[family] * times} if family else {}
         alike = {"p_value": None, "corrected_for": 1} if _ALIKE in columns.get("note", "") else {}
@@ -48,9 +48,9 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
 def _over_conditions(numbers: OpenedStudy) -> Iterator[_Tested]:
     """Every pair over the conditions of a modality that are no flip rates, in which something was changed."""
     design, doses = numbers.design, dict[str, tuple[str, float]]()
-    for modality in () if numbers.study.of_flips else design.modalities:
+    for modality in () if numbers.study.of_flips else design.shown:
         control = design.controls[modality]
-        own = [arm.label for arm in design.shown(modality) if arm.label not in design.axis and arm.label != control]
+        own = [arm.label for arm in design.shown[modality] if arm.label not in design.axis and arm.label != control]
         doses |= {label: (modality, float(i)) for i, label in enumerate((control, *own))}
 
     def place(cell: Cell) -> tuple[str, str, float]:
