@@ -1,6 +1,7 @@
 """The test of differences from the lowest p: against all permutations, its level, its interval, and at every look."""
 
 import itertools
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,23 @@ from scipy.stats import binomtest
 from solved import TRUTH, drawn, people, rng, smallest, study, unequal_luck
 
 from lockprobe.statistics.differences import any_difference, each_difference
+from lockprobe.statistics.distributions import sign_test
 from lockprobe.statistics.outcomes import BlockOrder
 from lockprobe.statistics.pairs import paired
+
+
+@contextmanager
+def without_the_interval():
+    """As long as it lasts, the P value of a difference is that of the permutation, or McNemar's, alone."""
+
+    def alone(first, second, box, *, choices, exchange):
+        found = paired(first, second, box, choices=choices)
+        tested = choices * sign_test(int((first & ~second).sum()), int((second & ~first).sum()))
+        return replace(found, p_value=min(1.0, tested) if exchange is None else exchange)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("lockprobe.statistics.differences.paired", alone)
+        yield
 
 
 def everything(solved):
@@ -34,8 +50,10 @@ def everything(solved):
 def test_the_permutation_test_is_what_all_permutations_give(seed):
     solved = drawn(rng(seed), success=np.array([0.2, 0.5, 0.8]), shape=(3, 1, 6))
     found = any_difference(study(solved), rng(9), permutations=20000)
-    assert [difference.exchange for difference in found] == pytest.approx(everything(solved), abs=0.015)
-    assert all(one.p_value >= one.exchange for one in found)
+    with without_the_interval():
+        alone = any_difference(study(solved), rng(9), permutations=20000)
+    assert [one.p_value for one in alone] == pytest.approx(everything(solved), abs=0.015)
+    assert all(both.p_value >= one.p_value for both, one in zip(found, alone, strict=True))
 
 
 @pytest.mark.parametrize("shared", [0.0, 0.5])
@@ -50,7 +68,9 @@ def test_the_level_holds_whatever_luck_is_shared(shared):
 def test_p_that_changes_which_trials_are_solved_and_not_how_many_is_no_finding():
     """The permutation alone rejects in a seventh of such studies; with the interval hardly ever."""
     found = [any_difference(study(unequal_luck(rng(seed))), rng(seed), permutations=99) for seed in range(60)]
-    assert np.mean([min(at.exchange for at in one) < 0.05 for one in found]) > 0.06
+    with without_the_interval():
+        alone = [any_difference(study(unequal_luck(rng(seed))), rng(seed), permutations=99) for seed in range(60)]
+    assert np.mean([smallest(one) < 0.05 for one in alone]) > 0.06
     assert np.mean([smallest(one) < 0.05 for one in found]) < 0.05
 
 
@@ -97,11 +117,13 @@ def test_conditions_are_compared_with_the_first_one_alone_and_corrected_for_thei
     solved = np.zeros((3, 1, 20))
     solved[1, 0, :9], solved[2, 0, 3:6] = 1, 1
     first, *others = (study(solved[i : i + 1]) for i in range(3))
-    (alone,) = (one for _, one in each_difference([first, others[0]]))
-    assert alone.exchange == pytest.approx(binomtest(9, 9).pvalue)
-    both = dict(each_difference([first, *others], agents=2))
-    assert [one.exchange for one in both.values()] == pytest.approx([4 * binomtest(9, 9).pvalue, 4 * 0.25])
-    assert all(one.p_value >= one.exchange for one in both.values())
+    found = each_difference([first, *others], agents=2)
+    with without_the_interval():
+        (alone,) = (one for _, one in each_difference([first, others[0]]))
+        both = dict(each_difference([first, *others], agents=2))
+    assert alone.p_value == pytest.approx(binomtest(9, 9).pvalue)
+    assert [one.p_value for one in both.values()] == pytest.approx([4 * binomtest(9, 9).pvalue, 4 * 0.25])
+    assert all(one.p_value >= both[place].p_value for place, one in found)
     assert (both[1].value, both[1].second, both[1].dose) == (alone.value, alone.second, 1.0)
     assert alone.low > both[1].low
 

@@ -53,8 +53,8 @@ def test_few_differing_pairs_have_no_finding_by_the_interval_alone():
     """The P value of the interval is below 0.05 exactly where the interval leaves out 0."""
     for pairs in (6, 18, 40):
         for table in tables(min(pairs, FEW + 3)):
-            found = paired(*made(*table, pairs))
-            assert (found.interval_p < 0.05) == (found.low > 0 or found.high < 0), (table, pairs)
+            found = paired(*made(*table, pairs), exchange=0.0)
+            assert (found.p_value < 0.05) == (found.low > 0 or found.high < 0), (table, pairs)
 
 
 def world(rng, k, n, success, effect, sd, tau):
@@ -82,12 +82,12 @@ def test_the_interval_holds_the_mean_over_boxes(k, n, success, effect, tau):
     rng = np.random.default_rng(3)
     base = np.clip(success + 0.15 * rng.standard_normal(400_000), 0, 1)
     truth = float(np.mean(np.clip(base + effect + tau * rng.standard_normal(400_000), 0, 1) - base))
-    found = [paired(*world(rng, k, n, success, effect, 0.15, tau)) for _ in range(150)]
+    found = [paired(*world(rng, k, n, success, effect, 0.15, tau), exchange=0.0) for _ in range(150)]
     assert np.mean([one.low <= truth <= one.high for one in found]) > 0.92
     if not effect:
-        assert np.mean([one.interval_p < 0.05 for one in found]) < 0.08
+        assert np.mean([one.p_value < 0.05 for one in found]) < 0.08
     for one in found:
-        assert (one.interval_p < 0.05) == (one.low > 0 or one.high < 0)
+        assert (one.p_value < 0.05) == (one.low > 0 or one.high < 0)
 
 
 def test_whether_an_effect_differs_is_found_where_it_does_and_seldom_else():

@@ -127,11 +127,11 @@ def clustered_difference(
     outcome (Agresti and Caffo 2000), whose difference is the centre of the interval. Student's t has k - 2 degrees of
     freedom, k the number of clusters of the kind with fewer; with three or fewer the interval is from -1 to 1. If
     players have unequally many trials, the interval also holds that of the difference of means over players, and the P
-    value is the larger, as in :func:`clustered_proportion`. It is below 0.05 if an interval at 95 % leaves out 0.
+    value is the larger, as in :func:`clustered_proportion`. It is below 0.05 if the interval leaves out 0.
 
     Columns have the shape (trials,): whether the event happened, whether the trial belongs to the second group (both
-    have one), its player, and its block of luck. ``choices`` is the number of groups that the second was chosen from;
-    the interval has the level 1 - 0.05 / choices.
+    have one), its player, and its block of luck. ``choices`` is the number of groups that the second was chosen from,
+    for which both are corrected: the interval has the level 1 - 0.05 / choices.
     """
     events, group = np.asarray(happened, dtype=np.float64), np.asarray(later).astype(np.int64)
     people, lucks = np.asarray(player), np.asarray(luck)
@@ -152,12 +152,12 @@ def clustered_difference(
         found.append((float(smooth[1] - smooth[0]), error))
     middles, errors = np.array(found).T
     half = -student_quantile((1 - LEVEL) / choices / 2, freedom) * errors
-    agree = len(set(np.sign(middles))) == 1
+    agree, tails = len(set(np.sign(middles))) == 1, [student_tails(one, freedom) for one in (middles / errors).tolist()]
     return Difference(
         value=value,
         low=max(-1.0, float(np.min(middles - half))),
         high=min(1.0, float(np.max(middles + half))),
-        p_value=max(student_tails(one, freedom) for one in (middles / errors).tolist()) if agree else 1.0,
+        p_value=min(1.0, choices * max(tails)) if agree else 1.0,
     )
 
 

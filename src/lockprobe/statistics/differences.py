@@ -65,11 +65,11 @@ class DifferenceAt(Difference):
         low, high: Ends of the interval of the second less the first in trials that ended; its level is 1 - 0.05 /
             (doses compared with the lowest times agents judged together). If trials broke, it holds whatever became of
             them.
-        exchange: Permutation P value, corrected for all doses (Westfall & Young's single-step maximum of differences in
-            standard errors) and for the agents; McNemar's if one condition is compared with another.
         test: What the P value is of.
-        p_value: The larger of ``exchange`` and the corrected P value of the interval, so that it is below 0.05 only if
-            the interval excludes 0. If trials broke, the larger of both ends, and 1 if the signs differ.
+        p_value: The larger of two, so that it is below 0.05 only if the interval excludes 0: the corrected P value of
+            the interval, and a permutation P value, corrected for all doses (Westfall & Young's single-step maximum of
+            differences in standard errors) and for the agents; McNemar's if one condition is compared with another. If
+            trials broke, the larger of both ends, and 1 if the signs differ.
         bounds: The least and the largest that the difference in all begun trials can be; None if no trial broke.
         course: The estimate after each block, if interval and P value hold at every look; None if at one alone.
     """
@@ -77,7 +77,6 @@ class DifferenceAt(Difference):
     dose: float
     first: Proportion
     second: Proportion
-    exchange: float
     p_value: float
     test: str
     bounds: tuple[float, float] | None = None
@@ -166,7 +165,6 @@ def _held(found: Found, low: Found, high: Found) -> Found:
                 first=between(one.first, most.first, least.first),
                 second=between(one.second, least.second, most.second),
                 course=held_at_both_ends(*courses) if courses else None,
-                exchange=1.0 if made.p_value == 1 else max(least.exchange, most.exchange),
                 bounds=(least.value, most.value),
             )
         )
@@ -201,7 +199,7 @@ def _at_every_look(groups: Sequence[Outcomes], agents: int) -> Found:
         found.append(
             DifferenceAt(
                 dose=float(i), first=before, second=after, value=course.value, low=course.low, high=course.high,
-                exchange=course.p_value, p_value=course.p_value, test=E_PROCESS, course=course,
+                p_value=course.p_value, test=E_PROCESS, course=course,
             )
         )  # fmt: skip
     return tuple(found)
@@ -230,20 +228,16 @@ def _difference(
         people = np.where(both.player == "", alone, both.player)
         people = np.char.add(later.astype(np.str_), people) if apart else people
         found = clustered_difference(both.solved, later, people, luck, choices=choices)
-        tested = interval_p = min(1.0, choices * (found.p_value or 0.0))
     elif apart:
         found, test = difference(first, second) or Difference(value=math.nan), "Fisher"
-        tested = interval_p = found.p_value or 0.0
     else:
         solved, box = blocks_of([before, after]).whole([0, 1])
-        found = pairs = paired(solved[:, 0], solved[:, 1], box, choices=choices)
+        found = paired(solved[:, 0], solved[:, 1], box, choices=choices, exchange=exchange)
         first, second = (share_of(column, (), (), box) for column in solved.T)
         test = "McNemar, and interval" if exchange is None else PERMUTED
-        tested = min(1.0, choices * pairs.p_value) if exchange is None else exchange
-        interval_p = min(1.0, choices * pairs.interval_p)
     return DifferenceAt(
-        dose=dose, first=first, second=second, value=found.value, low=found.low, high=found.high, exchange=tested,
-        p_value=max(tested, interval_p), test=test,
+        dose=dose, first=first, second=second, value=found.value, low=found.low, high=found.high,
+        p_value=found.p_value or 0.0, test=test,
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ boxes: with equal luck in all of them it would hold .13 to .94.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import NormalDist
 from typing import Any
 
@@ -44,19 +44,6 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Paired(Difference):
-    """The paired difference of two conditions: the share solved under the second minus that under the first.
-
-    Attributes:
-        p_value: McNemar's exact test, two-sided; 1 if no pair differs.
-        interval_p: The P value of the interval: below 0.05 if one at 95 % leaves out 0.
-    """
-
-    p_value: float
-    interval_p: float
-
-
 def _by_box(first: Flags, second: Flags, box: Labels) -> tuple[Array, Array, Array]:
     """Pairs solved under the first alone, under the second alone, and all, of each box, in the order of their names."""
     place = np.unique(box, return_inverse=True)[1].reshape(-1) if len(box) else np.zeros(len(first), dtype=np.int64)
@@ -65,11 +52,15 @@ def _by_box(first: Flags, second: Flags, box: Labels) -> tuple[Array, Array, Arr
     return one, two, n
 
 
-def paired(first: Flags, second: Flags, box: Labels = ONE_BOX, *, choices: int = 1) -> Paired:
-    """The difference between two conditions on the same trials, shape (pairs,), for any shared luck.
+def paired(
+    first: Flags, second: Flags, box: Labels = ONE_BOX, *, choices: int = 1, exchange: float | None = None
+) -> Difference:
+    """The share solved under the second of two conditions minus that under the first, for any shared luck.
 
-    Of several boxes it is the mean difference: of boxes like these from :data:`FEWEST` boxes on, else of these.
-    ``choices`` differences are judged together: the interval has the level 1 - 0.05 / choices.
+    Whether each pair was solved has the shape (pairs,). Of several boxes it is the mean difference: of boxes like these
+    from :data:`FEWEST` boxes on, else of these. ``choices`` differences are judged together: the interval has the level
+    1 - 0.05 / choices. The P value is the larger of two, both corrected: that of the interval, and that of McNemar's
+    exact test (1 if no pair differs), or ``exchange`` in its place.
     """
     lost, gained, pairs = _by_box(first, second, box)
     k, n, tail = len(pairs), float(pairs.sum()), (1 - LEVEL) / choices
@@ -98,13 +89,13 @@ def paired(first: Flags, second: Flags, box: Labels = ONE_BOX, *, choices: int =
         if np.sum(lost + gained > 0) <= min(FEW, k / 2):
             few_differ(int(np.sum(apart < 0)), int(np.sum(apart > 0)), k)
     lows, highs = zip(*ends, strict=True)
-    return Paired(
+    tested = min(1.0, choices * sign_test(one, two)) if exchange is None else exchange
+    return Difference(
         n=int(n),
         value=(only[1] - only[0]) / n if n else math.nan,
         low=max(-1.0, min(lows)),
         high=min(1.0, max(highs)),
-        p_value=sign_test(one, two),
-        interval_p=min(1.0, max(tests)),
+        p_value=max(tested, min(1.0, choices * max(tests))),
     )
 
 
