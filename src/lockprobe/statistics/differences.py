@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,11 +146,8 @@ def independent_difference(first: Outcomes, second: Outcomes, *, same_luck: bool
     """
     if not (len(first.ended) and len(second.ended)):
         return None
-
-    def compared(groups: Sequence[Outcomes]) -> Found:
-        return (_difference(groups[0], groups[1], 1.0, apart=True, same_luck=same_luck),)
-
-    (made,) = whatever_broke(compared, [first, second], [False, True], _held)
+    apart = partial(_difference, dose=1.0, apart=True, same_luck=same_luck)
+    (made,) = whatever_broke(lambda of: (apart(*of),), [first, second], [False, True], _held)
     return made
 
 

@@ -37,30 +37,28 @@ FEWEST_THAT_DIFFER, FEWEST_PAIRS = 3, 5
 
 Labels = NDArray[Any]
 
-ONE_BOX: Labels = np.empty(0, dtype=np.str_)
-"""The boxes of pairs that are all on one."""
-
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
-def _by_box(first: Flags, second: Flags, box: Labels) -> tuple[Array, Array, Array]:
+def _by_box(first: Flags, second: Flags, box: ArrayLike) -> tuple[Array, Array, Array]:
     """Pairs solved under the first alone, under the second alone, and all, of each box, in the order of their names."""
-    place = np.unique(box, return_inverse=True)[1].reshape(-1) if len(box) else np.zeros(len(first), dtype=np.int64)
+    names = np.asarray(box)
+    place = np.unique(names, return_inverse=True)[1].reshape(-1) if len(names) else np.zeros(len(first), dtype=np.int64)
     columns = (first & ~second, second & ~first, np.ones(len(first)))
     one, two, n = (np.bincount(place, weights=of, minlength=1).astype(np.float64) for of in columns)
     return one, two, n
 
 
 def paired(
-    first: Flags, second: Flags, box: Labels = ONE_BOX, *, choices: int = 1, exchange: float | None = None
+    first: Flags, second: Flags, box: ArrayLike = (), *, choices: int = 1, exchange: float | None = None
 ) -> Difference:
     """The share solved under the second of two conditions minus that under the first, for any shared luck.
 
     Whether each pair was solved has the shape (pairs,). Of several boxes it is the mean difference: of boxes like these
-    from :data:`FEWEST` boxes on, else of these. ``choices`` differences are judged together: the interval has the level
-    1 - 0.05 / choices. The P value is the larger of two, both corrected: that of the interval, and that of McNemar's
-    exact test (1 if no pair differs), or ``exchange`` in its place.
+    from :data:`FEWEST` boxes on, else of these; ``box`` is empty if all are on one. ``choices`` differences are judged
+    together: the interval has the level 1 - 0.05 / choices. The P value is the larger of two, both corrected: that of
+    the interval, and that of McNemar's exact test (1 if no pair differs), or ``exchange`` in its place.
     """
     lost, gained, pairs = _by_box(first, second, box)
     k, n, tail = len(pairs), float(pairs.sum()), (1 - LEVEL) / choices
