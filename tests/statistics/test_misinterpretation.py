@@ -4,7 +4,8 @@ from collections import Counter
 
 from builders import make_trial
 
-from lockprobe.statistics.misinterpretation import Claim, claim_counts, claims, misread_rates
+from lockprobe.interventions.misread_flip import misread_rates
+from lockprobe.statistics.misinterpretation import Claim, claim_counts, claims
 
 
 def test_claims_are_about_the_step_before_and_each_error_is_told_apart():

@@ -6,10 +6,10 @@ the slider 20 % were taken for failures (hidden moves), and of those that did no
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, with_options
@@ -17,10 +17,31 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Percept
 
+if TYPE_CHECKING:
+    from lockprobe.statistics.misinterpretation import Claim
+
 By = Literal["joint", "direction", "total"]
 
 Rates = Mapping[str, tuple[float, float]]
 """Joint -> the rates at which its moves are hidden and at which moves of it are invented, [0, 1]."""
+
+
+def misread_rates(said: Mapping[Claim, int], joints: Sequence[str], by: By = "joint") -> Rates:
+    """The confusion matrix of what an agent said, with how often it said each.
+
+    The rates are those of the joint and outcome, of the outcome (``direction``), or the total rate. A joint without a
+    claim about an outcome has the rate of that outcome over all joints; an outcome without a claim has the rate 0.
+    """
+
+    def rate(truth: str, joint: str = "") -> float:
+        about = {one: n for one, n in said.items() if truth in ("", one.truth) and joint in ("", one.joint)}
+        if joint and not about:
+            return rate(truth)
+        return sum(n for one, n in about.items() if one.false_belief) / (sum(about.values()) or 1)
+
+    moved, blocked = ("", "") if by == "total" else ("moved", "blocked")
+    own = {joint: joint if by == "joint" else "" for joint in joints}
+    return {joint: (rate(moved, of), rate(blocked, of)) for joint, of in own.items()}
 
 
 def entries_of(rates: Rates) -> tuple[str, ...]:

@@ -11,8 +11,8 @@ not asked, have no claim.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Literal, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
 from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.record import Outcome, Trial
@@ -55,23 +55,3 @@ def claims(trial: Trial) -> list[Claim]:
 def claim_counts(trials: Iterable[Trial]) -> Counter[Claim]:
     """How often each claim was made in trials that ended as solved or out of budget."""
     return Counter(claim for trial in ended(trials) for claim in claims(trial))
-
-
-def misread_rates(
-    said: Mapping[Claim, int], joints: Sequence[str], by: Literal["joint", "direction", "total"] = "joint"
-) -> dict[str, tuple[float, float]]:
-    """Joint -> the rates of hidden moves (taken for failures) and of invented ones (failures taken for moves), [0, 1].
-
-    They are those of the joint and outcome, of the outcome (``direction``), or the total rate. A joint without a claim
-    about an outcome has the rate of that outcome over all joints; an outcome without a claim has the rate 0.
-    """
-
-    def rate(truth: str, joint: str = "") -> float:
-        about = {one: n for one, n in said.items() if truth in ("", one.truth) and joint in ("", one.joint)}
-        if joint and not about:
-            return rate(truth)
-        return sum(n for one, n in about.items() if one.false_belief) / (sum(about.values()) or 1)
-
-    moved, blocked = ("", "") if by == "total" else ("moved", "blocked")
-    own = {joint: joint if by == "joint" else "" for joint in joints}
-    return {joint: (rate(moved, of), rate(blocked, of)) for joint, of in own.items()}

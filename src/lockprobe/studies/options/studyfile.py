@@ -28,10 +28,10 @@ from lockprobe.foundation.spec import PEOPLE, Spec, spec_name, split_specs
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, shipped, sweep
 from lockprobe.interventions.flip import DEFAULT, OutcomeFlip, flip_of
-from lockprobe.interventions.misread_flip import MisreadFlip, entries_of
+from lockprobe.interventions.misread_flip import MisreadFlip, entries_of, misread_rates
 from lockprobe.interventions.told import Correction
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
-from lockprobe.statistics.misinterpretation import claim_counts, misread_rates
+from lockprobe.statistics.misinterpretation import claim_counts
 from lockprobe.studies.modality import is_pictured, refuse_blind, shows_places, taken_in
 from lockprobe.studies.options.study_options import STUDIES, NamedCondition, StudyOptions, read_options
 from lockprobe.studies.records.directory import read_study
