@@ -17,10 +17,8 @@ from lockprobe.report.results import results
 from lockprobe.statistics.proportions import Z, difference, proportion
 from lockprobe.statistics.published import (
     CORRELATION,
-    LOOPS_AT_0,
-    LOOPS_AT_40,
-    SOLVED_AT_0,
-    SOLVED_AT_40,
+    LOOPED,
+    SOLVED,
     TABLE1,
 )
 from lockprobe.studies.options.studyfile import study
@@ -29,17 +27,17 @@ from lockprobe.studies.options.studyfile import study
 def test_the_papers_figures_follow_from_its_counts():
     said = {claim.measure: claim.recomputed for claim in paper_claims() if claim.modality == "symbolic"}
     for measure, share in (
-        ("reference", proportion(10, 10)), ("modalities", proportion(8, 10)), ("baseline", SOLVED_AT_0), ("peak", SOLVED_AT_40),
-        ("loops", LOOPS_AT_0),
+        ("reference", proportion(10, 10)), ("modalities", proportion(8, 10)), ("baseline", SOLVED[0]), ("peak", SOLVED[1]),
+        ("loops", LOOPED[0]),
     ):  # fmt: skip
         counted = f"{share.count}/{share.n}, {share.value:.3f} [{share.low:.3f}, {share.high:.3f}]"
         assert said[measure].startswith(counted), measure
-    effect = difference(SOLVED_AT_0, SOLVED_AT_40)
+    effect = difference(*SOLVED)
     low, high = confint_proportions_2indep(20, 30, 7, 30, compare="ratio", method="score")
     assert f"P = {effect.p_value:.4f}, corrected for selection among six {6 * effect.p_value:.4f}" in said["effect"]
     assert said["ratio"].startswith(f"{20 / 7:.2f} [{low:.2f}, {high:.2f}]")
     assert said["modalities"].endswith(f"P = {difference(proportion(8, 10), proportion(10, 10)).p_value:.2f}")
-    drop, relative = difference(LOOPS_AT_0, LOOPS_AT_40), difference(proportion(23, 30), proportion(17, 30))
+    drop, relative = difference(*LOOPED), difference(proportion(23, 30), proportion(17, 30))
     assert f"P = {drop.p_value:.3f}" in said["loops-drop"]
     assert said["loops-drop"].endswith(f"P = {relative.p_value:.2f}")
     for n in (7, 21):

@@ -70,7 +70,7 @@ class AgentPair:
         """The trials of both; if some broke, also as if all of the one had been solved, and none of the other."""
         return self._laid(*[False] * len(self.doses), *[True] * len(self.doses))
 
-    def _two(self, table: Array) -> tuple[Array, Array]:
+    def _two(self, table: Labels) -> tuple[Labels, Labels]:
         """The columns of the first and of the second agent, each of shape (blocks, doses)."""
         return table[:, : len(self.doses)], table[:, len(self.doses) :]
 
@@ -119,8 +119,8 @@ class AgentPair:
 
     def _person(self, blocks: Blocks) -> Labels:
         """Who of the people on one side played, shape (blocks, doses)."""
-        n = len(self.doses)
-        return blocks.people(range(n), range(n, 2 * n))
+        one, two = self._two(blocks.person)
+        return np.where(one == "", two, one)
 
     @cached_property
     def changes(self) -> Mapping[float, Difference]:

@@ -73,12 +73,6 @@ class Blocks:
         both = ~np.isnan(solved).any(axis=1)
         return solved[both] > 0, self.box[both] if len(self.box) else self.box
 
-    def people(self, first: Sequence[int], second: Sequence[int]) -> NDArray[np.str_]:
-        """The person who played in one of two groups, of several such pairs, shape (blocks, pairs)."""
-        one, two = self.person[:, first], self.person[:, second]
-        found: NDArray[np.str_] = np.where(one == "", two, one)
-        return found
-
 
 def blocks_of(groups: Sequence[Outcomes]) -> Blocks:
     """The blocks of groups of ended trials, of which none has two of one luck."""

@@ -16,8 +16,11 @@ from lockprobe.statistics.proportions import Proportion, opposed_shares, proport
 PEAK = 0.4
 """The flip probability at which the paper has most success and fewest loops (Figs. 4 and 5b)."""
 
-SOLVED_AT_0, SOLVED_AT_40 = proportion(7, 30), proportion(20, 30)
-LOOPS_AT_0, LOOPS_AT_40 = proportion(24, 30), proportion(16, 30)
+Shares = tuple[Proportion, Proportion]
+"""Shares of trials at a flip rate of 0 and at :data:`PEAK`."""
+
+SOLVED: Shares = (proportion(7, 30), proportion(20, 30))
+LOOPED: Shares = (proportion(24, 30), proportion(16, 30))
 CORRELATION, CORRELATION_POINTS = -0.69, 21
 """Fig. 5a, presumably over repetitions of conditions."""
 
@@ -30,12 +33,6 @@ REFERENCE_STEPS = 9
 
 TABLE1 = {"rgb": (0.217, 0.122, 10), "rgbd": (0.268, 0.125, 10), "symbolic": (0.049, 0.069, 10)}
 """Table 1 by modality: mean and standard deviation of the rates of misinterpretation per trial, [0, 1], and trials."""
-
-Shares = tuple[Proportion, Proportion]
-"""Shares of trials at a flip rate of 0 and at :data:`PEAK`."""
-
-SOLVED: Shares = (SOLVED_AT_0, SOLVED_AT_40)
-LOOPED: Shares = (LOOPS_AT_0, LOOPS_AT_40)
 
 
 def change_p(kind: Literal["difference", "ratio"], here: Shares, paper: Shares = SOLVED) -> float:
