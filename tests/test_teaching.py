@@ -95,7 +95,7 @@ def test_a_kernel_runs_the_notebooks(tmp_path, notebook, backend):
     done = tmp_path / "done.ipynb"
     subprocess.run([sys.executable, "-c", KERNEL, notebook, tmp_path, done], env=environment, check=True)
     outputs = [shown for cell in cells_of(done) for shown in cell["outputs"]]
-    assert sum("image/png" in shown.get("data", {}) for shown in outputs) == 2
+    assert sum(bool({"image/png", "image/svg+xml"} & {*shown.get("data", ())}) for shown in outputs) == 2
     text = " ".join("".join(shown.get("text", "")) for shown in outputs)
     assert not {"Traceback", "\x1b"} & {*re.findall(r"Traceback|\x1b", text)}
 

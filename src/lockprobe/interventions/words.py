@@ -77,7 +77,7 @@ class TextChannel:
             sentences = []
             if joint is not None and outcome is not None:
                 sentences.append(f"{joint} {in_words(outcome)}.")
-            elif joint is not None and positions is not None:
+            elif joint is not None and positions is not None and self.tell == "state":
                 sentences.append(f"You attempted {joint}.")
             if positions is not None:
                 there = [label for label, position in zip(task.joints, positions, strict=True) if position]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import chdir, contextmanager
+from contextlib import chdir, contextmanager, suppress
 from pathlib import Path
 
 SMALL = 9.0
@@ -27,6 +27,9 @@ try:
 finally:
     del os.environ["MATPLOTLIBRC"]
     os.environ.update({name: value for name, value in _USERS.items() if value is not None})
+if _USERS["MPLBACKEND"]:
+    with suppress(ValueError):  # what a user plots beside us is shown where they say, as in a notebook
+        mpl.rcParams["backend"] = _USERS["MPLBACKEND"]
 
 
 @contextmanager
