@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 44_570,
-    "lines of code": 28_270,
-    "lines of tests": 34_620,
-    "words of docs": 29_410,
+    "lines of source": 42_750,
+    "lines of code": 27_100,
+    "lines of tests": 33_570,
+    "words of docs": 29_270,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
 
