@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import lockprobe
 from lockprobe.cli import build
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.formatting import p_cell
+from lockprobe.foundation.formatting import p_value
 from lockprobe.report.format import entry_text
 from lockprobe.report.primary import primary_lines
 from lockprobe.studies.options.studyfile import study
@@ -49,7 +49,8 @@ def test_the_first_study_and_the_answer_that_the_readme_quotes(tmp_path):
     assert found.answer == quoted
     for line in [one for one in primary_lines(found) if one.agent != "random"]:
         shares = [entry_text(row) for row in (line.first, line.second)]
-        change = [entry_text(line.change), p_cell(line.change.p_value), line.verdict]
+        said = p_value(line.change.p_value).removeprefix("P ").removeprefix("= ")
+        change = [entry_text(line.change), said, line.verdict]
         assert f"| {' | '.join([line.label, *shares, *change])} |" in page
 
 

@@ -7,7 +7,7 @@ ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
     "lines of source": 42_750,
-    "lines of code": 27_100,
+    "lines of code": 27_105,
     "lines of tests": 33_570,
     "words of docs": 29_270,
 }

@@ -3,6 +3,7 @@
 import pytest
 from reported import found_in, tables_of
 
+from lockprobe.report.questions.boxes import SECTIONS
 from lockprobe.studies.options.studyfile import study
 
 
@@ -31,3 +32,9 @@ def test_each_box_has_its_share_and_its_change_and_the_change_over_boxes_is_thei
     between = six.one("success_difference", **of, control="truth", axis="", of="SD between boxes")
     assert (between.clusters, between.n) == (6, 60)
     assert [row[1] for row in tables_of(six)["boxes"][1:7]] == names
+
+
+def test_where_all_else_holds_at_every_look_the_page_says_that_single_boxes_do_not(six):
+    every = six.changed(progress=six.progress.model_copy(update={"every_look": "extended"}))
+    said = [" ".join(map(str, part.blocks)) for found in (six, every) for part in SECTIONS[0].show(found)]
+    assert ["Numbers of a single box hold for one look" in one for one in said] == [False, True]

@@ -128,7 +128,9 @@ def _show(found: Results) -> Iterator[Part]:
                 "points would be seen."
             )
     no = "No difference of the effect between boxes was detected." if lines else boxes_said(found)
-    shown: list[Block] = [more, _TABLE, _NOTE] if lines else []
+    every_look = bool(found.progress.every_look)
+    once = ["Numbers of a single box hold for one look, those of all boxes at every look."] * every_look
+    shown: list[Block] = [[*more, *once], _TABLE, _NOTE] if lines else []
     yield Part("Does it hold on every box?", differ_said(found) or no, shown)
 
 
