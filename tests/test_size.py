@@ -6,9 +6,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 42_750,
+    "lines of source": 42_760,
     "lines of code": 27_105,
-    "lines of tests": 33_570,
+    "lines of tests": 33_590,
     "words of docs": 29_270,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.

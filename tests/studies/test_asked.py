@@ -3,6 +3,7 @@
 import inspect
 import json
 from dataclasses import replace
+from importlib import import_module
 from itertools import combinations
 from shutil import rmtree
 
@@ -464,3 +465,14 @@ def test_what_a_trial_cannot_be_asked_is_one_line(asked, kind, message):
         run_trial(**asked)
     assert str(mistake.value).startswith(message)
     assert "\n" not in str(mistake.value)
+
+
+def test_an_agent_is_also_a_class_as_in_a_notebook(tmp_path, monkeypatch):
+    text = "from lockprobe import Decision\nclass First:\n    facts = {}\n    async def decide(self, situation, rng):\n"
+    (tmp_path / "my_own.py").write_text(f"{text}        return Decision(joint=situation.task.joints[0])\n", "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    first, asked = import_module("my_own").First, {"p": [0], "trials": 1}
+    assert study(agent=[first, "random"], **asked).agents == ("python:my_own:First", "random")
+    assert study(agent=first, **asked) == study(agent="python:my_own:First", **asked)
+    one, same = (run_trial(agent=agent, seed=1) for agent in (first, first()))
+    assert (one.actions, one.ending) == (same.actions, same.ending) != ((), "error")

@@ -23,7 +23,7 @@ from lockprobe.boxes.generate import alike_boxes
 from lockprobe.boxes.state_space import fault_of
 from lockprobe.foundation.errors import BadValue, Conflict, UnknownName, UserMistake
 from lockprobe.foundation.inputs import read_preset
-from lockprobe.foundation.plugins import allow
+from lockprobe.foundation.plugins import allow, plugin_name_of
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name, split_specs
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, shipped, sweep
@@ -82,11 +82,15 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
 
     Args:
         asked: Options, the path of a TOML file, ``flips``, ``modalities``, ``why`` or ``looks``.
-        options: Any of :class:`lockprobe.studies.options.study_options.StudyOptions`, which go before those.
+        options: Any of :class:`lockprobe.studies.options.study_options.StudyOptions`, which go before those; an agent
+            may also be a class, as in a notebook.
 
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
+    if (agent := options.get("agent")) is not None and not isinstance(agent, str):
+        several = [agent] if isinstance(agent, type) else agent
+        options["agent"] = [plugin_name_of("agent", one) if isinstance(one, type) else one for one in several]
     said = read_options(asked, options)
     allow(*(spec for specs in said.specs.values() for spec in specs))  # a file that names code was refused
     request, cases = _with_defaults(said)

@@ -72,7 +72,7 @@ def run_trial(
         UserMistake: If a name does not exist, a value is out of range, or something is missing.
     """
     given = {name: value for name, value in locals().items() if name not in ("agent", "pictures")}
-    player = "human-inspired" if agent is None else agent
+    player = "human-inspired" if agent is None else agent() if isinstance(agent, type) else agent
     if not isinstance(player, str | Agent):
         raise BadValue("agent", player, "an agent spec, or an object with facts and decide()")
     spec = player if isinstance(player, str) else type(player).__name__
