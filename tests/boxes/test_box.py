@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.boxes.box import Joint, Lockbox
-from lockprobe.boxes.state_space import fault_of
+from lockprobe.boxes.solve import fault_of
 
 
 @settings(max_examples=25)

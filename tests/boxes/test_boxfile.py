@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lockprobe.boxes.box import Joint
 from lockprobe.boxes.boxfile import read_box, toml_of
 from lockprobe.boxes.families import box
-from lockprobe.boxes.state_space import fault_of
+from lockprobe.boxes.solve import fault_of
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import LARGEST_TOML
 

@@ -8,11 +8,8 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.boxes.box import MAX_JOINTS, Lockbox
-from lockprobe.boxes.families import box, named_boxes
-from lockprobe.boxes.generate import Recipe, generate
-from lockprobe.boxes.solve import optimum
-from lockprobe.boxes.state_space import fault_of
-from lockprobe.boxes.structures import STRUCTURES
+from lockprobe.boxes.families import STRUCTURES, Recipe, box, generate
+from lockprobe.boxes.solve import fault_of, optimum
 from lockprobe.foundation.errors import BadValue, UnknownName
 
 
@@ -57,7 +54,7 @@ def test_chain_4_is_byte_for_byte_what_studies_were_played_on():
     }
 
 
-@pytest.mark.parametrize("name", named_boxes())
+@pytest.mark.parametrize("name", STRUCTURES)
 def test_every_named_box_can_be_played(name):
     assert fault_of(box(name), shortest=2) is None
     assert STRUCTURES[name]() == STRUCTURES[name]()

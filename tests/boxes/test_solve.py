@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.boxes.sketch import interlock_lines
-from lockprobe.boxes.solve import difficulty, optimal_plans, optimum, random_curve
+from lockprobe.boxes.solve import difficulty, optimum, random_curve
 
 
 def solves(puzzle, attempts):
@@ -39,35 +39,22 @@ def test_published_figures_of_chain_4():
     assert (found.cycle_success, difficulty(box("fork")).cycle_success) == (1, pytest.approx(2 / 3))
 
 
-@settings(max_examples=30)
+@settings(max_examples=40)
 @given(st.data())
-def test_optimal_plans_are_all_shortest_sequences_that_solve(boxes, data):
+def test_optimal_plans_are_all_shortest_sequences_that_solve_and_distractors_the_joints_of_none(boxes, data):
     puzzle = data.draw(boxes)
-    steps = optimum(puzzle)
-    plans = optimal_plans(puzzle)
-    if steps is None or steps > 6:
-        assert plans.count >= (steps is not None)
-        assert all(len(plan) == steps for plan in plans.listed)
-        return
-    solving = {
-        tuple(puzzle.names[j] for j in attempts)
-        for attempts in itertools.product(range(4), repeat=steps)
-        if solves(puzzle, attempts)
-    }
-    assert set(plans.listed) == solving
-    assert plans.count == len(plans.listed) == len(solving)
-    order = [tuple(map(puzzle.names.index, plan)) for plan in plans.listed]
+    found, steps = difficulty(puzzle, None), optimum(puzzle)
+    assert (found.optimum, found.optimal_plans) == (steps, len(found.plans))
+    moved = {name for plan in found.plans for name in plan}
+    assert found.distractors == (tuple(name for name in puzzle.names if name not in moved) if moved else ())
+    assert difficulty(puzzle, 1).plans == found.plans[:1]
+    order = [tuple(map(puzzle.names.index, plan)) for plan in found.plans]
     assert order == sorted(order)
-
-
-@settings(max_examples=30)
-@given(st.data())
-def test_distractors_are_the_joints_of_no_plan(boxes, data):
-    drawn = data.draw(boxes)
-    found, plans = difficulty(drawn), optimal_plans(drawn, limit=None)
-    assert (found.optimum, found.optimal_plans) == (optimum(drawn), len(plans.listed))
-    moved = {name for plan in plans.listed for name in plan}
-    assert found.distractors == (tuple(name for name in drawn.names if name not in moved) if moved else ())
+    if steps is None or steps > 6:
+        assert (steps is None) == (not order)
+        assert all(len(plan) == steps for plan in order)
+    else:
+        assert set(order) == {one for one in itertools.product(range(4), repeat=steps) if solves(puzzle, one)}
 
 
 def test_a_box_that_nothing_opens():

@@ -14,7 +14,7 @@ from typed import in_process
 
 from lockprobe.boxes.boxfile import read_box
 from lockprobe.boxes.families import box
-from lockprobe.boxes.solve import optimal_plans, optimum
+from lockprobe.boxes.solve import difficulty, optimum
 from lockprobe.cli import build
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 
@@ -49,7 +49,7 @@ def test_terminals_that_know_only_ascii_are_spared_the_rest():
 
 
 def test_optimal_plans_are_listed_some_in_words_and_more_as_json():
-    listed = optimal_plans(box("converge")).listed
+    listed = difficulty(box("converge"), None).plans
     said = [line for line in ask("show", "converge").stdout.splitlines() if line.startswith("plan: ")]
     assert said == [f"plan: {', '.join(plan)}" for plan in listed]
     assert json.loads(ask("show", "converge", "--json").stdout)["plans"] == [list(plan) for plan in listed]

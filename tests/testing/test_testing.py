@@ -8,7 +8,7 @@ from types import MappingProxyType
 import pytest
 
 from lockprobe.agents.strategies import RandomAgent
-from lockprobe.boxes.families import box, named_boxes
+from lockprobe.boxes.families import STRUCTURES, box
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.interventions.asked_and_done import Tremble
 from lockprobe.interventions.conditions import interventions_of
@@ -98,7 +98,7 @@ NUMBERS, TURNS = count(2), cycle(("chain-3", "chain-4"))
 KNOT = {"revolute-left": ({"slider-1": True},), "slider-1": ({"revolute-left": True},)}
 
 
-@pytest.mark.parametrize("name", [*named_boxes()[::9], "random-5-17"])
+@pytest.mark.parametrize("name", [*[*STRUCTURES][::9], "random-5-17"])
 def test_boxes_that_keep_it(name):
     check_box(name)
     check_box(box(name))

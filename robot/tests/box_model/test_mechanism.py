@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from box_model.scenes import mechanism_of, two_joints
 
-from lockprobe.boxes.families import box
-from lockprobe.boxes.generate import Recipe, generate
+from lockprobe.boxes.families import Recipe, box, generate
 from lockprobe.foundation.errors import PlantFault
 
 KINDS = ("prismatic", "revolute")

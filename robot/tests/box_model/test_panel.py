@@ -10,8 +10,7 @@ from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.box_model.tag_layout import TAG_SIDE, board_checksum, place_tags
 
 from lockprobe.boxes.box import MAX_JOINTS, Joint
-from lockprobe.boxes.families import box, named_boxes
-from lockprobe.boxes.generate import Recipe, generate
+from lockprobe.boxes.families import STRUCTURES, Recipe, box, generate
 from lockprobe.foundation.errors import BadValue
 
 LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
@@ -47,7 +46,7 @@ def test_handles_keep_apart_and_on_the_board(boxes):
 
 
 def test_every_named_box_has_a_panel_and_one_without_room_is_refused():
-    for name in named_boxes():
+    for name in STRUCTURES:
         assert len(lay_out_panel(box(name)).mounted_joints) == len(box(name).joints) <= MAX_JOINTS
     crowded = replace(box("chain-4"), joints=tuple(Joint(name=name, kind="revolute") for name in box("chain-4").names))
     with pytest.raises(BadValue, match="places of the joints.*74 mm from middle to middle"):

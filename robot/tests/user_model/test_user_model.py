@@ -16,7 +16,7 @@ from painted_png import SIGNATURE, chunk, png, zeros
 import lockprobe
 from lockprobe.boxes.box import Joint
 from lockprobe.boxes.families import box
-from lockprobe.boxes.state_space import space_of
+from lockprobe.boxes.solve import space_of
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant

@@ -34,7 +34,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.boxes.box import Joint, Lockbox, bits
-from lockprobe.boxes.state_space import fault_of
+from lockprobe.boxes.solve import fault_of
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import read_toml
 from lockprobe.foundation.validation import plain

@@ -1,28 +1,45 @@
-"""Finds a box by name, file path or plug-in.
+"""The boxes by name: those of the literature, those that are drawn, and those of files and plug-ins.
 
-``chain-4`` is the default: the target (leftmost revolute) needs slider 1, slider 1 needs slider 2, slider 2
-needs the right revolute, which is free. It has the four joints of the paper's box (Sec. 2.1: two prismatic in
-the middle, two revolute, the leftmost is the target), but the interlock is a *reconstruction*: the real one is
-not public. It is the serial chain of the only public code of this lineage, and the human-inspired strategy
-meets the two points of the paper's reference curve on it (80 % by step 9, all by step 20).
+The interlock of the paper's box is not public, so none of these is that box. Each starts at rest (all joints closed),
+its joints in a row, the target leftmost. ``chain``, ``bichain`` and ``branched`` are those of the only public code of
+its lineage (github.com/hildensia/joint_dependency: ``lockbox_serial_*``, ``lockbox_icra_2_lock_1``,
+``lockbox_serial_5_with_branch``; Kulick, Otte and Toussaint, ICRA 2015; Baum et al., IROS 2017). ``common-cause`` and
+``common-effect`` are the rooms of OpenLock (Edmonds et al., CogSci 2018), with levers that one attempt moves. ``fork``,
+``converge``, ``reset`` and ``gray-code`` have the paper's four joints (Sec. 2.1: two prismatic in the middle, two
+revolute, the leftmost is the target) and one feature each that a chain lacks.
+
+``chain-4`` is the default, a *reconstruction*: the target needs slider 1, slider 1 needs slider 2, slider 2 needs the
+right revolute, which is free. The human-inspired strategy meets the two points of the paper's reference curve on it
+(80 % by step 9, all by step 20).
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import count, islice, pairwise
 from pathlib import Path
+from typing import get_args
 
-from lockprobe.boxes.box import MAX_JOINTS, Lockbox
-from lockprobe.boxes.generate import random_box
-from lockprobe.boxes.state_space import fault_of
-from lockprobe.boxes.structures import STRUCTURES
+import numpy as np
+
+from lockprobe.boxes.box import MAX_JOINTS, Clause, Joint, JointKind, Lockbox
+from lockprobe.boxes.layouts import LayoutName, laid_out
+from lockprobe.boxes.solve import fault_of, space_of
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import allow, find_plugin, is_own_function, plugin_names
-from lockprobe.foundation.spec import spec_kind, spec_name
+from lockprobe.foundation.seeds import generator, integer_seed
+from lockprobe.foundation.spec import spec_kind
+from lockprobe.foundation.validation import check_whole
 
 DEFAULT_BOX = "chain-4"
-_LARGEST_SEED = 10**9 - 1
+_SIZES = range(2, MAX_JOINTS + 1)
+_SEEDS = 2**31
+_RANDOM = re.compile(r"random-([2-8])")
 _DRAWN = re.compile(r"random-([0-9]{1,12})-([0-9]{1,12})")
+_LARGEST_SEED = 10**9 - 1
 _EXPECTED = "a Lockbox, or a function that returns one"
 
 ALIKE = tuple(f"random-4-{seed}" for seed in (7, 8, 18, 21, 49, 70, 72, 81))
@@ -30,9 +47,202 @@ ALIKE = tuple(f"random-4-{seed}" for seed in (7, 8, 18, 21, 49, 70, 72, 81))
 human-inspired strategy 8.5 on average, and the ideal observer 8.3. Kinds and places of joints follow no interlock."""
 
 
-def named_boxes() -> tuple[str, ...]:
-    """The names that :func:`box` accepts, in addition to ``random-N-SEED``."""
-    return tuple(STRUCTURES)
+def _in_a_row(size: int) -> list[tuple[str, JointKind]]:
+    """Names and kinds in a row: revolute at both ends, sliders between."""
+    sliders: list[tuple[str, JointKind]] = [(f"slider-{i}", "prismatic") for i in range(1, size - 1)]
+    return [("revolute-left", "revolute"), *sliders, ("revolute-right", "revolute")]
+
+
+def _assemble(name: str, joints: Sequence[tuple[str, JointKind]], interlock: Mapping[str, Sequence[Clause]]) -> Lockbox:
+    """A box at rest with its joints in a row, the first the target; joints without clauses are free."""
+    return Lockbox(
+        name=name,
+        joints=tuple(
+            Joint(name=joint, kind=kind, place=(round((i + 0.5) / len(joints), 3), 0.5))
+            for i, (joint, kind) in enumerate(joints)
+        ),
+        interlock={joint: tuple(clauses) for joint, clauses in interlock.items() if clauses},
+        initial=(False,) * len(joints),
+        target=joints[0][0],
+    )
+
+
+def _chain(size: int) -> Lockbox:
+    joints = _in_a_row(size)
+    return _assemble(f"chain-{size}", joints, {j: [{right: True}] for (j, _), (right, _) in pairwise(joints)})
+
+
+def _bichain(size: int) -> Lockbox:
+    joints = _in_a_row(size)
+    needs: dict[str, dict[str, bool]] = {j: {right: True} for (j, _), (right, _) in pairwise(joints)}
+    for (dependant, _), (joint, _) in pairwise(joints):
+        needs[joint] = needs.get(joint, {}) | {dependant: False}
+    return _assemble(f"bichain-{size}", joints, {j: [clause] for j, clause in needs.items()})
+
+
+def _gray_code(size: int, name: str) -> Lockbox:
+    joints = [joint for joint, _ in _in_a_row(size)]
+    interlock = {
+        joint: [{joints[i + 1]: True, **dict.fromkeys(joints[i + 2 :], False)}] for i, joint in enumerate(joints[:-1])
+    }
+    return _assemble(name, _in_a_row(size), interlock)
+
+
+def _room(name: str, levers: int) -> Lockbox:
+    """A door and levers, of which the first is the common cause of the others, or their common effect."""
+    names = ["door", *(f"lever-{i}" for i in range(levers))]
+    first: list[Clause] = [{"lever-0": True}]
+    others: list[Clause] = [{lever: True} for lever in names[2:]]
+    cause = {"door": others, **dict.fromkeys(names[2:], first)}
+    interlock = cause if name == "common-cause" else {"door": first, "lever-0": others}
+    return _assemble(f"{name}-{levers}", [(joint, "revolute") for joint in names], interlock)
+
+
+def _branched() -> Lockbox:
+    """A chain of five; an open slider-2 locks branch-1, and branch-2 needs branch-1 open."""
+    joints: list[tuple[str, JointKind]] = [
+        ("revolute-left", "revolute"),
+        *((f"slider-{i}", "prismatic") for i in (3, 2, 1)),
+        ("revolute-right", "revolute"),
+        ("branch-1", "prismatic"),
+        ("branch-2", "prismatic"),
+    ]
+    interlock: dict[str, list[Clause]] = {j: [{right: True}] for (j, _), (right, _) in pairwise(joints[:5])}
+    interlock |= {"branch-1": [{"slider-2": False}], "branch-2": [{"branch-1": True}]}
+    return _assemble("branched", joints, interlock)
+
+
+_FOUR: Mapping[str, Mapping[str, Clause]] = {
+    "fork": {"revolute-left": {"slider-2": True, "slider-1": True}},
+    "converge": {"revolute-left": {"slider-1": True}, "slider-1": {"revolute-right": True, "slider-2": True}},
+    "reset": {
+        "slider-2": {"revolute-right": True},
+        "slider-1": {"slider-2": True},
+        "revolute-left": {"slider-1": True, "revolute-right": False},
+    },
+}
+"""Boxes of the paper's joints, each of which is free or has one clause."""
+
+STRUCTURES: Mapping[str, Callable[[], Lockbox]] = {
+    **{f"chain-{n}": partial(_chain, n) for n in _SIZES},
+    **{f"bichain-{n}": partial(_bichain, n) for n in _SIZES},
+    **{
+        name: partial(_assemble, name, _in_a_row(4), {joint: [clause] for joint, clause in clauses.items()})
+        for name, clauses in _FOUR.items()
+    },
+    "gray-code": partial(_gray_code, 4, "gray-code"),
+    **{f"gray-code-{n}": partial(_gray_code, n, f"gray-code-{n}") for n in _SIZES},
+    **{f"{name}-{n}": partial(_room, name, n) for name in ("common-cause", "common-effect") for n in (3, 4)},
+    "branched": _branched,
+}
+"""Box by name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recipe:
+    """The parameters of a generated box. Equal recipes give equal boxes.
+
+    Attributes:
+        family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
+        dealt: Whether kinds and names are assigned at random, and places too unless the layout is ``misleading``, so
+            that they do not reveal the interlock.
+        shortest: Least allowed optimum, steps, from 1.
+        seed: From 0, below 2**31. Interlock and layout have separate streams.
+    """
+
+    family: str = "random-4"
+    layout: LayoutName = "serial"
+    dealt: bool = False
+    shortest: int = 2
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        if self.family not in STRUCTURES and not _RANDOM.fullmatch(self.family):
+            raise UnknownName("family", self.family, [*STRUCTURES, f"random-2 to random-{MAX_JOINTS}"])
+        if self.layout not in get_args(LayoutName):
+            raise UnknownName("layout", self.layout, get_args(LayoutName))
+        check_whole("shortest", self.shortest, 1, 2**MAX_JOINTS)
+        check_whole("seed", self.seed, 0, _SEEDS - 1)
+
+    @property
+    def name(self) -> str:
+        """The name of its box, for example ``reset-zigzag-7``."""
+        return f"{self.family}-{self.layout}-{self.seed}"
+
+
+def generate(recipe: Recipe) -> Lockbox | str:
+    """The box of a recipe, or the reason why it cannot be played (:func:`fault_of`). There is only one draw."""
+    drawn = _RANDOM.fullmatch(recipe.family)
+    if drawn:
+        box = _random_interlock(int(drawn[1]), recipe.name, generator(recipe.seed, "box", "interlock"))
+    else:
+        box = STRUCTURES[recipe.family]()
+    box = laid_out(box, recipe.layout, generator(recipe.seed, "box", "layout"), dealt=recipe.dealt)
+    return fault_of(box, recipe.shortest) or replace(box, name=recipe.name)
+
+
+def random_box(joints: int, seed: int) -> Lockbox:
+    """The box ``random-N-SEED``: the first of a sequence of recipes with an optimum of min(joints, 3) steps or more."""
+    for attempt in range(1000):
+        drawn = integer_seed(seed, "random-box", joints, attempt)
+        found = generate(Recipe(family=f"random-{joints}", dealt=True, shortest=min(joints, 3), seed=drawn))
+        if isinstance(found, Lockbox):
+            return replace(found, name=f"random-{joints}-{seed}")
+    raise AssertionError("a thousand recipes in a row give no box")
+
+
+def alike_boxes(joints: int, many: int) -> tuple[Lockbox, ...]:
+    """Boxes of one difficulty: the first of ``random-N-1``, ``random-N-2``, … whose shortest plan has N steps.
+
+    So many steps takes ``chain-4``, too. Interlocks may repeat; the joints of each box are dealt anew.
+    """
+    found = (random_box(joints, seed) for seed in count(1))
+    return tuple(islice((one for one in found if space_of(one).optimum == joints), many))
+
+
+def _random_interlock(size: int, name: str, rng: np.random.Generator) -> Lockbox:
+    """Joints in a line, the target first, the last one free. Clauses ask only later joints to be open.
+
+    A joint has one or two clauses of one or two positions, of which a quarter ask for a closed joint.
+
+    An interlock without closed positions is therefore solvable; with closed positions, moves may have to be undone, or
+    the box may be unsolvable. No clause names the target.
+    """
+    joints = _in_a_row(size)
+    names = [joint for joint, _ in joints]
+    interlock: dict[str, Sequence[Clause]] = {}
+    for i, joint in enumerate(names[:-1]):
+        clauses = []
+        for _ in range(1 + int(rng.random() * 2)):
+            clause: dict[str, bool] = {}
+            for _ in range(1 + int(rng.random() * 2)):
+                position = bool(rng.random() >= 0.25)
+                others = names[i + 1 :] if position else [other for other in names[1:] if other != joint]
+                if free := [other for other in others if other not in clause]:  # near joints more often, for depth
+                    clause[free[int(rng.random() ** 2 * len(free))]] = position
+            clauses.append(clause)
+        kept: list[Clause] = []  # without those that a weaker one makes superfluous
+        for one in sorted(clauses, key=len):
+            if not any(weaker.items() <= one.items() for weaker in kept):
+                kept.append(one)
+        alone = {item for one in kept if len(one) == 1 for item in one.items()}
+        interlock[joint] = [] if any((other, not position) in alone for other, position in alone) else kept  # free
+    return _assemble(name, joints, interlock)
+
+
+def box(name: str = DEFAULT_BOX) -> Lockbox:
+    """One of Lockprobe's own boxes; ``random-N-SEED``, as ``random-5-17``, has N joints and a drawn interlock."""
+    if name in STRUCTURES:
+        return STRUCTURES[name]()
+    drawn = _DRAWN.fullmatch(name)
+    if drawn is None:
+        raise UnknownName("box", name, [*STRUCTURES, "random-N-SEED", *plugin_names("box")])
+    joints, seed = int(drawn[1]), int(drawn[2])
+    if not 2 <= joints <= MAX_JOINTS:
+        raise BadValue(name, joints, f"2 to {MAX_JOINTS} joints")
+    if seed > _LARGEST_SEED:
+        raise BadValue(name, seed, f"a seed of at most {_LARGEST_SEED}")
+    return random_box(joints, seed)
 
 
 def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
@@ -54,8 +264,7 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
 
         return read_box(Path(asked))
     allow(asked)  # who asks names it: the box of a study on disk is data
-    name = spec_name(asked)
-    if name in STRUCTURES or _DRAWN.fullmatch(name) or (plugin := find_plugin("box", asked)) is None:
+    if asked in STRUCTURES or _DRAWN.fullmatch(asked) or (plugin := find_plugin("box", asked)) is None:
         return box(asked)
     found = plugin.make(is_one=lambda one: isinstance(one, Lockbox) or is_own_function(one), expected=_EXPECTED)
     if not isinstance(found, Lockbox):
@@ -63,18 +272,3 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
     if fault := fault_of(found):
         raise BadValue("box", asked, f"one that can be played ({fault})")
     return found
-
-
-def box(name: str = DEFAULT_BOX) -> Lockbox:
-    """A box by name; ``random-N-SEED``, such as ``random-5-17``, has N joints and an interlock drawn from the seed."""
-    if name in STRUCTURES:
-        return STRUCTURES[name]()
-    drawn = _DRAWN.fullmatch(name)
-    if drawn is None:
-        raise UnknownName("box", name, [*STRUCTURES, "random-N-SEED", *plugin_names("box")])
-    joints, seed = int(drawn[1]), int(drawn[2])
-    if not 2 <= joints <= MAX_JOINTS:
-        raise BadValue(name, joints, f"2 to {MAX_JOINTS} joints")
-    if seed > _LARGEST_SEED:
-        raise BadValue(name, seed, f"a seed of at most {_LARGEST_SEED}")
-    return random_box(joints, seed)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.boxes.box import JointKind, Lockbox
-from lockprobe.boxes.state_space import orders
+from lockprobe.boxes.solve import orders
 
 LayoutName = Literal["serial", "zigzag", "ngram", "grid", "scattered", "misleading"]
 

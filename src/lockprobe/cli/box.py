@@ -13,13 +13,11 @@ from typing import Annotated, Any
 import typer
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.boxes.families import DEFAULT_BOX, box, find_box, named_boxes
-from lockprobe.boxes.generate import Recipe
-from lockprobe.boxes.generate import generate as make
+from lockprobe.boxes.families import DEFAULT_BOX, STRUCTURES, Recipe, find_box
+from lockprobe.boxes.families import generate as make
 from lockprobe.boxes.layouts import LayoutName
 from lockprobe.boxes.sketch import interlock_lines, panel_lines
-from lockprobe.boxes.solve import difficulty, optimal_plans
-from lockprobe.boxes.state_space import space_of
+from lockprobe.boxes.solve import difficulty, space_of
 from lockprobe.cli import options
 from lockprobe.cli.printing import say
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
@@ -54,7 +52,7 @@ def check(
     found = find_box(box)
     print(
         f"{box}: can be played. {len(found.joints)} joints, target {found.target}, optimum "
-        f"{difficulty(found).optimum} steps, {counted(len(space_of(found).reachable), 'configuration')} before "
+        f"{space_of(found).optimum} steps, {counted(len(space_of(found).reachable), 'configuration')} before "
         f"{found.target} moves"
     )
     if model is None:
@@ -68,8 +66,8 @@ def check(
 @app.command("list")
 def list_boxes(json: options.AsJson = False) -> None:
     """List the named boxes and their difficulty, also those of installed packages."""
-    rows: list[dict[str, Any]] = [{**_facts(box(name)), "name": name} for name in named_boxes()]
-    for one in listed_plugins("box", named_boxes()):
+    rows: list[dict[str, Any]] = [{**_facts(find_box(name)), "name": name} for name in STRUCTURES]
+    for one in listed_plugins("box", STRUCTURES):
         try:
             facts = {"error": one.what} if one.found is None else _facts(find_box(one.name))
         except UserMistake as mistake:
@@ -115,7 +113,7 @@ def show(
     elif out:
         raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml")
     if json:
-        print(json_.dumps(_facts(box) | {"plans": optimal_plans(box, _PLANS).listed}))
+        print(json_.dumps(_facts(box)))
     elif out:
         print(out)
     else:
@@ -170,8 +168,8 @@ def generate(
 
 def _in_words(box: Lockbox) -> Iterator[str]:
     """The panel with the legend of its numbers, the interlock, the difficulty, and some optimal plans."""
-    found, wide, plans = difficulty(box), max(map(len, box.names)), optimal_plans(box, _SAID)
-    optimal = counted(plans.count, "optimal plan")
+    found, wide = difficulty(box, _SAID), max(map(len, box.names))
+    optimal = counted(found.optimal_plans, "optimal plan")
     yield f"{box.name}: {len(box.joints)} joints, target {box.target}, optimum {found.optimum} steps, {optimal}"
     yield from panel_lines(box)
     for i, (joint, position) in enumerate(zip(box.joints, box.initial, strict=True), 1):
@@ -184,11 +182,11 @@ def _in_words(box: Lockbox) -> Iterator[str]:
         f"random without repeats {found.random_no_repeat_success:.4f}"
     )
     yield f"solved in 20 steps by a fixed order of all joints, repeated: {found.cycle_success:.4f} of all orders"
-    yield from (f"plan: {', '.join(plan)}" for plan in plans.listed)
-    if plans.count > len(plans.listed):
-        yield f"and {counted(plans.count - len(plans.listed), 'more plan')}"
+    yield from (f"plan: {', '.join(plan)}" for plan in found.plans)
+    if more := found.optimal_plans - len(found.plans):
+        yield f"and {counted(more, 'more plan')}"
 
 
 def _facts(box: Lockbox) -> dict[str, Any]:
     """The facts of a box for JSON."""
-    return {**box.as_data(), **asdict(difficulty(box))}
+    return {**box.as_data(), **asdict(difficulty(box, _PLANS))}

@@ -22,7 +22,7 @@ from lockprobe.agents.policy import Policy, Told, View, running_sums
 from lockprobe.boxes.box import Lockbox, Shuffle
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.boxes.layouts import locking_pairs
-from lockprobe.boxes.state_space import Space, space_of
+from lockprobe.boxes.solve import Space, space_of
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.validation import check_choice, check_whole

@@ -19,7 +19,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.boxfile import box_from_data, toml_of
 from lockprobe.boxes.families import find_box
-from lockprobe.boxes.state_space import fault_of
+from lockprobe.boxes.solve import fault_of
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import settings_of

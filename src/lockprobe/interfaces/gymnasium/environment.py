@@ -34,7 +34,7 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from lockprobe.boxes.state_space import space_of
+from lockprobe.boxes.solve import space_of
 from lockprobe.foundation.errors import BadValue, ChannelFault, PlantFault, UnknownName
 from lockprobe.foundation.spec import spec_name
 from lockprobe.foundation.validation import check_whole

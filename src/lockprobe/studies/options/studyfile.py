@@ -18,9 +18,8 @@ from pydantic import Field
 
 from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.boxes.boxfile import box_from_data
-from lockprobe.boxes.families import ALIKE, DEFAULT_BOX, find_box
-from lockprobe.boxes.generate import alike_boxes
-from lockprobe.boxes.state_space import fault_of
+from lockprobe.boxes.families import ALIKE, DEFAULT_BOX, alike_boxes, find_box
+from lockprobe.boxes.solve import fault_of
 from lockprobe.foundation.errors import BadValue, Conflict, UnknownName, UserMistake
 from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.plugins import allow, plugin_name_of
