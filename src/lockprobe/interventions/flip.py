@@ -160,9 +160,10 @@ class OutcomeFlip:
         """The percept with its outcome inverted, or not."""
         if percept.joint is None:
             return percept
-        numbers = [rng.random() for _ in range(self.numbers(len(task.joints)))]
-        can_lie = percept.outcome is not None and self.falls_on(len(past))
-        flipped = can_lie and self.only in ("any", percept.outcome) and numbers[0] < self.rate(percept)
+        outcome, step, count = percept.outcome, len(past), self.numbers(len(task.joints))
+        numbers = [rng.random()] if count == 1 else rng.random(count).tolist()
+        can_lie = outcome is not None and self.falls_on(step)
+        flipped = can_lie and self.only in ("any", outcome) and numbers[0] < self.rate(percept)
         if flipped and self.while_ == "looping":  # three attempts or more that stood so before (paper, Sec. 3.3)
             attempted = (*(was.attempted for was in past[1:]), percept.joint)
             flipped = any(attempted[i : i + 3] == attempted[-3:] for i in range(len(attempted) - 5))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import TYPE_CHECKING, ClassVar, Literal
+from itertools import compress, pairwise
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from lockprobe.foundation.validation import check_choices
 from lockprobe.trial.record import Moment, Outcome, Percept, Task, in_words
@@ -42,6 +42,7 @@ class TextChannel:
     """
 
     always_tells: ClassVar[bool] = True
+    draws: ClassVar[bool] = False
     tell: Tell = "both"
     form: Form = "words"
     places: bool = False
@@ -51,10 +52,12 @@ class TextChannel:
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text, without the facts that must not be told. Nothing is drawn from ``rng``."""
-        outcome, positions = self._facts(percept)
-        text = self.written(percept, task, first=not past)
+        outcome = None if self.tell == "state" else percept.outcome
+        positions = None if self.tell == "outcome" else percept.positions
+        text = self.written(percept.joint, outcome, positions, task, first=not past)
         if percept.corrects is not None:
-            corrected = self.written(percept.corrects, task, first=False)
+            _, first, where, *_ = self.shown(percept.corrects)
+            corrected = self.written(percept.joint, first, where, task, first=False)
             text = corrected + (" " if self.form == "words" else "\n") + f"{CORRECTION} {text}"
         return percept.but(
             outcome=outcome,
@@ -64,15 +67,11 @@ class TextChannel:
             text=text,
         )
 
-    def _facts(self, percept: Percept) -> tuple[Outcome | None, Positions]:
-        """What is told of a percept."""
-        told = None if self.tell == "outcome" else percept.positions
-        return None if self.tell == "state" else percept.outcome, told
-
-    def written(self, percept: Percept, task: Task, *, first: bool) -> str:
-        """The text of a percept; the ``first`` report of a trial may also say where joints lie."""
-        outcome, positions = self._facts(percept)
-        joint, rows = percept.joint, rows_of(task) if self.places and first else []
+    def written(
+        self, joint: str | None, outcome: Outcome | None, positions: Positions, task: Task, *, first: bool
+    ) -> str:
+        """The text of what is told; the ``first`` report of a trial may also say where joints lie."""
+        rows = rows_of(task) if self.places and first else []
         if self.form == "words":
             sentences = []
             if joint is not None and outcome is not None:
@@ -80,9 +79,10 @@ class TextChannel:
             elif joint is not None and positions is not None and self.tell == "state":
                 sentences.append(f"You attempted {joint}.")
             if positions is not None:
-                there = [label for label, position in zip(task.joints, positions, strict=True) if position]
-                sentences.append(f"At 1: {', '.join(there) or 'none'}.")
-            return " ".join([*sentences, *places_said(task, rows)])
+                sentences.append(f"At 1: {', '.join(compress(task.joints, positions)) or 'none'}.")
+            if rows:
+                sentences += places_said(task, rows)
+            return " ".join(sentences)
         said: dict[str, object] = {}
         if joint is not None and (outcome, positions) != (None, None):
             said |= {"attempted": joint} | ({} if outcome is None else {"moved": outcome == "moved"})
@@ -93,10 +93,12 @@ class TextChannel:
             said["panel"] = {"rows from above, each from left to right": rows} | ({"kinds": kinds} if kinds else {})
         return json.dumps(said) if said else ""
 
-    def shown(self, percept: Percept) -> object:
+    def shown(self, percept: Percept) -> tuple[Any, ...]:
         """What agents get of a percept: the joint, the facts that are told, and pictures that were there before."""
+        outcome = None if self.tell == "state" else percept.outcome
+        positions = None if self.tell == "outcome" else percept.positions
         corrects = None if percept.corrects is None else self.shown(percept.corrects)
-        return percept.joint, *self._facts(percept), corrects, percept.pictures
+        return percept.joint, outcome, positions, corrects, percept.pictures
 
 
 def rows_of(task: Task) -> list[list[str]]:

@@ -245,7 +245,8 @@ class Scenes:
         chosen; empty before the first step.
         """
         words, channel, joint = self.words.page, shown(plan.modality), percept.joint or chosen
-        if isinstance(channel, TextChannel) and percept.text != channel.written(percept, task, first=not chosen):
+        told = percept.joint, percept.outcome, percept.positions
+        if isinstance(channel, TextChannel) and percept.text != channel.written(*told, task, first=not chosen):
             return (percept.text,)
         found = [filled(words[percept.outcome or ("attempted" if joint else "first")], label=joint)]
         if percept.positions is not None:

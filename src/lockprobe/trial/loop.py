@@ -7,12 +7,11 @@ into what is *done*; the plant acts; channels decide what is *told*.
 from __future__ import annotations
 
 import asyncio
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain
 from traceback import walk_tb
 from types import TracebackType
 from typing import Any, Protocol, TypeVar
@@ -28,16 +27,16 @@ from lockprobe.foundation.errors import (
     kind_and_words,
 )
 from lockprobe.foundation.redaction import without_keys
+from lockprobe.trial.luck import Luck
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.patience import PATIENCE, own_line
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.places import Placed, Places
-from lockprobe.trial.plan import Fork, Plan
+from lockprobe.trial.plan import Fork, Names, Plan
 from lockprobe.trial.protocols import Agent, Intervention, Plant
 from lockprobe.trial.record import (
     Briefing,
-    Decision,
     Ending,
     Fact,
     Moment,
@@ -50,7 +49,7 @@ from lockprobe.trial.record import (
     Turn,
     facts_of,
 )
-from lockprobe.trial.source import said, source_of, with_reading
+from lockprobe.trial.source import SourceKind, said, source_of, with_reading
 from lockprobe.trial.trial_json import usable
 
 _T = TypeVar("_T")
@@ -58,6 +57,8 @@ _V = TypeVar("_V")
 
 _TOGETHER = -1
 """Stands for all interventions together among the numbers of those that changed a step."""
+
+_TRUTHS = {False, True}
 
 
 class Executor(Protocol):
@@ -139,7 +140,7 @@ async def play(
     ending: Ending = "budget"
     fault: TrialFault | None = None
     try:
-        await loop.open()
+        await loop.look()
         for _ in range(plan.budget):
             step = await loop.step()
             if on_step is not None:
@@ -157,8 +158,21 @@ async def play(
             made = facts_of({"plant": plan.plant, **plant.facts}) if plant.facts else {}
     except TrialFault as broke:
         ending, fault = "error", fault or broke
-    acting = {"channels": places.channel_facts, "interventions": places.other_facts}
-    return _record(plan, ending, fault, tuple(loop.steps), facts=facts, plant=made, **acting, **loop.played())
+    return _record(
+        plan,
+        ending,
+        fault,
+        tuple(loop.steps),
+        facts=facts,
+        plant=made,
+        channels=places.channel_facts,
+        interventions=places.other_facts,
+        opening=loop.moments[0].told.text if loop.moments else "",
+        opening_pictures=loop.first_pictures,
+        opening_sensed=loop.first_sensed,
+        changed={spec: loop.changed[number] for number, spec in enumerate(places.specs) if spec},
+        changed_steps=loop.changed[_TOGETHER],
+    )
 
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:
@@ -203,76 +217,99 @@ def _record(plan: Plan, ending: Ending, fault: TrialFault | None, steps: tuple[S
     )
 
 
+@dataclass(slots=True, eq=False)
 class _Loop:
     """The state of one trial while it runs.
 
     Its moments are those so far, so their number is the number of the step, or, for a report, that of the step whose
     decision it precedes less one.
+
+    Attributes:
+        turns: What the agent was told and decided so far, but for the report that it has not answered.
+        state: The true configuration.
+        shown: The last positions told or pictured.
+        said: What the source of reports said last.
+        on_record: Whether all is as on the record that is forked, up to now.
+        changing: The numbers of the interventions that change the step that is being made. A report counts for the step
+            whose decision it precedes: no agent reads the last.
+        changed: How many steps each of them changed.
     """
 
-    def __init__(
-        self,
-        plan: Plan,
-        plant: Plant,
-        places: Places,
-        agent: Agent,
-        keep: Callable[[Picture], None] | None,
-        place: Executor,
-    ) -> None:
-        self.steps = list[Step]()
-        self._opening_pictures: Mapping[PictureKind, str] = {}
-        self._opening_sensed: Mapping[str, Fact] = {}
-        self._plan, self._plant, self._agent, self._keep, self._at = plan, plant, agent, keep, place
-        self._places, self._names, self._task, self._luck = places, plan.names, plan.names.task, plan.luck
-        self._ours = type(agent).__module__.startswith("lockprobe.")
-        self._unsaid = Briefing(hypothesis=plan.hypothesis)
-        self._source = source_of(plan.condition.modality)
-        self._said: Snapshot | None = None  # by the source, last
-        self._on_record = plan.fork is not None  # whether all is as on record up to now
-        self._turns: tuple[Turn, ...] = ()
-        self._moments: tuple[Moment, ...] = ()
-        self._state = ""  # the true configuration
-        self._shown: tuple[bool, ...] | None = None  # the last positions told or pictured
-        self._changers: dict[int, set[int]] = defaultdict(set)  # step -> the numbers of those that changed it
+    plan: Plan
+    plant: Plant
+    places: Places
+    agent: Agent
+    keep: Callable[[Picture], None] | None
+    at: Executor
+    steps: list[Step] = field(default_factory=list)
+    first_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
+    first_sensed: Mapping[str, Fact] = field(default_factory=dict)
+    turns: tuple[Turn, ...] = ()
+    moments: tuple[Moment, ...] = ()
+    state: str = ""
+    shown: tuple[bool, ...] | None = None
+    said: Snapshot | None = None
+    on_record: bool = True
+    changing: set[int] = field(default_factory=set)
+    changed: Counter[int] = field(default_factory=Counter)
+    names: Names = field(init=False)
+    luck: Luck = field(init=False)
+    source: SourceKind | None = field(init=False)
+    unsaid: Briefing = field(init=False)
+    ours: bool = field(init=False)
 
-    async def open(self) -> None:
+    def __post_init__(self) -> None:
+        self.names, self.luck, self.source = self.plan.names, self.plan.luck, source_of(self.plan.modality)
+        self.unsaid = Briefing(hypothesis=self.plan.hypothesis)
+        self.ours = type(self.agent).__module__.startswith("lockprobe.")
+
+    async def look(self) -> None:
         """Look at the box for the first time."""
         with PLANT:
-            snapshot, self._state, first = await self._at(self._happened)
-            self._opening_sensed = facts_of(snapshot.sensed)
-        self._moments, self._shown = (first,), first.shown
-        self._opening_pictures = self._kept(first.told)
+            snapshot, self.state, first = await self.at(self._happened)
+            self.first_sensed = facts_of(snapshot.sensed)
+        self.moments, self.shown = (first,), first.shown
+        self.first_pictures = self._kept(first.told)
 
     async def step(self) -> Step:
         """Ask the agent, attempt a joint, tell it what happened."""
-        past, number, at, box = self._moments, len(self._moments), self._places.at, self._plan.box.joints
-        turns, briefing, report = self._turns, self._unsaid, past[-1].told
-        if at["remembered"] or at["asked"]:  # their luck is that of the report
+        past, number, acting, task = self.moments, len(self.moments), self.places.at, self.names.task
+        labels, joints, fork = self.names.labels, self.plan.box.joints, self.plan.fork
+        turns, briefing, report = self.turns, self.unsaid, past[-1].told
+        if acting["remembered"] or acting["asked"]:  # their luck is that of the report
             with INTERVENTIONS:
-                turns = self._passed(at["remembered"], turns, number - 1, number)
+                turns = self._passed(acting["remembered"], turns, number - 1)
                 if not isinstance(turns, tuple):
                     raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
-                briefing = self._passed(at["asked"], briefing, number - 1, number)
+                briefing = self._passed(acting["asked"], briefing, number - 1)
                 briefing.remark.encode()  # breaks if it cannot be written
-        with AGENT:
-            decision = await self._decision(Situation(task=self._task, past=turns, percept=report, briefing=briefing))
-        decision = usable(decision, self._task)
+        recorded = fork.recorded[number - 1] if fork and self.on_record and number <= len(fork.recorded) else None
+        with AGENT:  # of a fork nothing is asked that is on record, but an agent that draws from its stream
+            if recorded is not None and getattr(self.agent, "unseeded", False):
+                decision = recorded.decision
+            else:
+                situation = Situation(task=task, past=turns, percept=report, briefing=briefing)
+                answer = self.agent.decide(situation, self.luck.at("agent", number))
+                if not self.ours:
+                    answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
+                decision = await answer
+        decision = usable(decision, task)
         label = decision.joint
-        if at["done"]:
+        if acting["done"]:
             with INTERVENTIONS:
-                label = self._passed(at["done"], label, number, number)
-                if label not in self._task.joints:
+                label = self._passed(acting["done"], label, number)
+                if label not in task.joints:
                     raise ChannelFault(f"{label!r} is not a joint")
-        joint = self._names.labels.index(label)
+        joint, changing, self.changing = labels.index(label), self.changing, set()
         with PLANT:
-            snapshot, state, moment = await self._at(partial(self._happened, joint, decision.joint, label))
+            snapshot, state, moment = await self.at(partial(self._happened, joint, decision.joint, label))
             sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
         moved = snapshot.outcome == "moved"
         told_moved, told_state = self._compared(moment, state, moved=moved)
         step = Step(
             step=number,
-            state=self._state,
-            joint=box[joint].name,
+            state=self.state,
+            joint=joints[joint].name,
             moved=moved,
             told_moved=told_moved,
             told_state=told_state,
@@ -280,63 +317,38 @@ class _Loop:
             decision=decision,
             sensed=sensed,
             pictures=self._kept(moment.told) if moment.told.pictures else {},
-            chosen=None if decision.joint == label else box[self._names.labels.index(decision.joint)].name,
+            chosen=None if decision.joint == label else joints[labels.index(decision.joint)].name,
             remark=briefing.remark,
         )
         self.steps.append(step)
-        self._turns = (*self._turns, Turn(percept=report, decision=decision, remark=briefing.remark))
-        self._moments, self._state = (*past, moment), state
-        if self._plan.fork is not None:
-            self._compare(step, self._plan.fork)
+        self.changed.update(changing)
+        self.turns = (*self.turns, Turn(percept=report, decision=decision, remark=briefing.remark))
+        self.moments, self.state = (*past, moment), state
+        if fork is not None:
+            self.on_record = step == recorded
+            if number < fork.name.at and not self.on_record:
+                raise ModelFault(f"step {number} cannot be replayed from the record without asking the agent again")
+            if number == fork.name.at and fork.name.time > 1:  # each continuation but the first has luck of its own
+                self.luck = replace(self.plan.luck, time=fork.name.time)
         return step
-
-    def played(self) -> dict[str, Any]:
-        """What was played, by the names of the record.
-
-        A report that an intervention changed counts at the step whose decision it precedes: no agent reads the last.
-        """
-        done = (changers for step, changers in self._changers.items() if step <= len(self.steps))
-        counts = Counter(chain.from_iterable(done))
-        return {
-            "opening": self._moments[0].told.text if self._moments else "",
-            "opening_pictures": self._opening_pictures,
-            "opening_sensed": self._opening_sensed,
-            "changed": {spec: counts[number] for number, spec in enumerate(self._places.specs) if spec},
-            "changed_steps": counts[_TOGETHER],
-        }
-
-    async def _decision(self, situation: Situation) -> Decision:
-        """Ask the agent. On a fork the past is on record: nothing is asked there whose answer costs money.
-
-        An agent with a random stream decides again. One that draws its own luck is not asked for as long as everything
-        is as on record, also after the fork.
-        """
-        fork, now = self._plan.fork, len(self.steps)
-        played = fork is not None and self._on_record and now < len(fork.recorded)
-        if fork is not None and played and getattr(self._agent, "unseeded", False):
-            return fork.recorded[now].decision
-        decision = self._agent.decide(situation, self._luck.at("agent", now + 1))
-        if self._ours:
-            return await decision
-        return await PATIENCE.limited(decision, self._plan.agent, getattr(self._agent, "step_seconds", 60.0))
 
     def _happened(
         self, joint: int | None = None, chosen: str | None = None, attempted: str | None = None
     ) -> tuple[Snapshot, str, Moment]:
         """What an attempt, or the first look, really did, the configuration then, and what is told of it."""
-        snapshot = self._plant.observe() if joint is None else self._plant.attempt(joint)
-        if self._source is not None:
+        snapshot = self.plant.observe() if joint is None else self.plant.attempt(joint)
+        if self.source is not None:
             snapshot = with_reading(snapshot)
-        if len(state := bits(snapshot.configuration)) != len(self._names.labels):
-            raise PlantFault(f"{len(state)} positions of {len(self._names.labels)} joints")
-        was = percept = self._names.percept(snapshot)
-        fork, step = self._plan.fork, len(self._moments)
+        if len(state := bits(snapshot.configuration)) != len(self.names.labels):
+            raise PlantFault(f"{len(state)} positions of {len(self.names.labels)} joints")
+        was = percept = self.names.percept(snapshot)
+        fork, step = self.plan.fork, len(self.moments)
         arm = fork if fork is not None and fork.replaces(step) else None
-        if self._source is not None:  # where an arm of a fork acts, the truth is said
-            self._said = snapshot if arm else said(self._source, snapshot, self._said)
-            was = percept = replace(self._names.percept(self._said), look=percept.look)
+        if self.source is not None:  # where an arm of a fork acts, the truth is said
+            self.said = snapshot if arm else said(self.source, snapshot, self.said)
+            was = percept = self.names.percept(self.said).but(look=percept.look)
         if percept.look is not None:
-            was, percept = replace(percept, look=None), replace(percept, look=partial(_look, percept.look))
+            was, percept = percept.but(look=None), percept.but(look=partial(_look, percept.look))
         with INTERVENTIONS:
             told, facts = self._told(percept, step, arm)
         return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
@@ -347,45 +359,40 @@ class _Loop:
         Without a way to look, which is for channels. The facts are None where the report holds them itself. An arm of
         a fork acts in place of what acts on the facts of its report.
         """
-        facts, showing, channels, after = None, self._places.showing, self._places.at["told"], self._places.after
+        facts, showing, channels, after = None, self.places.showing, self.places.at["told"], self.places.after
         if arm is not None:
             own = {id(one) for one in arm.acting}
             channels, after = (
                 [one for one in several if one.traits.after_words or id(one.one) in own]
                 for several in (channels, after)
             )
-        percept = self._passed(channels, percept, step, step + 1, showing.traits.shown if showing else None)
+        percept = self._passed(channels, percept, step, showing.traits.shown if showing else None)
         if showing is not None:
-            facts = percept if percept.look is None else replace(percept, look=None)
-            percept = showing.act(percept, self._moments, self._task, self._luck.at(showing.stream, step))
+            facts = percept if percept.look is None else percept.but(look=None)
+            luck = self.luck.at(showing.stream, step) if showing.traits.draws else self.luck.generator
+            percept = showing.act(percept, self.moments, self.names.task, luck)
         if after:
-            worded, percept = percept, self._passed(after, percept, step, step + 1)
+            worded, percept = percept, self._passed(after, percept, step)
             if (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
                 facts = None  # something after the words changed what is told: that holds the facts now
         percept.text.encode()  # breaks if it cannot be written
-        joints, positions = self._task.joints, percept.positions
+        joints, positions = self.names.task.joints, percept.positions
         if percept.joint is not None and percept.joint not in joints:
             raise ChannelFault(f"{percept.joint!r} is not a joint")
-        if positions is not None and not (len(positions) == len(joints) and {*positions} <= {False, True}):
+        if positions is not None and not (len(positions) == len(joints) and {*positions} <= _TRUTHS):
             raise ChannelFault(f"positions {positions!r} are not one truth value for each of {len(joints)} joints")
-        return percept if percept.look is None else replace(percept, look=None), facts
+        return percept if percept.look is None else percept.but(look=None), facts
 
     def _passed(
-        self,
-        acting: Sequence[Placed],
-        given: _V,
-        drawn: int,
-        noted: int,
-        shown: Callable[[Any], object] | None = None,
+        self, acting: Sequence[Placed], given: _V, drawn: int, shown: Callable[[Any], object] | None = None
     ) -> _V:
         """A value after interventions; those of them that changed what the agent gets are noted.
 
         An intervention changes a step if it changed what it was given, and the agent would have got something else
         without it: what no report shows, or a later intervention hides, is no change. ``drawn`` is the step of their
-        luck, ``noted`` that at which their changes count. ``shown`` is the part of the value that the agent gets; all
-        of it without one.
+        luck. ``shown`` is the part of the value that the agent gets; all of it without one.
         """
-        value, changers, past, task, luck = given, list[tuple[Placed, _V]](), self._moments, self._task, self._luck
+        value, changers, past, task, luck = given, list[tuple[Placed, _V]](), self.moments, self.names.task, self.luck
         for placed in acting:
             before, value = value, placed.act(value, past, task, luck.at(placed.stream, drawn))
             if value is not before and value != before:
@@ -395,7 +402,7 @@ class _Loop:
         gets = shown or (lambda whole: whole)
         end = gets(value)
         if gets(given) != end:
-            self._changers[noted].add(_TOGETHER)
+            self.changing.add(_TOGETHER)
         for at, (placed, before) in enumerate(changers, 1):
             without = before
             try:  # what the agent would have got without it: later ones act again, on the value before it
@@ -405,13 +412,13 @@ class _Loop:
             except Exception:  # noqa: BLE001  one that breaks needs what was changed before it
                 changed = True
             if changed:
-                self._changers[noted].add(placed.number)
+                self.changing.add(placed.number)
         return value
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
-        if self._keep is not None:
+        if self.keep is not None:
             for picture in percept.pictures:
-                self._keep(picture)
+                self.keep(picture)
         return {picture.kind: picture.name for picture in percept.pictures}
 
     def _compared(self, moment: Moment, state: str, *, moved: bool) -> tuple[bool | None, str | None]:
@@ -421,26 +428,17 @@ class _Loop:
             told_moved = told.outcome == "moved"
         elif told.pictures and shown is None:  # a picture that was not made from a report shows the truth
             told_moved = moved
-        elif told.joint is None or shown is None or self._shown is None:
+        elif told.joint is None or shown is None or self.shown is None:
             told_moved = None
         else:  # positions are compared with the last ones told or pictured
-            place = self._names.listing.index(told.joint)
-            told_moved = shown[place] != self._shown[place]
+            place = self.names.listing.index(told.joint)
+            told_moved = shown[place] != self.shown[place]
         if shown is None:
             return told_moved, None
-        self._shown = shown
-        if self._source is None and shown == moment.was.positions:
+        self.shown = shown
+        if self.source is None and shown == moment.was.positions:
             return told_moved, state if told.positions else None  # a true picture says nothing that the truth does not
-        return told_moved, bits(self._names.configuration(shown))
-
-    def _compare(self, step: Step, fork: Fork) -> None:
-        """Compare a step of a fork with the record, and change the luck after the fork for all but the first time."""
-        before = fork.recorded[step.step - 1] if self._on_record and step.step <= len(fork.recorded) else None
-        self._on_record = step == before
-        if step.step < fork.name.at and not self._on_record:
-            raise ModelFault(f"step {step.step} cannot be replayed from the record without asking the agent again")
-        if step.step == fork.name.at and fork.name.time > 1:
-            self._luck = replace(self._plan.luck, time=fork.name.time)
+        return told_moved, bits(self.names.configuration(shown))
 
 
 def _look(look: Callable[..., Frame], positions: tuple[bool, ...] | None = None) -> Frame:

@@ -41,7 +41,7 @@ class Luck:
     repetition: int
     trial: int
     time: int = 1
-    _generator: np.random.Generator = field(
+    generator: np.random.Generator = field(
         default_factory=lambda: np.random.Generator(np.random.Philox(_ANY)), init=False, repr=False, compare=False
     )
 
@@ -52,8 +52,8 @@ class Luck:
         """
         key = _key(self.seed, self.box, stream if self.time == 1 else f"{stream}/luck-{self.time}")
         address = {"key": key, "counter": (0, step, self.trial, self.repetition)}
-        self._generator.bit_generator.state = {"bit_generator": "Philox", "state": address, **_NOTHING_DRAWN}
-        return self._generator
+        self.generator.bit_generator.state = {"bit_generator": "Philox", "state": address, **_NOTHING_DRAWN}
+        return self.generator
 
     def physics(self) -> np.random.Generator:
         """What a plant draws from, as its own time passes: the one generator of a trial that goes on. It can spawn."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -82,7 +82,7 @@ class Task:
     kinds: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Snapshot:
     """The truth at one moment, as a plant reports it.
 
@@ -102,7 +102,7 @@ class Snapshot:
     render: Callable[[tuple[bool, ...]], Frame] | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Percept:
     """One observation, in the agent's terms. Channels change it; the truth is kept separately.
 
@@ -132,11 +132,10 @@ class Percept:
     look: Callable[..., Frame] | None = field(default=None, compare=False, repr=False)
 
     def but(self, **changes: Any) -> Percept:
-        """As ``replace``, in a third of the time: for flips and words, which change the reports of most studies."""
-        return Percept(**{name: getattr(self, name) for name in _OF_PERCEPTS} | changes)
-
-
-_OF_PERCEPTS = tuple(part.name for part in fields(Percept))
+        """As ``replace``, in a tenth of the time: for what changes the reports of most studies."""
+        one = object.__new__(Percept)
+        one.__dict__.update(self.__dict__, **changes)
+        return one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,7 +164,7 @@ class Decision:
     tidied: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Turn:
     """One finished exchange: a report, the remark with it, and the agent's decision after it."""
 
@@ -174,7 +173,7 @@ class Turn:
     remark: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Moment:
     """One moment of a trial for interventions, truth and report: the first look, or the result of an attempt.
 
@@ -222,17 +221,17 @@ class Briefing:
         return replace(self, remark=f"{self.remark} {text}".lstrip())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Situation:
     """Everything that an agent may use to decide: finished exchanges, oldest first, the current report and requests."""
 
     task: Task
     past: tuple[Turn, ...]
     percept: Percept
-    briefing: Briefing = field(default_factory=Briefing)
+    briefing: Briefing = Briefing()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Step:
     """One step, truth and report.
 
