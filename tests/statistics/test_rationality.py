@@ -8,10 +8,9 @@ from clumsy import HAND
 
 from lockprobe import run_trial
 from lockprobe.agents.ideal_observer import IdealObserver
-from lockprobe.boxes.beliefs.planning import best_joints
-from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, noise_model, update
-from lockprobe.boxes.beliefs.structures import interlocks
+from lockprobe.boxes.beliefs import ReportedAttempt, begin, interlocks, noise_model, update
 from lockprobe.boxes.families import box
+from lockprobe.boxes.planning import best_joints
 from lockprobe.statistics.rationality import optimal_actions, prior_for
 from lockprobe.statistics.rules import Rules, unbroken
 from lockprobe.testing import play_trials

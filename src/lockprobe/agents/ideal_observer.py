@@ -10,9 +10,17 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from lockprobe.agents.policy import Policy, Told, View
-from lockprobe.boxes.beliefs.planning import best_joints
-from lockprobe.boxes.beliefs.posterior import Belief, KnownReading, ReportedAttempt, begin, noise_model, update
-from lockprobe.boxes.beliefs.structures import PRIORS, interlocks
+from lockprobe.boxes.beliefs import (
+    PRIORS,
+    Belief,
+    KnownReading,
+    ReportedAttempt,
+    begin,
+    interlocks,
+    noise_model,
+    update,
+)
+from lockprobe.boxes.planning import best_joints
 from lockprobe.foundation.errors import UnknownName
 from lockprobe.trial.record import Outcome
 
@@ -27,7 +35,7 @@ class IdealObserver(Policy[Belief]):
     Ties between joints are drawn at random.
 
     Attributes:
-        prior: The interlocks that it considers possible: :mod:`lockprobe.boxes.beliefs.structures`.
+        prior: The interlocks that it considers possible: :mod:`lockprobe.boxes.beliefs`.
         noise: ``naive`` (reports are true), ``aware`` (how often they are false is inferred) or a flip probability.
         reading: What it knows a false report to be: ``memoryless``, ``latched``, ``re-observed`` or ``integrated``.
             With ``outcomes`` it knows that outcomes are inverted and infers whether false positions stay, with

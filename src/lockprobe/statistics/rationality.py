@@ -1,7 +1,7 @@
 """Optimal actions: each action judged by an ideal observer who was told the same as the agent and believes it.
 
 An action is *optimal* if no other costs fewer expected steps under a stated prior
-(:mod:`lockprobe.boxes.beliefs.structures`). At p = 0 the observer is right to believe reports.
+(:mod:`lockprobe.boxes.beliefs`). At p = 0 the observer is right to believe reports.
 
 Pictures are judged as if read without error: a picture counts as a report of positions (``symbolic?tell=state``), and
 a misreading counts against the agent.
@@ -15,8 +15,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache
 
-from lockprobe.boxes.beliefs.planning import SAME, planner
-from lockprobe.boxes.beliefs.structures import NEVER, Interlocks, as_mask, interlocks
+from lockprobe.boxes.beliefs import NEVER, Interlocks, as_mask, interlocks
+from lockprobe.boxes.planning import SAME, planner
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion
@@ -104,7 +104,7 @@ def _after(
 ) -> tuple[_Known, bool]:
     """What is known after a report, given that the trial goes on, and whether the report was impossible.
 
-    It is :func:`lockprobe.boxes.beliefs.posterior.update` for an observer that believes every report. Of what is
+    It is :func:`lockprobe.boxes.beliefs.update` for an observer that believes every report. Of what is
     impossible it keeps the report alone, at the configuration before it, or else at that after it.
     """
 

@@ -7,10 +7,18 @@ from itertools import product
 import numpy as np
 import pytest
 
-from lockprobe.boxes.beliefs.planning import MOST_PLANNED, Planner, best_joints
-from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, noise_model, update
-from lockprobe.boxes.beliefs.structures import MOST_INTERLOCKS, NEVER, PRIORS, interlocks
+from lockprobe.boxes.beliefs import (
+    MOST_INTERLOCKS,
+    NEVER,
+    PRIORS,
+    ReportedAttempt,
+    begin,
+    interlocks,
+    noise_model,
+    update,
+)
 from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.boxes.planning import MOST_PLANNED, Planner, best_joints
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.flip import flip_of
 from lockprobe.trial.record import Moment, Percept, Task

@@ -23,8 +23,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.boxes.beliefs.posterior import Belief
-from lockprobe.boxes.beliefs.structures import Interlocks, as_mask
+from lockprobe.boxes.beliefs import Belief, Interlocks, as_mask
 from lockprobe.foundation.errors import BadValue
 
 MOST_PLANNED = 60_000

@@ -1,1 +1,0 @@
-"""Bayesian beliefs about interlocks: priors, the exact posterior given reports, and planning under it."""
