@@ -92,12 +92,15 @@ def test_the_trial_ends_when_the_target_really_moves():
     assert [step.state for step in trial.steps] == ["0000", "0001", "0011", "0111"]
 
 
-def test_the_agent_sees_what_is_told_and_never_the_truth():
+@pytest.mark.parametrize("tell", ["both", "state"])
+def test_the_agent_sees_what_is_told_and_never_the_truth(tell):
     agent = Fake(lambda situation: Decision(joint=situation.task.joints[len(situation.past) % 4]))
-    trial = played(agent, replace(PLAN, condition=flips((0.5,))[0], trial=2), (OutcomeFlip(p=0.5), TextChannel()))
+    trial = played(
+        agent, replace(PLAN, condition=flips((0.5,))[0], trial=2), (OutcomeFlip(p=0.5), TextChannel(tell=tell))
+    )
     assert any(step.moved != step.told_moved for step in trial.steps)
     for situation, step in zip(agent.seen[1:], trial.steps, strict=False):
-        assert (situation.percept.outcome == "moved") == step.told_moved
+        assert (situation.outcome == "moved") == step.told_moved
         told = dict(zip(situation.task.joints, situation.percept.positions, strict=True))
         assert "".join(str(int(told[label])) for label in trial.labels) == step.told_state
         assert situation.percept.text == step.told

@@ -14,7 +14,7 @@ from lockprobe.studies.modality import interventions_for
 from lockprobe.trial.loop import play
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Decision
-from lockprobe.trial.source import camera_outcomes, verdict_outcomes, wrong_source
+from lockprobe.trial.source import outcomes_by
 
 CHAIN = box("chain-4")
 TARGET, FIRST, SECOND, FREE = range(4)
@@ -79,7 +79,7 @@ def test_sources_without_error_tell_the_truth(condition):
         assert (trial.opening, told(trial)) == (without.opening, told(without))
         assert trial.changed == without.changed
         assert trial.opening_sensed == {"camera": "0000"}
-        assert wrong_source(trial) == [None] * len(trial.steps)
+        assert source == "truth" or outcomes_by(source, trial) == [step.moved for step in trial.steps]
 
 
 def test_the_robot_counts_positions_from_its_verdicts_and_a_failed_one_is_no_move():
@@ -93,8 +93,7 @@ def test_the_robot_counts_positions_from_its_verdicts_and_a_failed_one_is_no_mov
         ("D did not move. At 1: B, D.", False, "0101"),
     ]
     assert [step.told_falsely for step in trial.steps] == [True, True, False, True]
-    assert verdict_outcomes(trial) == [True, None, True, False]
-    assert wrong_source(trial) == ["verdict", "verdict", None, "verdict"]
+    assert outcomes_by("verdict", trial) == [True, None, True, False]
 
 
 def test_the_camera_says_what_it_reads_and_an_unclear_joint_keeps_its_last_position():
@@ -108,7 +107,7 @@ def test_the_camera_says_what_it_reads_and_an_unclear_joint_keeps_its_last_posit
         ("A did not move. At 1: B, D.", False, "0101"),
         ("D did not move. At 1: D.", False, "0001"),
     ]
-    assert camera_outcomes(trial) == [None, False, False, False]
+    assert outcomes_by("camera", trial) == [None, False, False, False]
 
 
 def test_the_truth_ends_a_trial_whatever_the_source_says():

@@ -17,7 +17,7 @@ from itertools import accumulate
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar, final
 
 from lockprobe.foundation.errors import BadValue, UserMistake
-from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
+from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn, told_outcome
 
 if TYPE_CHECKING:
     import numpy as np
@@ -78,14 +78,9 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
     """
     if percept.joint is None:
         return None
-    joint, positions, outcome = task.joints.index(percept.joint), percept.positions, percept.outcome
-    if outcome is not None:
-        moved = outcome == "moved"
-    else:
-        earlier = (turn.percept.positions for turn in reversed(past) if turn.percept.positions is not None)
-        if positions is None or (last := next(earlier, None)) is None:
-            return None
-        moved = positions[joint] != last[joint]
+    if (outcome := told_outcome(task, percept, past)) is None:
+        return None
+    positions = percept.positions
     shifted = None
     if positions is not None:
         first = past[0].percept if past and past[0].percept.joint is None else None
@@ -93,10 +88,10 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
         if start is not None:
             shifted = sum([1 << j for j, now in enumerate(positions) if now != start[j]])
     return Told(
-        joint=joint,
-        moved=moved,
+        joint=task.joints.index(percept.joint),
+        moved=outcome == "moved",
         shifted=shifted,
-        states_only=outcome is None,
+        states_only=percept.outcome is None,
         corrects=None if percept.corrects is None else tell(task, percept.corrects, past),
         remarked=bool(remark),
     )

@@ -17,7 +17,7 @@ from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.records.read_records import load
 from lockprobe.trial.record import Trial, in_words
-from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes, wrong_source
+from lockprobe.trial.source import CAMERA, VERDICT, outcomes_by, source_of
 
 
 def replay(
@@ -78,14 +78,16 @@ def _story(trial: Trial) -> Iterator[str]:
     labels = ", ".join(f"{j}={label}" for j, label in zip(trial.joints, trial.labels, strict=True))
     yield f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}"
     yield "step  state  joint             truth         told                   then said of it"
-    outcomes = {VERDICT: (verdict_outcomes(trial), "failed"), CAMERA: (camera_outcomes(trial), "unclear")}
-    for i, (step, said, wrong) in enumerate(zip(trial.steps, trial.said, wrong_source(trial), strict=True)):
+    outcomes = {VERDICT: (outcomes_by(VERDICT, trial), "failed"), CAMERA: (outcomes_by(CAMERA, trial), "unclear")}
+    source = source_of(trial.modality)
+    for i, (step, said) in enumerate(zip(trial.steps, trial.said, strict=True)):
+        wrong = source in outcomes and bool(outcomes[source][0][i]) != step.moved
         sensed = [
             f"{name}: {in_words(moved[i], unknown)}"
             for name, (moved, unknown) in outcomes.items()
             if name in step.sensed and moved[i] != step.moved
         ]
-        remark = f"  the {wrong} is wrong" if step.told_falsely and wrong is not None else ""
+        remark = f"  the {source} is wrong" if step.told_falsely and wrong else ""
         remark += f"  ({', '.join(sensed)})" if sensed else ""
         told = f"{in_words(step.told_moved):12} {'<- false' * step.told_falsely}"
         line = f"{step.step:4}  {step.state:5}  {step.joint:16}  {in_words(step.moved):12}  {told:21}  "

@@ -26,7 +26,7 @@ from lockprobe.statistics.loops import cover
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.outcomes import ended
 from lockprobe.trial.record import Trial
-from lockprobe.trial.source import camera_outcomes, source_of, verdict_outcomes
+from lockprobe.trial.source import CAMERA, VERDICT, outcomes_by, source_of
 
 _WORDS, _ALL_WORDS = 160, 600_000
 """Characters of what an agent says about the box in one step, and of all such texts; beyond it, there are none."""
@@ -134,8 +134,8 @@ def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any
     sensed = {}
     if any(step.sensed for step in steps):  # what arm and camera took each step for, if it differs from the truth
         truth = [step.moved for step in steps]
-        for name, found in (("verdict", verdict_outcomes(trial)), ("camera", camera_outcomes(trial))):
-            if any(name in step.sensed for step in steps) and found != truth:
+        for name in (VERDICT, CAMERA):
+            if any(name in step.sensed for step in steps) and (found := outcomes_by(name, trial)) != truth:
                 sensed[name] = "".join([_MARKS[one] for one in found])
     said = [_text(step.decision.hypothesis[:_WORDS]) for step in steps] if words else []
     return {

@@ -7,7 +7,7 @@ what it said had happened. Clock readings are not part of a record: the same see
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal
@@ -108,7 +108,8 @@ class Percept:
 
     Attributes:
         joint: Label of the joint just attempted; None before the first attempt.
-        outcome, positions: As reported, positions aligned with ``Task.joints``; None if not told.
+        outcome, positions: As reported, positions aligned with ``Task.joints``; None if not told. By default positions
+            alone are told; :attr:`Situation.outcome` compares them.
         text, pictures: The observation as sentences, and as pictures.
         handles: For each of ``Task.joints``, where pictures show its handle, (column, row), at positions 0 and 1.
         states_only: Whether reports tell positions and never outcomes.
@@ -229,6 +230,22 @@ class Situation:
     past: tuple[Turn, ...]
     percept: Percept
     briefing: Briefing = Briefing()
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """What was told of the last attempt, also as positions imply it; None if nothing was."""
+        return told_outcome(self.task, self.percept, self.past)
+
+
+def told_outcome(task: Task, percept: Percept, past: Sequence[Turn]) -> Outcome | None:
+    """The outcome that a report tells; where it tells positions alone, by comparison with the last ones in the past."""
+    if percept.outcome is not None or percept.joint is None or percept.positions is None:
+        return percept.outcome
+    earlier = (turn.percept.positions for turn in reversed(past) if turn.percept.positions is not None)
+    if (last := next(earlier, None)) is None:
+        return None
+    joint = task.joints.index(percept.joint)
+    return "moved" if percept.positions[joint] != last[joint] else "blocked"
 
 
 @dataclass(slots=True, kw_only=True)

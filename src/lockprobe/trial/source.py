@@ -89,11 +89,13 @@ def is_reading(value: object, joints: int) -> bool:
     return isinstance(value, str) and len(value) == joints and set(value) <= {"0", "1", UNCLEAR}
 
 
-def camera_outcomes(trial: Trial) -> list[bool | None]:
-    """For each step whether the camera saw the attempted joint move.
+def outcomes_by(source: str, trial: Trial) -> list[bool | None]:
+    """For each step whether the attempted joint moved by the ``verdict`` of an arm, or by a ``camera``.
 
-    None if it could not read that joint clearly after the attempt, or if there is no reading.
+    None where the arm failed, the camera could not read that joint clearly after the attempt, or nothing was sensed.
     """
+    if source == VERDICT:
+        return [{"moved": True, "blocked": False}.get(str(step.sensed.get(VERDICT))) for step in trial.steps]
     unread = UNCLEAR * len(trial.joints)
     if not trial.steps:
         return []
@@ -104,20 +106,6 @@ def camera_outcomes(trial: Trial) -> list[bool | None]:
         before, now = now, _held(now, reading)
         found.append(None if reading[place] == UNCLEAR else now[place] != before[place])
     return found
-
-
-def verdict_outcomes(trial: Trial) -> list[bool | None]:
-    """For each step whether the joint moved by the arm's verdict; None if it failed, or without one."""
-    return [{"moved": True, "blocked": False}.get(str(step.sensed.get(VERDICT))) for step in trial.steps]
-
-
-def wrong_source(trial: Trial) -> list[SourceKind | None]:
-    """For each step the source of its report if it took the attempt for what it was not; None if it was right."""
-    source = source_of(trial.modality)
-    if source is None or source == "truth":
-        return [None] * len(trial.steps)
-    found = verdict_outcomes(trial) if source == "verdict" else camera_outcomes(trial)
-    return [source if bool(moved) != step.moved else None for moved, step in zip(found, trial.steps, strict=True)]
 
 
 def _held(before: Configuration, reading: Sequence[str]) -> Configuration:

@@ -11,24 +11,24 @@ from lockprobe.report.rows import Estimate, Results, Row, share_rows
 from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.rules import Judged
-from lockprobe.trial.source import CAMERA, VERDICT, camera_outcomes, verdict_outcomes
+from lockprobe.trial.source import CAMERA, VERDICT, outcomes_by
 
 _JUDGES = {
-    "verdicts": (VERDICT, verdict_outcomes, "the verdict of the arm"),
-    "readings": (CAMERA, camera_outcomes, "the reading of the camera"),
+    "verdicts": (VERDICT, "the verdict of the arm"),
+    "readings": (CAMERA, "the reading of the camera"),
 }
-"""What judges whether a joint moved -> its name in ``sensed``, its outcomes (None where undecided), and what it is."""
+"""What judges whether a joint moved -> its name in ``sensed``, and what it is."""
 
 
 def _sensed(numbers: OpenedStudy) -> Iterator[Row]:
     """Attempts as arm and camera judged them, also in trials that broke later."""
     joints = dict.fromkeys(joint for trial in numbers.analysed for joint in trial.joints)
-    for judge, (name, of, _) in _JUDGES.items():
+    for judge, (name, _) in _JUDGES.items():
         attempts = [
             ((trial.repetition, trial.trial), step.joint, step.moved, said)
             for trial in numbers.analysed
             if any(name in step.sensed for step in trial.steps)
-            for step, said in zip(trial.steps, of(trial), strict=True)
+            for step, said in zip(trial.steps, outcomes_by(name, trial), strict=True)
             if name in step.sensed
         ]
         for joint in ("", *joints) if attempts else ():
@@ -68,7 +68,7 @@ _SENSED = Note(
 
 
 def _show_sensed(found: Results) -> Iterator[Part]:
-    wrong = [(what, found.get(judge, of="wrong")) for judge, (_, _, what) in _JUDGES.items() if found.where(judge)]
+    wrong = [(what, found.get(judge, of="wrong")) for judge, (_, what) in _JUDGES.items() if found.where(judge)]
     said = ", ".join(f"{what} at {count_of(row)} attempts" for what, row in wrong if row)
     if wrong:
         yield Part("Robot and truth", f"Wrong: {said}." if said else "", [_JOINTS, _SENSED])
