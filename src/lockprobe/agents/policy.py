@@ -144,8 +144,8 @@ class Recall(NamedTuple, Generic[Memory]):
 class Policy(Generic[Memory]):
     """A rule with a memory. As an :class:`lockprobe.trial.protocols.Agent` it recomputes its memory from the situation.
 
-    It caches its last recall, so that no report is read twice within a trial. The cache is used only if the
-    situation continues the cached one, so it never changes a decision.
+    It caches its last recall, so that no report is read twice within a trial, and its last probabilities. A cache is
+    used only if the situation continues the cached one, or the memory is the same, so it never changes a decision.
 
     ``before`` is its memory before the first step, where that does not depend on the task. ``looks`` says whether it
     heeds reports, ``exact`` whether its probabilities go into the record, and ``heeds_panel`` whether it matters where
@@ -157,6 +157,7 @@ class Policy(Generic[Memory]):
     exact: ClassVar[bool] = False
     heeds_panel: bool = True
     _last_recall: Recall[Memory] | None = None
+    _last_chances: tuple[tuple[View, Memory], tuple[float, ...], list[float]] | None = None
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -192,7 +193,7 @@ class Policy(Generic[Memory]):
         """
         found = self.probabilities(view, memory)
         try:
-            numbers = tuple(float(part) for part in found)
+            numbers = tuple(map(float, found))
         except (TypeError, ValueError):
             numbers = ()
         if len(numbers) == view.joints and min(numbers) >= 0 and abs(math.fsum(numbers) - 1) <= _TOLERANCE:
@@ -202,10 +203,14 @@ class Policy(Generic[Memory]):
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose the next joint from all reports so far."""
-        known = self.recall(situation)
-        chances = self.chances(known.view, known.memory)
+        known, last = self.recall(situation), self._last_chances
+        if last is None or last[0] != (known.view, known.memory):
+            chances = self.chances(known.view, known.memory)
+            last = (known.view, known.memory), chances, running_sums(chances)
+            object.__setattr__(self, "_last_chances", last)
+        _, chances, sums = last
         return Decision(
-            joint=situation.task.joints[draw(chances, rng.random())],
+            joint=situation.task.joints[bisect_right(sums, rng.random())],
             claimed=None if known.told is None else self.claim(known.memory, known.told),
             probabilities=chances if self.exact else None,
         )
