@@ -63,7 +63,7 @@ def test_what_cannot_be_written_is_one_line(lockprobe, directory, tmp_path):
             ["run", "flip"],
             "no study is called 'flip' (did you mean 'flips'?); there are: flips, modalities, why, looks, mechanisms.toml, FILE.toml",
         ),
-        (["run", "flips", "--trials", "0"], "trials: got 0, expected a whole number from 1 to 1000000"),
+        (["run", "flips", "--trials", "0"], "trials: got 0, expected at least 1"),
         (["run", "none.toml"], "none.toml: cannot be read (No such file or directory)"),
         (["status", "nowhere"], "nowhere: no study.json here; is it the directory of a study?"),
         (["report", "nowhere"], "nowhere: no "),

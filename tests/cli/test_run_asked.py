@@ -42,7 +42,7 @@ def test_a_study_grows_and_stays_as_large_as_it_is(lockprobe):
     [
         ("--until soon", "until: got 'soon', expected decided, ±10"),
         ("--until 60", "until: got '60', expected decided, ±10 or another number of points, from 1 to 50"),
-        ("--until decided --most 0", "most: got 0, expected a whole number from 1"),
+        ("--until decided --most 0", "most: got 0, expected at least 1"),
         ("--most 5", "most: got 5, expected --until with it"),
         ("--until decided --trials 5", "trials: got 5, expected none with --until decided; --most says"),
         ("--until decided --repetitions 2", "repetitions: got 2, expected none with --until decided"),
@@ -77,6 +77,8 @@ def test_a_file_and_the_set_up_of_the_paper_can_stop_early(lockprobe, tmp_path):
     assert lockprobe("run", "u.toml", "--no-report", "--out", "d")[0] == 0
     assert (str(read_study("d").until), read_study("d").trials) == ("decided", 10)
     assert "got 20, expected none with --until decided" in lockprobe("run", "u.toml", "--trials", 20)[2]
+    other = lockprobe("run", "u.toml", "--agent", "round-robin", "--p", 0, "--no-report", "--out", "other")
+    assert (other[0], other[2]) == (0, "--agent replaces the agents of u.toml: random\n")
     asked = ("--as-paper", "--until", "±30", "--agent", "random", "--p", "0,0.4", "--most", 5)
     assert lockprobe("run", "flips", *asked, "--no-report", "--out", "paper")[0] == 0
     assert json.loads((tmp_path / "paper" / "study.json").read_text())["until"] == {"rule": "width", "points": 0.3}

@@ -11,12 +11,13 @@ import json
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass as model
 
 from lockprobe.agents.catalogue import is_strategy
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
@@ -27,26 +28,23 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import parse_json
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_name
-from lockprobe.foundation.validation import AS_WRITTEN, Text, check_probability, check_whole, plain
+from lockprobe.foundation.validation import AS_WRITTEN, Text, plain
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.misread_flip import with_rates
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.design import Design, SeriesArm
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
+from lockprobe.studies.options.study_options import Repetitions, Seed, Steps, Trials
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.trial.condition import Condition, Contrast
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import LONGEST_TRIAL, Ask, Trial, TrialName
+from lockprobe.trial.record import Ask, Trial, TrialName
 
-_LARGEST_SEED = 2**63
 _LONGEST_NAME, _LONGEST_LABEL = 100, 200
 """Characters of the name of a study, and of what keys, tables and pages call an agent."""
-
-LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_000, "max_steps": LONGEST_TRIAL}
-"""The largest number that a setting can have."""
 
 SIZES = ("repetitions", "trials", "strategy_trials", "until")
 """The settings that say how much is played."""
@@ -105,26 +103,23 @@ class EarlierSize:
 
     __pydantic_config__ = AS_WRITTEN
 
-    repetitions: int
-    trials: int
-    strategy_trials: int | None = None
-
-
-def _read_box(data: object) -> Lockbox:
-    try:
-        return box_from_data(data)
-    except UserMistake as error:
-        raise UserMistake(f"boxes: {error}") from None
+    repetitions: Repetitions
+    trials: Trials
+    strategy_trials: Trials | None = None
 
 
 _json_sorted = partial(json.dumps, sort_keys=True)
 """A value as JSON, the same for equal values."""
 
-_Box = Annotated[Lockbox, PlainValidator(_read_box), PlainSerializer(Lockbox.as_data)]
+_Box = Annotated[
+    Lockbox,
+    PlainValidator(lambda said: said if isinstance(said, Lockbox) else box_from_data(said)),
+    PlainSerializer(Lockbox.as_data),
+]
 _Shard = Annotated[Shard, BeforeValidator(lambda said: Shard.parse(said) if isinstance(said, str) else said)]
 
 
-@dataclass(frozen=True, kw_only=True)
+@model(frozen=True, kw_only=True, config=AS_WRITTEN)
 class Study:
     """Every setting that changes what is played; beside them what it asks, and how it grew or is shared out.
 
@@ -156,24 +151,22 @@ class Study:
 
     Raises:
         UnknownName: If there is no such plant or modality.
-        BadValue: If a setting is out of range, two conditions are the same, its plant cannot show them, or people take
-            part who cannot play them.
+        BadValue: If two conditions are the same, its plant cannot show them, or people take part who cannot play them.
+        ValidationError: If a setting has another type, or is out of range.
     """
-
-    __pydantic_config__ = AS_WRITTEN
 
     name: Text
     agents: tuple[Text, ...]
     names: Mapping[Text, Text] = field(default_factory=dict, hash=False)
     conditions: tuple[Condition, ...]
-    repetitions: int = 3
-    trials: int = 10
-    strategy_trials: int | None = None
+    repetitions: Repetitions = 3
+    trials: Trials = 10
+    strategy_trials: Trials | None = None
     until: Until | None = None
     strategy_conditions: tuple[Text, ...] = ()
     boxes: tuple[_Box, ...]
-    max_steps: int = 20
-    seed: int = 1
+    max_steps: Steps = 20
+    seed: Seed = 1
     shuffle: Shuffle = "trial"
     plant: Text = "symbolic"
     layout: LayoutKind = "fixed"
@@ -187,22 +180,24 @@ class Study:
         names = {agent: name for agent in self.agents if (name := self.names.get(agent)) and name != agent}
         object.__setattr__(self, "names", names)
         object.__setattr__(self, "strategy_conditions", tuple(sorted(self.strategy_conditions)))
-        labels, boxes = [one.label for one in self.conditions], [one.name for one in self.boxes]
-        several = (("agents", self.agents), ("agents", self.labels), ("condition", labels), ("box", boxes))
-        for what, values in several:
-            if not values or len({value.replace("/", "%2F") for value in values}) != len(values):
-                raise BadValue(what, list(values), "at least one, and every one once")
-        for label in self.labels:
-            if not label.isprintable() or label != label.strip() or len(label) > _LONGEST_LABEL:
-                expected = f"at most {_LONGEST_LABEL} visible characters without blanks around them: NAME=SPEC names it"
-                raise BadValue("name of an agent", label, expected)
-        if PEOPLE in names or PEOPLE in names.values():
-            raise BadValue("name of an agent", names, f"{PEOPLE} without a name, and no other agent of this name")
-        if "/" in self.name or not self.name.strip() or len(self.name) > _LONGEST_NAME:
-            raise BadValue("name", self.name, f"a name of at most {_LONGEST_NAME} characters without slashes")
-        _check_sizes(self)
-        _check_conditions(self, labels)
-        _check_plants(self)
+        _check_names(self)
+        _check_conditions(self)
+        if self.until and (PEOPLE in self.agents or len(self.boxes) > 1):
+            raise BadValue(
+                "until", str(self.until), "none with people or several boxes, which are compared at one look"
+            )
+        for spec, conditions in grouped(self.conditions, self.plant_of).items():
+            plant = resolve_plant(spec)
+            check_shown(conditions, plant)
+            if (
+                self.shuffle != "never"
+                and plant.painted_labels
+                and any(is_pictured(one.modality) for one in conditions)
+            ):
+                expected = "never with pictures of a real box, on which labels are painted"
+                raise BadValue("shuffle", self.shuffle, expected)
+            if self.layout != "fixed" and plant.lays_out is False:
+                raise BadValue("layout", self.layout, f"fixed with {plant.spec}, whose joints stay where they are")
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -418,12 +413,12 @@ class Study:
         )
         return with_rates(plan)
 
-    def labelled(self, label: str) -> Condition:
-        """The condition of a label."""
+    def labelled(self, label: str, what: str = "condition") -> Condition:
+        """The condition of a label; ``what`` it is of, where it is unknown."""
         for one in self.conditions:
             if one.label == label:
                 return one
-        raise UnknownName("condition", label, [one.label for one in self.conditions])
+        raise UnknownName(what, label, [one.label for one in self.conditions])
 
     @property
     def place_of(self) -> Callable[[Trial], tuple[int, int, int, int]]:
@@ -474,50 +469,37 @@ def flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
     return tuple(found.values())
 
 
-def _check_sizes(study: Study) -> None:
-    """Refuse numbers out of range, larger plans before, and an early end where all is compared at one look."""
-    for setting, largest in LIMITS.items():
-        if (value := getattr(study, setting)) is not None:
-            check_whole(setting, value, 1, largest)
-    check_whole("seed", study.seed, 0, _LARGEST_SEED)
-    for rate in study.p:
-        check_probability("flip rate p", rate)
-    if study.until and (PEOPLE in study.agents or len(study.boxes) > 1):
-        raise BadValue("until", str(study.until), "none with people or several boxes, which are compared at one look")
-    for before in study.earlier:
-        for name in ("repetitions", "trials"):
-            check_whole(f"{name} of an earlier plan", getattr(before, name), 1, getattr(study, name))
-        if before.strategy_trials is not None:
-            check_whole("strategy_trials of an earlier plan", before.strategy_trials, 1, LIMITS["strategy_trials"])
+def _check_names(study: Study) -> None:
+    """Refuse names that keys and pages cannot show or would mix up, and more than one of anything."""
+    labels, boxes = [one.label for one in study.conditions], [one.name for one in study.boxes]
+    several = (("agents", study.agents), ("agents", study.labels), ("condition", labels), ("box", boxes))
+    for what, values in several:
+        if not values or len({value.replace("/", "%2F") for value in values}) != len(values):
+            raise BadValue(what, list(values), "at least one, and every one once")
+    for label in study.labels:
+        if not label.isprintable() or label != label.strip() or len(label) > _LONGEST_LABEL:
+            expected = f"at most {_LONGEST_LABEL} visible characters without blanks around them: NAME=SPEC names it"
+            raise BadValue("name of an agent", label, expected)
+    if PEOPLE in study.names or PEOPLE in study.names.values():
+        raise BadValue("name of an agent", study.names, f"{PEOPLE} without a name, and no other agent of this name")
+    if "/" in study.name or not study.name.strip() or len(study.name) > _LONGEST_NAME:
+        raise BadValue("name", study.name, f"a name of at most {_LONGEST_NAME} characters without slashes")
 
 
-def _check_conditions(study: Study, labels: Sequence[str]) -> None:
-    """Refuse what people cannot play and no curve can be fitted to, and unknown labels."""
-    if unknown := [label for label in study.strategy_conditions if label not in labels]:
-        raise UnknownName("condition that strategies alone play", unknown[0], labels)
-    for name, contrast in study.contrasts.items():
-        known = [*contrast.of, *contrast.minus]
-        if unknown := [label for label in known if label not in labels]:
-            raise UnknownName(f"condition of the contrast {name}", unknown[0], labels)
-        if len({*known}) < len(known):
-            raise BadValue(f"the contrast {name}", known, "every condition once, and on one side alone")
+def _check_conditions(study: Study) -> None:
+    """Refuse unknown labels, doses to which no curve can be fitted, and what people cannot play."""
+    asked = {"condition that strategies alone play": study.strategy_conditions}
+    asked |= {f"condition of the contrast {name}": (*one.of, *one.minus) for name, one in study.contrasts.items()}
+    for what, labels in asked.items():
+        for label in labels:
+            study.labelled(label, what)
+        if len({*labels}) < len(labels):
+            raise BadValue(what, labels, "every one once, and on one side alone")
     for one in study.conditions:
         if unfit := {name: dose for name, dose in one.doses.items() if not can_be_fitted(dose)}:
             raise BadValue(f"a dose of {one.label}", unfit, DOSES_SAID)
     if PEOPLE in study.agents:
         check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
-
-
-def _check_plants(study: Study) -> None:
-    """Refuse what a plant cannot show, and a layout or labels that it cannot have."""
-    for spec, conditions in grouped(study.conditions, study.plant_of).items():
-        plant = resolve_plant(spec)
-        check_shown(conditions, plant)
-        if study.shuffle != "never" and plant.painted_labels and any(is_pictured(one.modality) for one in conditions):
-            expected = "never with pictures of a real box, on which labels are painted"
-            raise BadValue("shuffle", study.shuffle, expected)
-        if study.layout != "fixed" and plant.lays_out is False:
-            raise BadValue("layout", study.layout, f"fixed with {plant.spec}, whose joints stay where they are")
 
 
 def design_of(study: Study) -> Design:
@@ -539,9 +521,7 @@ def arms_of(conditions: Iterable[Condition]) -> tuple[SeriesArm, ...]:
     return tuple(found)
 
 
-@cache
-def _as_settings() -> TypeAdapter[Study]:
-    return TypeAdapter(Study)
+_SETTINGS = TypeAdapter(Study)
 
 
 def settings_of(study: Study) -> dict[str, Any]:
@@ -549,7 +529,7 @@ def settings_of(study: Study) -> dict[str, Any]:
 
     What is empty is left out.
     """
-    found = _as_settings().dump_python(study, mode="json")
+    found = _SETTINGS.dump_python(study, mode="json")
     for condition in found["conditions"]:
         if not condition["plant"]["options"]:
             del condition["plant"]
@@ -558,14 +538,13 @@ def settings_of(study: Study) -> dict[str, Any]:
 
 def study_from(text: bytes, path: Path) -> Study:
     """The study of which this is the ``study.json``; messages name its path."""
-    said = parse_json(text, path)
-    if not isinstance(said, dict):
-        raise BadFile(path, "not the settings of a study")
+    said: Any = parse_json(text, path)
     try:
-        study = _as_settings().validate_json(text)
+        study = _SETTINGS.validate_json(text)
     except ValidationError as error:
         first = error.errors()[0]
-        raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {plain(first['msg'])}") from None
+        where = ".".join(map(str, first["loc"])) or "settings"
+        raise BadFile(path, f"{where}: {plain(first['msg'])}") from None
     except UserMistake as error:
         raise BadFile(path, str(error)) from None
     if other := [name for name, value in settings_of(study).items() if said.get(name) != value]:

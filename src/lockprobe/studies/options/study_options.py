@@ -17,7 +17,7 @@ a box or an intervention that runs code.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -32,13 +32,19 @@ from lockprobe.foundation.spec import named_spec
 from lockprobe.foundation.validation import plain
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.trial.condition import Contrast
-from lockprobe.trial.record import Ask
+from lockprobe.trial.record import LONGEST_TRIAL, Ask
 
 STUDIES = ("flips", "modalities", "why", "looks")
 """The studies by name."""
 
 SHIPPED = ("mechanisms.toml",)
 """Study files that come with the package. One of the same name in the working directory overrides it."""
+
+Trials = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
+Repetitions = Annotated[int, Field(strict=True, ge=1, le=10_000)]
+Steps = Annotated[int, Field(strict=True, ge=1, le=LONGEST_TRIAL)]
+Seed = Annotated[int, Field(strict=True, ge=0, le=2**63)]
+"""The numbers of a study, here and in :class:`lockprobe.studies.study.Study`."""
 
 
 def _listed(given: object) -> object:
@@ -80,7 +86,6 @@ Spec = Annotated[str, Field(max_length=1000)]
 Several = Annotated[list[Spec], Field(max_length=64), BeforeValidator(_listed)]
 """One, or a list of them."""
 
-Whole = Annotated[int, Field(strict=True)]
 Flips = Annotated[list[FlipKind], Field(min_length=1), BeforeValidator(_parts)]
 Rates = Annotated[list[float], Field(max_length=1000), BeforeValidator(_parts)]
 Boxes = Annotated[list[str | Path | InstanceOf[Lockbox]], Field(min_length=1), BeforeValidator(_parts)]
@@ -104,7 +109,7 @@ class StudyOptions(BaseModel):
         "human-inspired, llm:local and random)."
     )
     box: Boxes | None = _option("A box by name, random-N-SEED, or a TOML file (chain-4; several with commas between).")
-    boxes: Whole | None = _option(
+    boxes: Annotated[int, Field(strict=True, ge=2, le=100)] | None = _option(
         "So many boxes instead: random-4-SEED from a seed of 1 on, those whose shortest plan has four steps, as "
         "chain-4's; with --box random-N, of N joints, 4 to 8 (none)."
     )
@@ -112,11 +117,11 @@ class StudyOptions(BaseModel):
         "Flip rates, how often reports are inverted (0,0.2,0.4,0.6; 0 to 0.6 by 0.1 with --full, --trials or "
         "--repetitions; 0.4 with why)."
     )
-    trials: Whole | None = _option(
+    trials: Trials | None = _option(
         "Trials per condition and box (in each repetition: 1; 10 with --full, or if --p or --repetitions is given; 50"
         " with why; 5 with several boxes)."
     )
-    strategy_trials: Whole | None = _option(
+    strategy_trials: Trials | None = _option(
         "Trials per condition and box for strategies, which cost nothing (100 in the short study, 150 with why, 20 "
         "with several boxes; else as --trials)."
     )
@@ -125,10 +130,10 @@ class StudyOptions(BaseModel):
         "known to ±10, or ±5, points; it stops there. This assumes an effect that does not drift meanwhile (all "
         "trials are played)."
     )
-    most: Whole | None = _option("With --until: trials per condition at most (300).")
-    repetitions: Whole | None = _option("Repetitions (3; 1 with why and with several boxes).")
-    seed: Whole | None = _option("Seed of everything (1).")
-    max_steps: Whole | None = _option("Budget of a trial in steps (20).")
+    most: Trials | None = _option("With --until: trials per condition at most (300).")
+    repetitions: Repetitions | None = _option("Repetitions (3; 1 with why and with several boxes).")
+    seed: Seed | None = _option("Seed of everything (1).")
+    max_steps: Steps | None = _option("Budget of a trial in steps (20).")
     flip: Flips | None = _option(
         "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; independent, "
         "all positions; or outcome-only, without positions; several with commas between (re-observed; in the short "
@@ -192,12 +197,12 @@ class StudyOptions(BaseModel):
     @property
     def specs(self) -> dict[str, list[str]]:
         """The specs that can name code, by option."""
-        found: dict[str, Iterable[object]] = {
+        found: dict[str, list[Any]] = {
             "agent": self.agents[0],
             "condition": [one.spec for one in self.condition or ()],
-            "sweep": self.sweep or (),
+            "sweep": self.sweep or [],
             "plant": [self.plant],
-            "box": self.box or (),
+            "box": self.box or [],
         }
         return {what: [spec for spec in specs if isinstance(spec, str)] for what, specs in found.items()}
 
@@ -205,31 +210,44 @@ class StudyOptions(BaseModel):
 def read_options(asked: StudyOptions | str | Path, given: Mapping[str, Any]) -> StudyOptions:
     """What is asked for: a bare name, the path of a TOML file or options, and options that go before those.
 
+    Of a file, only what the options leave is refused if it would run code.
+
     Raises:
         UnknownName: If an option or a study does not exist; the message lists those that do.
         BadValue: If an option has a value that it cannot have.
         BadFile: If there is no such file, or it is none of a study.
     """
-    if isinstance(asked, str | Path):
-        asked = _read_file(Path(asked)) if str(asked).endswith(".toml") else StudyOptions(study=str(asked))
-    if not isinstance(asked, StudyOptions):
+    file = Path(asked) if str(asked).endswith(".toml") and isinstance(asked, str | Path) else None
+    if file is not None:
+        asked = read_file(file)
+    elif isinstance(asked, str | Path):
+        asked = StudyOptions(study=str(asked))
+    elif not isinstance(asked, StudyOptions):
         raise BadValue("study", asked, f"options, the path of a TOML file, or one of {', '.join(STUDIES)}")
     try:
         more = StudyOptions.model_validate(given)
     except ValidationError as error:
-        first = error.errors()[0]
-        where, expected = str(first["loc"][0]), plain(first["msg"]).removeprefix("expected ")
-        if where not in StudyOptions.model_fields:
-            raise UnknownName("option", where, StudyOptions.model_fields) from None
-        got = given.get(where)
-        raise BadValue(where, got if len(str(got)) <= 1000 else f"{str(got)[:40]}…", expected) from None
+        raise refused(error, given) from None
     said = asked.model_copy(update={name: getattr(more, name) for name in given})
     if said.study not in STUDIES:
         raise UnknownName("study", said.study, [*STUDIES, *SHIPPED, "FILE.toml"])
+    for what, specs in said.specs.items():
+        if file is not None and what not in given:
+            refuse_python(file, what, specs)
     return said
 
 
-def _read_file(path: Path) -> StudyOptions:
+def refused(error: ValidationError, given: Mapping[str, Any]) -> UnknownName | BadValue:
+    """The first of the options that are none, or have a value that they cannot have, in one line."""
+    first = error.errors()[0]
+    where, expected = str(first["loc"][0]), plain(first["msg"]).removeprefix("expected ")
+    if where not in StudyOptions.model_fields:
+        return UnknownName("option", where, StudyOptions.model_fields)
+    got = given.get(where)
+    return BadValue(where, got if len(str(got)) <= 1000 else f"{str(got)[:40]}…", expected)
+
+
+def read_file(path: Path) -> StudyOptions:
     """The options in a TOML file: a user's, or one that ships (:data:`SHIPPED`), by its bare name."""
     if str(path) in SHIPPED and not path.exists():
         path = PRESETS / path.name
@@ -242,6 +260,4 @@ def _read_file(path: Path) -> StudyOptions:
         raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
     if not options.model_fields_set - {"name"}:
         raise BadFile(path, 'says nothing to play: a study file has at least a line such as study = "flips"')
-    for what, specs in options.specs.items():
-        refuse_python(path, what, specs)
     return options

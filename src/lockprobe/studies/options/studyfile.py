@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 
 from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.boxes.boxfile import box_from_data
@@ -24,7 +24,6 @@ from lockprobe.foundation.errors import BadValue, Conflict, UnknownName, UserMis
 from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.plugins import allow, plugin_name_of
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name, split_specs
-from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, shipped, sweep
 from lockprobe.interventions.flip import DEFAULT, OutcomeFlip, flip_of
 from lockprobe.interventions.misread_flip import MisreadFlip, entries_of, misread_rates
@@ -32,20 +31,24 @@ from lockprobe.interventions.told import Correction
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.statistics.misinterpretation import claim_counts
 from lockprobe.studies.modality import is_pictured, refuse_blind, shows_places, taken_in
-from lockprobe.studies.options.study_options import STUDIES, NamedCondition, StudyOptions, read_options
+from lockprobe.studies.options.study_options import STUDIES, NamedCondition, StudyOptions, read_options, refused
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
-from lockprobe.studies.study import LIMITS, Study, Until
+from lockprobe.studies.study import Study, Until
 from lockprobe.trial.condition import TRUTH, Condition
 from lockprobe.trial.doses import modality_doses
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 
-_MOST_BOXES = 100
-"""The most boxes that a study generates."""
-
 _MOST = 300
 """Trials under each condition at most of a study that stops when it is decided, unless ``--most`` says otherwise."""
+
+
+_AS_ASKED = (
+    *("repetitions", "trials", "strategy_trials", "max_steps", "seed", "shuffle", "layout", "assessment", "hypothesis"),
+    "contrasts",
+)
+"""The options that a study has as they are."""
 
 
 class Preset(StudyOptions):
@@ -141,8 +144,10 @@ def trial_study(agent: str, *, name: str = "trial", condition: Any = None, **giv
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
-    several = isinstance(condition, Sequence) and all(isinstance(one, Intervention) for one in condition)
-    if not (several or isinstance(condition, str | Condition | None)):
+    if not (
+        isinstance(condition, str | Condition | None)
+        or (isinstance(condition, Sequence) and all(isinstance(one, Intervention) for one in condition))
+    ):
         raise BadValue("condition", condition, "specs with plus signs between, a Condition, or a list of interventions")
     allow(*(spec for spec in (agent, given.get("plant"), condition) if isinstance(spec, str)))
     asked = {one: value for one, value in given.items() if value is not None}
@@ -154,19 +159,14 @@ def trial_study(agent: str, *, name: str = "trial", condition: Any = None, **giv
     (p,), (kind,), shown = request.p or [0.0], request.flip or [DEFAULT], request.modality
     found = like = flips((p,), kind, shown)[0]
     if condition:
-        says = isinstance(condition, str) and says_modality(condition)
         if isinstance(condition, str):
             condition = read_condition(condition, plant=request.plant or "symbolic")
         found = condition if isinstance(condition, Condition) else Condition(interventions=tuple(condition))
-        itself = any(spec_name(spec) == OutcomeFlip.name for spec in found.specs)
-        if (p and itself) or (request.flip is not None and not p):
-            raise BadValue("p", p, "0 with a condition that flips reports itself, and a flip rate with flip")
-        if p:
-            found = replace(found, interventions=(*like.interventions, *found.interventions))
-        if not says and found.modality == STATES:
+        if found.modality == STATES:
             found = replace(found, modality=like.modality)
         elif shown not in (None, [found.modality]):
             raise BadValue("modality", shown, f"none with a condition that says {found.modality} itself")
+        found = replace(found, interventions=(*like.interventions, *found.interventions))
     return _planned(request, [agent], [found])
 
 
@@ -257,21 +257,19 @@ def _conditions(asked: StudyOptions, request: StudyOptions, plant: PlantSource) 
 def _check_own(
     asked: StudyOptions, own: Sequence[NamedCondition], same: dict[str, Sequence[Any]], plant: PlantSource
 ) -> None:
-    """Refuse what a study with conditions of its own would leave out, or would play twice."""
-    specs = [one.spec for one in own]
+    """Refuse what a study with conditions of its own would leave out, or could not vary."""
     for what, values in same.items():
         if len(values) > 1:
             raise BadValue(what, values, f"one, which all conditions of {asked.study} have")
-    if is_pictured(same["modality"][0]) and any(spec_name(spec) == Correction.name for spec in specs):
+    if is_pictured(same["modality"][0]) and any(spec_name(one.spec) == Correction.name for one in own):
         expected = "symbolic, with or without options: pictures cannot be corrected"
         raise BadValue("modality", same["modality"][0], expected)
-    if not any("{p}" in spec for spec in specs):
-        for name in ("p", "condition", "sweep", "flip"):
-            if getattr(asked, name) is not None:
-                raise Conflict(f"--{name}", asked.study, "it has its own conditions")
-    varied = {option for spec in specs for option in Spec.parse(spec).options}
-    if varied & Spec.parse(plant.spec).options.keys():
-        raise BadValue("plant", plant.spec, f"one without {', '.join(sorted(varied))}, which {asked.study} varies")
+    varied = () if any("{p}" in one.spec for one in own) else ("p", "condition", "sweep", "flip")
+    if given := [f"--{name}" for name in varied if getattr(asked, name) is not None]:
+        raise Conflict(", ".join(given), asked.study, "it has its own conditions")
+    options = {option for one in own for option in Spec.parse(one.spec).options}
+    if options & Spec.parse(plant.spec).options.keys():
+        raise BadValue("plant", plant.spec, f"one without {', '.join(sorted(options))}, which {asked.study} varies")
 
 
 def _acting(said: NamedCondition, plant: PlantSource) -> Condition:
@@ -321,14 +319,14 @@ def _planned(request: StudyOptions, agents: Sequence[str], conditions: Sequence[
         family = ", ".join(map(str, request.box or ["random-4"]))
         if not (drawn := re.fullmatch(r"random-([4-8])", family)):
             raise BadValue("boxes", request.boxes, f"none with the box {family}, but with random-4 to random-8")
-        check_whole("boxes", request.boxes, 2, _MOST_BOXES)
         boxes = alike_boxes(int(drawn[1]), request.boxes)
-    said = ("repetitions", "trials", "strategy_trials", "max_steps", "seed", "shuffle", "layout", "assessment")
-    settings = {one: getattr(request, one) for one in (*said, "hypothesis", "contrasts")}
+    settings: dict[str, Any] = {one: value for one in _AS_ASKED if (value := getattr(request, one)) is not None}
     if request.until is None:
         if request.most is not None:
             raise BadValue("most", request.most, "--until with it; --trials says how many trials are played")
-        each = {one: number * len(boxes) for one in ("trials", "strategy_trials") if (number := settings[one])}
+        each: dict[str, Any] = {
+            one: settings[one] * len(boxes) for one in ("trials", "strategy_trials") if one in settings
+        }
     else:
         if request.study == "looks":
             raise BadValue("until", request.until, f"none with {request.study}, whose answer holds for one look")
@@ -336,17 +334,18 @@ def _planned(request: StudyOptions, agents: Sequence[str], conditions: Sequence[
             if (value := getattr(request, one)) is not None and value is not False:
                 raise BadValue(one, value, f"none with --until {request.until}; --most says how many trials at most")
         most = _MOST if request.most is None else request.most
-        check_whole("most", most, 1, LIMITS["trials"])
         each = {"repetitions": 1, "trials": most, "until": Until.parse(request.until)}
-    planned = Study(
-        name=request.study if request.name is None else request.name,
-        agents=tuple(agents),
-        boxes=boxes,
-        conditions=tuple(conditions),
-        plant=resolve_plant("symbolic" if request.plant is None else request.plant).spec,
-        **{one: value for one, value in (settings | each).items() if value is not None},
-        **more,
-    )
+    settings |= {
+        "name": request.study if request.name is None else request.name,
+        "agents": tuple(agents),
+        "boxes": boxes,
+        "conditions": tuple(conditions),
+        "plant": resolve_plant("symbolic" if request.plant is None else request.plant).spec,
+    }
+    try:
+        planned = Study(**(settings | each | more))
+    except ValidationError as error:
+        raise refused(error, settings | each) from None
     allow(*planned.plants)
     return planned
 
