@@ -17,12 +17,7 @@ from numpy.typing import NDArray
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.design import arms_of
-from lockprobe.statistics.every_look import (
-    AtEveryLook,
-    Numbers,
-    at_every_look,
-    held_at_both_ends,
-)
+from lockprobe.statistics.every_look import AtEveryLook, Numbers, at_every_look, held_at_both_ends
 from lockprobe.statistics.outcomes import BlockOrder
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.why import CONTRASTS, NEEDS, PART, TOTAL
@@ -75,14 +70,12 @@ class Family:
     Attributes:
         questions: The questions.
         choices: For how many such families their levels are corrected (Bonferroni).
-        after: Name of a question that must be an effect for these to matter; empty if they always do.
-        modality: That of their arms, in which that question is asked; empty if none is asked first.
+        after: The question that must be an effect for these to matter; None if they always do.
     """
 
     questions: tuple[Question, ...]
     choices: float
-    after: str = ""
-    modality: str = ""
+    after: Question | None = None
 
 
 Finished = Trial | OnRecord
@@ -129,7 +122,7 @@ def decisions(families: Iterable[Family], outcomes: Outcomes, until: Until) -> t
             {label: np.where(broken, end, solved) for label, (solved, broken) in outcomes.items()} for end in (0, 1)
         )
         cases += [(failed, opened), (opened, failed)]
-    found = list[tuple[Family, Decision]]()
+    found, parts = dict[Question, Decision](), dict[Question, list[Decision]]()
     for family in families:
         tried = []
         for up, down in cases:
@@ -141,12 +134,12 @@ def decisions(families: Iterable[Family], outcomes: Outcomes, until: Until) -> t
                 by_block.append(Numbers(values=values[there], block=there))
             tried.append(at_every_look(by_block, agents=family.choices, margin=until.margin))
         for question, *courses in zip(family.questions, *tried, strict=True):
-            found.append((family, _decided(question, courses, until)))
-    every = {
-        modality: {one.question.name: one for _, one in of}
-        for modality, of in grouped(found, lambda pair: pair[0].modality).items()
-    }
-    return tuple(_settled(one, every[family.modality], family.after) if family.after else one for family, one in found)
+            found[question] = one = _decided(question, courses, until)
+            if family.after is not None:
+                parts.setdefault(family.after, []).append(one)
+    for premise, contrasts in parts.items():
+        found |= {one.question: _settled(one, found[premise], contrasts) for one in contrasts}
+    return tuple(found.values())
 
 
 def _decided(question: Question, courses: Sequence[AtEveryLook], until: Until) -> Decision:
@@ -164,26 +157,21 @@ def _decided(question: Question, courses: Sequence[AtEveryLook], until: Until) -
     return Decision(question=question, verdict=None if small is None else "small", at=small, course=course)
 
 
-def _settled(one: Decision, found: Mapping[str, Decision], after: str) -> Decision:
+def _settled(one: Decision, premise: Decision, contrasts: Iterable[Decision]) -> Decision:
     """A contrast of arms is settled with the total effect, if that is small: there is nothing to explain.
 
     If it is an effect, it is settled as soon as a claim on the mechanism has all of its contrasts. That two false
     statements do what one does ("falsity") names none yet.
     """
-    premise = found[after]
     verdict: Verdict = "small" if premise.verdict == "small" else "not needed"
     ends = [premise.at] if verdict == "small" else []
-    for claim in NEEDS if premise.verdict == "effect" else ():
-        needed = [(found.get(need.lstrip("-")), -1 if need[0] == "-" else 1) for need in NEEDS[claim]]
-        if claim != "falsity" and all(of and of.way * premise.way == way for of, way in needed):
+    known = {of.question.name: of for of in contrasts}
+    for claim in NEEDS.keys() - {"falsity"} if premise.verdict == "effect" else ():
+        needed = [(known.get(need.lstrip("-")), -1 if need[0] == "-" else 1) for need in NEEDS[claim]]
+        if all(of and of.way * premise.way == way for of, way in needed):
             ends.append(max(of.at or 0 for of in (premise, *(of for of, _ in needed if of))))
     at = min((end for end in ends if end), default=None)
     return one if at is None or (one.at is not None and one.at <= at) else replace(one, verdict=verdict, at=at)
-
-
-def wanted(found: Iterable[Decision], blocks: int) -> frozenset[str]:
-    """The conditions that are played on after this many blocks: those that a question needs which they left open."""
-    return frozenset(label for one in found if one.at is None or one.at > blocks for label in one.question.labels)
 
 
 def block_orders(study: Study) -> dict[str, BlockOrder]:
@@ -239,10 +227,8 @@ def families(study: Study, agent: str) -> tuple[Family, ...]:
     found = []
     for of in asked:
         if (total := of[0]).name == "total":  # at the usual level, and each contrast of arms at its own
-            each = many * ALPHA / PART
-            shown = study.labelled(total.terms[0][0]).modality
-            found.append(Family((total,), many, modality=shown))
-            found += [Family((one,), each, after=total.name, modality=shown) for one in of[1:]]
+            found.append(Family((total,), many))
+            found += [Family((one,), many * ALPHA / PART, after=total) for one in of[1:]]
         else:
             found.append(Family(of, many))
     return tuple(found)
@@ -271,7 +257,14 @@ def _questions(study: Study, agent: str) -> list[tuple[Question, ...]]:
 def answers(study: Study, agent: str, trials: Iterable[Finished]) -> tuple[Decision, ...]:
     """What trials on record, of other agents too, have decided of an agent. The study stops when it is decided."""
     assert study.until is not None
-    return decisions(families(study, agent), outcomes_of(study, agent, trials), study.until)
+    ranks, name = _ranks(study, agent), study.label_of(agent)
+    size = len(ranks)
+    found = {one.label: (np.full(size, np.nan), np.zeros(size, bool)) for one in study.conditions_of(agent)}
+    for one in counted(study, (one for one in trials if one.group == name and not one.owed_again)):
+        place, (solved, broken) = ranks[one.repetition, one.trial], found[one.condition]
+        broken[place] = one.ending == "error"
+        solved[place] = np.nan if broken[place] else one.solved
+    return decisions(families(study, agent), found, study.until)
 
 
 def answers_by_agent(study: Study, trials: Iterable[Finished]) -> dict[str, tuple[Decision, ...]]:
@@ -280,35 +273,12 @@ def answers_by_agent(study: Study, trials: Iterable[Finished]) -> dict[str, tupl
     return {study.label_of(agent): answers(study, agent, found) for agent in study.run_agents}
 
 
-def outcomes_of(study: Study, agent: str, trials: Iterable[Finished]) -> Outcomes:
-    """The outcomes of an agent's trials under each condition, in the order of the blocks."""
-    ranks, name = _ranks(study, agent), study.label_of(agent)
-    own = counted(study, (one for one in trials if one.group == name and not one.owed_again))
-    size = len(ranks)
-    found = {one.label: (np.full(size, np.nan), np.zeros(size, bool)) for one in study.conditions_of(agent)}
-    for one in own:
-        place, (solved, broken) = ranks[one.repetition, one.trial], found[one.condition]
-        broken[place] = one.ending == "error"
-        solved[place] = np.nan if broken[place] else one.solved
-    return found
-
-
-def due(study: Study, agent: str, trials: Iterable[Finished]) -> list[Plan]:
-    """The trials that an agent has to play before the next look; none if all is decided, or the most is played.
+def owed_by_look(study: Study, agent: str, trials: Iterable[Finished]) -> Iterator[list[Plan]]:
+    """Yield the trials that an agent has to play until each look, as far as trials on record leave them open.
 
     A condition that no open question needs is no longer played. Trials of equal repetition and trial share their luck,
     so this changes nothing for the others.
     """
-    return next(_owed_by_look(study, agent, trials), [])
-
-
-def at_most(study: Study, agent: str, trials: Iterable[Finished]) -> list[Plan]:
-    """All trials that an agent may still have to play: those that it plays if nothing more is decided."""
-    return [plan for plans in _owed_by_look(study, agent, trials) for plan in plans]
-
-
-def _owed_by_look(study: Study, agent: str, trials: Iterable[Finished]) -> Iterator[list[Plan]]:
-    """Yield the trials that are owed between two looks, as far as the trials on record leave them open."""
     name, conditions = study.label_of(agent), study.conditions_of(agent)
     trials = [one for one in trials if one.group == name]
     found, finished = answers(study, agent, trials), {one.key for one in trials if not one.owed_again}
@@ -323,6 +293,16 @@ def _owed_by_look(study: Study, agent: str, trials: Iterable[Finished]) -> Itera
         ]
         if owed := [plan for plan in plans if plan.key not in finished]:
             yield owed
+
+
+def wanted(found: Iterable[Decision], blocks: int) -> frozenset[str]:
+    """The conditions that are played on after this many blocks: those that a question needs which they left open."""
+    return frozenset(label for one in found if one.at is None or one.at > blocks for label in one.question.labels)
+
+
+def due(study: Study, agent: str, trials: Iterable[Finished]) -> list[Plan]:
+    """The trials that an agent has to play before the next look; none if all is decided, or the most is played."""
+    return next(owed_by_look(study, agent, trials), [])
 
 
 def broken_by_agent(study: Study, trials: Iterable[Trial]) -> dict[str, int]:

@@ -26,7 +26,7 @@ from lockprobe.foundation.errors import ChannelFault
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.costs.spending import hosted
-from lockprobe.studies.decisions import at_most
+from lockprobe.studies.decisions import owed_by_look
 from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.records.store import OnRecord
 from lockprobe.studies.study import Study
@@ -101,7 +101,7 @@ def estimates(study: Study, done: Mapping[str, OnRecord]) -> list[Estimate]:
         if study.until is None:
             plans = [plan for plan in study.plans(agent) if plan.key not in done or done[plan.key].owed_again]
         else:
-            plans = at_most(study, agent, done.values())
+            plans = [plan for owed in owed_by_look(study, agent, done.values()) for plan in owed]
         if not plans:
             continue
         model, low, high = Model.parse(agent), np.zeros(3), np.zeros(3)
