@@ -184,7 +184,7 @@ def _stem():
 
 
 IMPORTED = (
-    "agents.catalogue", "simulation.power", "cli.list_", "cli.box", "cli.loops", "cli.progress",
+    "agents.catalogue", "simulation.power", "cli.list_", "cli.box", "cli.loops", "cli.run_study",
     "cli.export", "cli.import_", "cli.doctor", "cli.play", "cli.power", "cli.replay", "cli.report", "cli.run",
     "cli.serve", "cli.status", "people.web.app", "report.figures.drawing",
     "report.page", "studies.running.runner",

@@ -7,7 +7,7 @@ from builders import small_study, write_study
 from typed import typed as run
 
 from lockprobe.cli.format_cost import money
-from lockprobe.cli.progress import BUDGET_REACHED
+from lockprobe.cli.run_study import BUDGET_REACHED
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.read_records import load
 

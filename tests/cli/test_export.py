@@ -9,7 +9,7 @@ import pytest
 from builders import make_trial, small_study, write_study
 from stored import sql
 
-from lockprobe.cli.out_file import refuse_study_file
+from lockprobe.cli.export import refuse_study_file
 from lockprobe.foundation.errors import BadFile
 from lockprobe.interfaces.export import Table
 from lockprobe.studies.records.directory import read_study

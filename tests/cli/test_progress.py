@@ -8,7 +8,7 @@ from builders import SOLUTION, call_of, make_trial, write_study
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.format_cost import about, estimate_lines, money, spent_in_words
-from lockprobe.cli.progress import Progress
+from lockprobe.cli.run_study import Progress
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import estimates
 from lockprobe.studies.costs.spending import Ledger, Spending
@@ -24,7 +24,7 @@ USED = Usage(calls=1, input_tokens=1000, output_tokens=1000)
 @pytest.fixture
 def clock(monkeypatch):
     now = [0.0]
-    for module in ("cli.progress", "studies.costs.call_log"):
+    for module in ("cli.run_study", "studies.costs.call_log"):
         monkeypatch.setattr(f"lockprobe.{module}.time.monotonic", lambda: now[0])
     return now
 

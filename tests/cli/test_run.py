@@ -10,8 +10,8 @@ from stored import records
 from lockprobe import load
 from lockprobe.agents.llm.model_facts import read_facts
 from lockprobe.cli.format_cost import money
-from lockprobe.cli.progress import BROKE, BUDGET_REACHED
 from lockprobe.cli.run import run
+from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.cli.status import status
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.costs.call_log import read_calls

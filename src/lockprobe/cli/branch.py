@@ -13,7 +13,7 @@ from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.command import AS_RUN, Directory, under_headings
 from lockprobe.cli.printing import print_rows
-from lockprobe.cli.progress import Progress
+from lockprobe.cli.run_study import Progress
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.format import texts
@@ -92,9 +92,7 @@ def branch(
 
     with Journal.open(directory / FORKS, study) as journal:
         progress = Progress(study, journal, json=json, budget=allowed, forks=begin)
-        if allowed is not None:
-            journal.calls.limit(allowed)
-        reached = progress.watch(partial(play_forks, asked, journal, limits=limits, observer=progress))
+        progress.watch(partial(play_forks, asked, journal, limits=limits, observer=progress))
         owed = sum(map(journal.owes, planned))
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
     rows = fork_rows(branch_effects(forks, asked.trials, asked.at), study)
@@ -108,5 +106,5 @@ def branch(
             print(printable(said))
         several = "; P and intervals for the number of agents" if any(row.corrected_for > 1 for row in rows) else ""
         print(f"P is corrected for all effects on success of one agent (Holm){several}. --json has every interval.")
-    if status := progress.end(reached, owed, len(planned)):
+    if status := progress.end(owed, len(planned)):
         raise typer.Exit(status)

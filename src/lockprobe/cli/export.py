@@ -10,18 +10,21 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.command import Directory
-from lockprobe.cli.out_file import refuse_study_file
-from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.interfaces.export import TableName, table_of
+from lockprobe.studies import FORKS, PAGE, PEOPLE_DIRECTORY, RESULTS, SETTINGS
 from lockprobe.studies.records.read_records import stored_records
-from lockprobe.studies.records.store import read
+from lockprobe.studies.records.store import ALBUM, STORE, read
 
 Format = Literal["csv", "jsonl", "parquet", "frames"]
 
 _OUT = options.with_brackets(options.OUT, "standard output, also with -")
+
+_OF_STUDY = {SETTINGS, RESULTS, PAGE, ALBUM, PEOPLE_DIRECTORY, FORKS}
+"""What no command replaces, beside the store and what is named after it; beside figures and tables there is room."""
 
 
 def export(
@@ -81,3 +84,16 @@ def _export_records(directory: Path, format: Format, out: Path | None) -> None: 
         with atomic_files(out) as (draft,), draft.open("wb") as file:
             file.writelines(records)
     print(out)
+
+
+def refuse_study_file(out: Path) -> None:
+    """Refuse to replace a file of any study, also through a link.
+
+    Raises:
+        BadFile: If ``out`` is such a file.
+    """
+    file = out.resolve()
+    for place in file.parents:
+        name = file.relative_to(place).parts[0]
+        if (place / SETTINGS).is_file() and (name in _OF_STUDY or name.startswith(STORE)):
+            raise BadFile(out, "belongs to the study; choose another file")

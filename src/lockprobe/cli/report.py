@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from lockprobe.cli import options
-from lockprobe.cli.out_file import refuse_study_file
 from lockprobe.cli.printing import print_rows
 from lockprobe.cli.result import read_result, write
 from lockprobe.cli.study_options import study_help
@@ -19,7 +18,7 @@ from lockprobe.foundation.terminal_text import printable
 
 _PAPER = "Also write paper/: the exhibits of the paper and all other figures as PDF, tables and methods in TeX."
 
-PAGE = Path("compare.html")
+_PAGE = Path("compare.html")
 
 _LONGEST = 300
 """The most characters of a line on different settings."""
@@ -32,7 +31,7 @@ Agents = Annotated[
     typer.Option("--agent", help=study_help("agent", "all; of several studies, fewer need less correction")),
 ]
 Out = Annotated[
-    Path | None, typer.Option(metavar="FILE", help=options.with_brackets(options.OUT, f"several studies: {PAGE}"))
+    Path | None, typer.Option(metavar="FILE", help=options.with_brackets(options.OUT, f"several studies: {_PAGE}"))
 ]
 ForPaper = Annotated[bool, typer.Option("--paper", help=_PAPER)]
 
@@ -54,7 +53,7 @@ def report(
     if len(directories) > 1:
         if paper:
             raise Conflict("--paper", "several studies", "it is of the report of one")
-        _compare(directories, agent or (), out or PAGE, json=json)
+        _compare(directories, agent or (), out or _PAGE, json=json)
         return
     if agent or out:
         raise Conflict("--agent and --out", "one study", "its report has every agent and stands in its directory")
@@ -69,12 +68,13 @@ def report(
 
 
 def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, json: bool) -> None:
+    from lockprobe.cli.export import refuse_study_file
     from lockprobe.report.compare import TABLES, compare_studies, write_comparison
     from lockprobe.report.format import texts
 
     refuse_study_file(out)
     found = compare_studies(directories, agents)
-    path = write_comparison(found, out / PAGE if out.is_dir() else out)
+    path = write_comparison(found, out / _PAGE if out.is_dir() else out)
     if json:
         print(json_.dumps(found.plain() | {"page": str(path)}, allow_nan=False))
         return

@@ -17,6 +17,7 @@ from lockprobe.foundation.formatting import count, points
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
+from lockprobe.studies import RESULTS
 from lockprobe.studies.decisions import answers_by_agent
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
@@ -53,7 +54,7 @@ def read_result(directory: Path) -> Results | None:
     from lockprobe.report.rows import Results
 
     try:
-        return Results.model_validate_json(read_input(directory / "results.json", _LARGEST))
+        return Results.model_validate_json(read_input(directory / RESULTS, _LARGEST))
     except (LockprobeError, ValidationError):
         return None
 

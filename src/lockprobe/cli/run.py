@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -19,6 +20,7 @@ from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import Name, with_study_options
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.options.study_options import read_file, read_options
 
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
@@ -76,18 +78,21 @@ def run(
         resolve(agent)
     if "agent" in asked and what.endswith(".toml") and (theirs := read_file(Path(what)).agent):
         print(f"--agent replaces the agents of {what}: {', '.join(theirs)}", file=sys.stderr)
-    from lockprobe.cli.cluster import reached
     from lockprobe.cli.run_study import planned_study, play_study
+    from lockprobe.foundation.workers import Cluster
     from lockprobe.studies.costs.spending import Budget
     from lockprobe.studies.records.shard import Shard
     from lockprobe.studies.running.executor import Limits
 
     access = Access(connections=connections, timeout=timeout, retries=retries)
-    with reached(None if estimate else cluster) as machines:
+    with nullcontext() if estimate or cluster is None else Cluster.connect(cluster) as machines:
+        if machines is not None:
+            nodes = [f"{printable(host)} {processors}" for host, processors in machines.nodes if processors]
+            more = f" and {len(nodes) - 8} more" if len(nodes) > 8 else ""
+            print(f"Cluster: processors of {', '.join(nodes[:8]) or 'none yet'}{more}", file=sys.stderr)
         limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access, cluster=machines)
-        part = None if shard is None else Shard.parse(shard)
         planned, directory = planned_study(what, asked, out)
-        planned = replace(planned, shard=part)
+        planned = replace(planned, shard=None if shard is None else Shard.parse(shard))
         if estimate:
             from lockprobe.cli.format_cost import print_estimates
 

@@ -37,6 +37,7 @@ from lockprobe.report.rendering import own_markup, rendered
 from lockprobe.report.results import ONE_THREAD, results_of
 from lockprobe.report.rows import Results
 from lockprobe.report.section import Block, Figure, Part, Section, Table, Template
+from lockprobe.studies import PAGE, RESULTS
 
 File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
@@ -81,7 +82,7 @@ def write_report(
                     write_file(path, content)
     finally:
         gc.enable()
-    return directory / "report.html"
+    return directory / PAGE
 
 
 def report_files(
@@ -164,7 +165,7 @@ class Page:
         """The files of numbers, and the page."""
         tables = {one.name: self.cells(one) for of in all_sections() for one in of.tables}
         written = [(f"tables/{name}.csv", as_csv(table) if table else None) for name, table in tables.items()]
-        return [("results.json", results_text(self.found)), *written, ("report.html", self.text())]
+        return [(RESULTS, results_text(self.found)), *written, (PAGE, self.text())]
 
     def text(self) -> str:
         """The page, with our one script and its hash; if even its frame cannot be made, one that says so."""

@@ -29,7 +29,7 @@ from lockprobe.people.diary import acts_of_steps
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.replay import AgentKind, ReplayedTrial, kind_of, played_again
 from lockprobe.report.rows import MEASURES, Estimate, Fact, Results
-from lockprobe.studies import FORKS
+from lockprobe.studies import FORKS, PAGE, RESULTS
 from lockprobe.studies.branch import fork_plan
 from lockprobe.studies.costs.call_log import kept_replies, read_calls
 from lockprobe.studies.decisions import due
@@ -52,7 +52,6 @@ NOT_SHOWN = (
 )
 """What verification cannot find, and what helps against it."""
 
-_RESULTS, _PAGE = "results.json", "report.html"
 
 _TIME = re.compile(rb"Made at \d\d:\d\d on \d{1,2} [A-Z][a-z]+ \d{4};")
 """When a page was made, of a study with open trials."""
@@ -302,7 +301,7 @@ def _report(of: _PlayedAgain) -> Iterator[Check]:
 
     It is made without code of packages: the rows that they measured are taken from the file, and named.
     """
-    if not any((of.directory / name).exists() for name in (_RESULTS, _PAGE)):
+    if not any((of.directory / name).exists() for name in (RESULTS, PAGE)):
         yield Check("results", "there is no report to compare")
         return
     from lockprobe.report.page import report_files
@@ -313,7 +312,7 @@ def _report(of: _PlayedAgain) -> Iterator[Check]:
         except LockprobeError:
             return b""
 
-    here, measured = written(_RESULTS), list[Estimate | Fact]()
+    here, measured = written(RESULTS), list[Estimate | Fact]()
     with suppress(ValidationError):  # what is wrong with it is named below
         found = Results.model_validate_json(here)
         measured += (row for row in found.measures if row.source)
@@ -321,15 +320,15 @@ def _report(of: _PlayedAgain) -> Iterator[Check]:
     files = report_files(replace(of.opened, measured=measured), tell=lambda said: None)
     made = {name: one.encode() if isinstance(one, str) else one for name, one in files if one is not None}
     there = {name: written(name) for name in made if (of.directory / name).exists()}
-    lines, now = (dict.fromkeys(line.strip(b" ,\r") for line in text.split(b"\n")) for text in (here, made[_RESULTS]))
+    lines, now = (dict.fromkeys(line.strip(b" ,\r") for line in text.split(b"\n")) for text in (here, made[RESULTS]))
     failed = [f"written: {line[:300].decode(errors='replace')}" for line in lines if line not in now]
     failed += [f"computed: {line[:300].decode(errors='replace')}" for line in now if line not in lines]
-    if here != made[_RESULTS] and not failed:
+    if here != made[RESULTS] and not failed:
         failed = ["lines in another order"]
     unchecked = f"of its rows are not checked: they come from {', '.join({row.source: None for row in measured})}"
-    said = f"{_RESULTS} is what this release makes of the records{_also(len(measured), unchecked)}"
-    yield Check("results", said, failed) if _RESULTS in there else Check("results", f"{_RESULTS} is not there")
-    there.pop(_RESULTS, None)
+    said = f"{RESULTS} is what this release makes of the records{_also(len(measured), unchecked)}"
+    yield Check("results", said, failed) if RESULTS in there else Check("results", f"{RESULTS} is not there")
+    there.pop(RESULTS, None)
     different = [name for name, one in there.items() if _TIME.sub(b"", one) != _TIME.sub(b"", made[name])]
     missing = _also(len(made) - 1 - len(there), "are not there")
     said = f"{len(there)} pages, tables and figures are what this release makes of the records{missing}"
