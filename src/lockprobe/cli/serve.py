@@ -21,7 +21,6 @@ from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.interventions.conditions import flips
 from lockprobe.people.assignment import boxes_each, conditions_of, trials_for
 from lockprobe.people.experiment import (
     LANGUAGES,
@@ -162,39 +161,32 @@ def study_and_people(
     files, numbers = [[one for one in people if one.isdecimal() == decimal] for decimal in (False, True)]
     if len(files) > 1 or len(numbers) > 1:
         raise BadValue("people", " ".join(people), "one file, one number, or one of each")
-    if numbers and len(numbers[0].lstrip("0")) > 6:
-        raise BadValue("people", numbers[0], "fewer than a million")
-    number = int(numbers[0]) if numbers else None
+    given = {**own, "participants": int(numbers[0])} if numbers else own
 
     def experiment(directory: Path) -> Experiment:
         kept = read_experiment(Path(files[0])) if files else kept_experiment(directory) or Experiment()
-        given = {**own, "participants": number} if numbers else own
         return checked(Experiment, {**kept.model_dump(), **given})
 
     if Path(name).is_dir() and name not in STUDIES:
         if asked or out is not None:
-            given = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
-            raise Conflict(given, f"the directory {name}", "its study already has its settings")
+            said = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
+            raise Conflict(said, f"the directory {name}", "its study already has its settings")
         there = read_study(Path(name))
         joined = replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE))))
         return joined, Path(name), experiment(Path(name))
     request = read_options(name, asked)
-    agents = list(dict.fromkeys((*(request.agent or ()), PEOPLE)))
+    planned = study(request, agent=list(dict.fromkeys((*(request.agent or ()), PEOPLE))))
 
-    def planned(**enough: object) -> tuple[Study, Path, Experiment]:
-        found = study(request, **enough, agent=agents)
-        directory = out or Path("lockprobe-runs") / f"{found.name}-{found.identity}"
-        return found, directory, experiment(directory)
+    def directory() -> Path:
+        return out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
 
-    first, directory, settings = planned()
-    if number is None or "trials" in asked:
-        return first, directory, settings
-    repetitions = first.repetitions if "repetitions" in asked else 1
-    luck = trials_for(number, len(conditions_of(first)), repetitions, settings)
-    rates: dict[str, object] = {}
-    if first.conditions == flips(first.p, first.flip, first.modalities):
-        rates["p"] = list(first.p)  # conditions stay, though default rates depend on whether trials are set
-    return planned(trials=ceil(luck / len(first.boxes)), repetitions=repetitions, **rates)
+    if numbers and "trials" not in asked:
+        repetitions, boxes = planned.repetitions if "repetitions" in asked else 1, len(planned.boxes)
+        luck = trials_for(int(numbers[0]), len(conditions_of(planned)), repetitions, experiment(directory()))
+        more = planned.strategy_trials if "strategy_trials" in asked else None
+        size = {"repetitions": repetitions, "trials": ceil(luck / boxes) * boxes, "strategy_trials": more}
+        planned = replace(planned, **size)
+    return planned, directory(), experiment(directory())
 
 
 def _write_examples(language: str, texts: Path | None, people: Path | None) -> None:

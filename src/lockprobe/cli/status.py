@@ -15,17 +15,16 @@ from lockprobe.cli.printing import print_rows
 from lockprobe.cli.result import decided, read_result
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
-from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import flow_of, read_diaries
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies import FORKS
+from lockprobe.studies.branch import read_forks
 from lockprobe.studies.costs.call_log import kept_replies, read_calls
-from lockprobe.studies.costs.spending import Ledger, Spending, total
+from lockprobe.studies.costs.spending import Ledger, total
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.read_records import Tally, load, tally
-from lockprobe.studies.records.store import STORE, read, trials_in
+from lockprobe.studies.records.read_records import Tally, load, standing
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -33,30 +32,22 @@ from lockprobe.trial.record import Trial
 def status(directory: Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study."""
     study, logged = read_study(directory), read_calls(directory)
-    with read(directory) as store:
-        records = tally(store, study)
-        steps, seconds = store.one("select total(steps), total(seconds) from trial where not current")
-        errors = {one.boundary: next(trials_in(store, "id = ?", one.first)).error for one in records if one.boundary}
-        over = {key for (key,) in store.rows("select key from trial where current and not owed")} if logged else set()
-    forked = 0
-    if is_there(directory / FORKS / STORE):
-        with read(directory / FORKS) as store:
-            (forked,) = store.one("select count(*) from trial where current and not owed")
-    steps, seconds = steps + sum(one.steps for one in records), seconds + sum(one.seconds for one in records)
+    found = standing(directory, study)
     trials = load(directory, study) if study.until else []
     report, flow = read_result(directory), flow_of(read_diaries(directory), withdrawn(directory))
-    kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in over}
-    begun = {call.key for call in logged if call.broken_off and call.key not in over} | kept.keys()
+    kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in found.over}
+    begun = {call.key for call in logged if call.broken_off and call.key not in found.over} | kept.keys()
+    ledger, forks = Ledger(logged), Ledger(read_calls(directory / FORKS))
     facts: dict[str, Any] = {
         "study": study.name,
         "time": time_said(),
-        **_played(study, records, trials),
-        "first_errors": {name: error.message for name, error in errors.items() if error is not None},
+        **_played(study, found.tallies, trials),
+        "first_errors": found.first_errors,
         "in_progress": len(begun),
         "in_progress_calls": sum(kept.values()),
-        "steps": int(steps),
-        "seconds_playing": round(seconds, 1),
-        "forks": forked,
+        "steps": found.steps,
+        "seconds_playing": found.seconds,
+        "forks": sum(not fork.owed_again for fork in read_forks(directory)),
         "reported": None if report is None else report.progress.finished,
         "participants": flow
         and {"joined": flow["consented"], "finished": flow["finished"], "withdrawn": flow["withdrawn"]},
@@ -66,21 +57,22 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     if study.until:
         said, facts["decided"] = decided(study, trials)
         facts["until"] = str(study.until)
-    ledger, forks = Ledger(logged), Ledger(read_calls(directory / FORKS))
     if json:
         agents = {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()}
-        more = {"agents": agents, "spent_on_forks": spent_facts(forks.total)}
-        print(json_.dumps(facts | spent_facts(ledger.total) | more))
+        print(
+            json_.dumps(
+                facts | spent_facts(ledger.total) | {"agents": agents, "spent_on_forks": spent_facts(forks.total)}
+            )
+        )
         return
-    lines = [*_lines(directory, facts), *(("decided" * (not i), line.strip()) for i, line in enumerate(said))]
-    for name, line in lines:
+    for name, line in (
+        *_lines(directory, facts),
+        *(("decided" * (not i), line.strip()) for i, line in enumerate(said)),
+    ):
         print(printable(f"{name:<12}{line}"))
     if ledger.by_agent or forks.by_agent:
         print()
-        print_rows(_table(study, ledger, forks))
-        print()
-        for name, line in _about_calls(total([*ledger.by_agent.values(), *forks.by_agent.values()])):
-            print(printable(f"{name:<12}{line}"))
+        _print_calls(study, ledger, forks)
 
 
 def _played(study: Study, records: Sequence[Tally], trials: Sequence[Trial]) -> dict[str, object]:
@@ -130,14 +122,13 @@ def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str
         renew = f", {behind} behind; lockprobe report {directory} makes it anew" if behind else ""
         yield "report", f"of {facts['reported']} of {facts['planned']} trials{renew}"
     yield "errors", in_boundaries(facts["errors"]) or "none"
-    yield from (
-        ("", f"first at {at}: {' '.join(of.split())[:200]}") for at, of in sorted(facts["first_errors"].items())
-    )
+    for at, of in sorted(facts["first_errors"].items()):
+        yield "", f"first at {at}: {' '.join(of.split())[:200]}"
     yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
 
 
-def _table(study: Study, ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]:
-    """What the calls of each agent have cost; --json has the rest."""
+def _print_calls(study: Study, ledger: Ledger, forks: Ledger) -> None:
+    """Print what the calls of each agent have cost; --json has the rest."""
     rows: list[tuple[str, ...]] = [("calls of", "replies", "failed", "retries", "tokens in", "out", "cost")]
     parts = [(study.label_of(agent), spent) for agent, spent in ledger.by_agent.items()]
     parts += [("all", ledger.total)] * (len(parts) > 1) + [("forks", forks.total)] * bool(forks.by_agent)
@@ -146,17 +137,16 @@ def _table(study: Study, ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]
         numbers = (usage.calls, failed, spent.retries, usage.input_tokens, usage.output_tokens)
         cost = "not known" if spent.dollars is None else money(spent.dollars)
         rows.append((agent, *(f"{number:,}" for number in numbers), cost))
-    return rows
-
-
-def _about_calls(spent: Spending) -> Iterator[tuple[str, str]]:
-    if spent.unpriced:
-        most = "" if spent.dollars_unknown is None else f", at most {money(spent.dollars_unknown)} more"
-        yield "uncounted", f"{count(spent.unpriced, 'attempt')} of unknown cost{most}"
-    if spent.claimed:
-        more = f"{count(spent.claimed, 'call')}: the provider claims an impossible usage"
-        yield "claimed", f"{more}; counted above as the possible maximum"
-    if spent.price is not None:
-        yield "prices", f"of {spent.price.date}, US dollars"
-    if spent.served:
-        yield "served by", ", ".join(f"{name} ({number})" for name, number in spent.served.most_common())
+    print_rows(rows)
+    print()
+    spent = total([*ledger.by_agent.values(), *forks.by_agent.values()])
+    most = "" if spent.dollars_unknown is None else f", at most {money(spent.dollars_unknown)} more"
+    claimed = f"{count(spent.claimed, 'call')}: the provider claims an impossible usage; counted above as its maximum"
+    for name, said, there in (
+        ("uncounted", f"{count(spent.unpriced, 'attempt')} of unknown cost{most}", spent.unpriced),
+        ("claimed", claimed, spent.claimed),
+        ("prices", f"of {spent.price and spent.price.date}, US dollars", spent.price),
+        ("served by", ", ".join(f"{name} ({number})" for name, number in spent.served.most_common()), spent.served),
+    ):
+        if there:
+            print(printable(f"{name:<12}{said}"))
