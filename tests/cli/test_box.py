@@ -1,7 +1,6 @@
 """``lockprobe box``, as typed."""
 
 import json
-import re
 import shutil
 from contextlib import redirect_stdout
 from functools import partial
@@ -25,16 +24,11 @@ def objects(done):
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-def test_facts_as_json():
+def test_a_box_in_words_and_its_facts_as_json():
     facts = json.loads(ask("show", "reset", "--json").stdout)
-    assert {"joints", "interlock", "initial", "target", "optimum", "random_success"} <= set(facts)
-    assert (facts["optimum"], facts["optimal_plans"], facts["distractors"]) == (5, 2, [])
+    assert (facts["optimum"], facts["optimal_plans"], facts["distractors"], facts["initial"]) == (5, 2, [], "0000")
     assert facts["random_no_repeat_success"] == pytest.approx(0.479486, abs=1e-6)
-    assert facts["initial"] == "0000"
     assert facts["cycle_success"] == pytest.approx(2 / 3)
-
-
-def test_a_box_in_words():
     said = ask("show", "reset").stdout
     for part in ("reset: 4 joints, target revolute-left, optimum 5 steps, 2 optimal plans", "[#-]", "and revolute-right closed",
                  "random 0.2305, random without repeats 0.4795"):  # fmt: skip
@@ -53,8 +47,6 @@ def test_optimal_plans_are_listed_some_in_words_and_more_as_json():
     said = [line for line in ask("show", "converge").stdout.splitlines() if line.startswith("plan: ")]
     assert said == [f"plan: {', '.join(plan)}" for plan in listed]
     assert json.loads(ask("show", "converge", "--json").stdout)["plans"] == [list(plan) for plan in listed]
-    many = ask("show", "branched").stdout.splitlines()
-    assert len([line for line in many if line.startswith("plan: ")]) == 6 or "more plan" not in many[-1]
 
 
 @pytest.mark.parametrize(("ending", "start"), [("png", b"\x89PNG"), ("xml", b"<mujoco")])
@@ -86,12 +78,6 @@ def test_a_file_of_another_box_is_left_alone(tmp_path):
     assert file.read_text("utf-8") == "mine"
 
 
-def test_what_was_refused_is_told():
-    done = ask("generate", "--family", "random-5", "--shortest", 6, "--count", 4)
-    assert len(done.stdout.splitlines()) == 4
-    assert re.search(r"^refused: .*\d+ too short", done.stderr)
-
-
 @pytest.mark.parametrize(
     ("words", "mistake", "message"),
     [
@@ -101,14 +87,9 @@ def test_what_was_refused_is_told():
         (["show", "--out", "x.pdf"], BadValue, "in .svg, .png or .xml"),
         (["show", "--arm", "--out", "x.svg"], BadValue, "--arm: got True, expected --out FILE.xml with it"),
         (["generate", "--family", "chain"], UnknownName, "no family is called 'chain'"),
-        (["generate", "--family", "chian"], UnknownName, "no family is called 'chian'"),
-        (
-            ["generate", "--family", "fork", "--shortest", 9],
-            BadValue,
-            "count: got 1, expected at most 0: all other seeds",
-        ),
+        (["generate", "--family", "fork", "--shortest", 9], BadValue, "count: got 1, expected at most 0: all other"),
     ],
-)
+)  # fmt: skip
 def test_mistakes(words, mistake, message):
     with pytest.raises(mistake, match=message):
         ask(*words)
@@ -137,23 +118,15 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def rewrite(path, old, new):
-    text = path.read_text("utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new), "utf-8")
-
-
 @pytest.mark.usefixtures("folder")
 def test_a_model_that_obeys_its_rules():
-    done = ask("check", "own_box.toml", "own_box.xml")
-    assert done.exit_code == 0
-    first, second = done.stdout.splitlines()
-    assert first == HEAD
-    assert second == "own_box.xml: every push went as the rules say"
+    said = ask("check", "own_box.toml", "own_box.xml").stdout
+    assert said == f"{HEAD}\nown_box.xml: every push went as the rules say\n"
 
 
 def test_a_model_that_differs_is_one_line_that_the_page_shows(folder):
-    rewrite(folder / "own_box.toml", "pin = [{ bar = 0 }]", "pin = [{}]")
+    rules = folder / "own_box.toml"
+    rules.write_text(rules.read_text("utf-8").replace("pin = [{ bar = 0 }]", "pin = [{}]"), "utf-8")
     page = (EXAMPLES.parent / "docs" / "boxes.md").read_text("utf-8")
     with pytest.raises(BadFile, match="in configuration 011 .* pin was pushed: the rules let it move, and ") as found:
         ask("check", "own_box.toml", "own_box.xml")

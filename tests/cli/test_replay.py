@@ -1,6 +1,5 @@
 """A trial again, in words or as a film."""
 
-import json
 import re
 from functools import partial
 
@@ -33,7 +32,6 @@ replay = partial(in_process, "replay")
 
 def test_without_a_film_it_is_told_in_words(directory, made):
     assert replay(directory, KEY).stdout.startswith(f"{KEY}: solved after ")
-    assert json.loads(replay(directory, KEY, "--json").stdout.splitlines()[0])["step"] == 1
     assert made == []
 
 
@@ -55,7 +53,6 @@ def test_what_arm_and_camera_took_for_another_outcome_stands_in_the_row_with_the
     assert re.fullmatch(r"did not move <- false +the verdict is wrong  \(verdict: did not move\)", first)
     assert re.fullmatch(r"did not move +\(verdict: failed, camera: unclear\)", second)
     assert third == "moved        <- false"
-    assert json.loads(shown(trial, "--json")[0])["camera"] == "0001"
 
 
 def test_a_film_of_a_symbolic_trial_says_what_it_is_made_of(directory, tmp_path):
@@ -68,10 +65,6 @@ def test_a_film_of_a_symbolic_trial_says_what_it_is_made_of(directory, tmp_path)
     assert done.stdout == (
         f"Film: {tmp_path / 'a.gif'} ({1 + 2 * steps} pictures, {size / 1e3:.0f} kB, every one of {steps} steps as recorded)\n"
     )
-    found = json.loads(replay(directory, KEY, "--out", tmp_path / "a.gif", "--json").stdout)
-    assert found == {
-        "film": str(tmp_path / "a.gif"), "pictures": 1 + 2 * steps, "bytes": size, "plant": "fast-twin", "differs": None,
-    }  # fmt: skip
 
 
 def test_a_plant_that_breaks_when_it_is_played_again_is_one_line(directory, tmp_path, monkeypatch):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,7 +26,6 @@ def replay(
         Path | None,
         typer.Option(help=options.with_brackets(options.OUT, "a film: FILE.gif or FILE.mp4")),
     ] = None,
-    json: options.AsJson = False,
 ) -> None:
     """Show a finished trial step by step, truth and report, or with --out as a film."""
     trials = load(directory)
@@ -36,7 +34,7 @@ def replay(
         raise UnknownName("trial", key, [t.key for t in trials[:12]])
     trial = found[0]
     if out is None:
-        for line in _events(trial) if json else _story(trial):
+        for line in _story(trial):
             print(printable(line))
         return
     make_film = robot_plugin("tool", "film", "films need").load()
@@ -49,25 +47,9 @@ def replay(
     if film.differs is not None:
         print(printable(f"lockprobe: {film.differs}"), file=sys.stderr)
     size = film.path.stat().st_size
-    if json:
-        facts = {"pictures": film.pictures, "bytes": size, "plant": film.plant or None, "differs": film.differs}
-        print(json_.dumps({"film": str(film.path), **facts}))
-        return
     agrees = f", every one of {len(trial.steps)} steps as recorded" if film.plant and film.differs is None else ""
     megabytes = f"{size / 1e6:.2g} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"
     print(f"Film: {film.path} ({film.pictures} pictures, {megabytes}{agrees})")
-
-
-_OF_STEP = ("step", "state", "joint", "moved", "told_moved", "told_state", "told")
-"""What JSON has of a step, beside what was decided."""
-
-
-def _events(trial: Trial) -> Iterator[str]:
-    """Every step as JSON."""
-    for step, said in zip(trial.steps, trial.said, strict=True):
-        facts = {name: getattr(step, name) for name in _OF_STEP}
-        facts |= {"claimed": said, "hypothesis": step.decision.hypothesis}
-        yield json_.dumps(facts | {name: step.sensed[name] for name in (VERDICT, CAMERA) if name in step.sensed})
 
 
 def _story(trial: Trial) -> Iterator[str]:

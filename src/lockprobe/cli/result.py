@@ -6,7 +6,7 @@ The report takes a second to import, for which help and the first trials need no
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from shlex import quote
@@ -87,7 +87,7 @@ def found(results: Results, directory: Path) -> Said:
     return lines, {"answer": results.answer, "broke": broke, "next": [*steps]}
 
 
-def decided(study: Study, trials: Iterable[Trial]) -> tuple[list[str], list[dict[str, object]]]:
+def decided(study: Study, trials: Sequence[Trial]) -> tuple[list[str], list[dict[str, object]]]:
     """How much is decided, and each difference of every agent; differences in facts are of shares.
 
     Args:
@@ -97,7 +97,6 @@ def decided(study: Study, trials: Iterable[Trial]) -> tuple[list[str], list[dict
     from lockprobe.report.questions.stopping import decided_said, progress_said
 
     assert study.until is not None
-    trials = list(trials)
     by_agent = answers_by_agent(study, trials)
     lines, facts = [progress_said(study, by_agent, study.places_filled(trials))], list[dict[str, object]]()
     for agent, own in by_agent.items():
@@ -106,11 +105,11 @@ def decided(study: Study, trials: Iterable[Trial]) -> tuple[list[str], list[dict
             fact = {"agent": agent, "difference": one.question.name, "verdict": one.verdict, "block": one.at}
             size = {name: getattr(course, name) for name in ("value", "low", "high", "p_value")}
             facts.append(fact | {"blocks": course.n, **(size if course.n else {})})
-            where = f" (block {one.at})" if one.at else f" after {count(course.n, 'block')}"
             if not one.question.of_share and course.n > 1:
                 whole, first, second = map(points, (course.value, *course.halves))
                 halves = f"; {whole} points, {first} in the first half of the blocks and {second} in the second"
-            said = decided_said(one.verdict, study.until.points)
-            lines += [f"  {agent}, {one.question.name}: {said}{where}{halves}"] * (i < _LINES)
+            where = f" (block {one.at})" if one.at else f" after {count(course.n, 'block')}"
+            said = f"  {agent}, {one.question.name}: {decided_said(one.verdict, study.until.points)}{where}{halves}"
+            lines += [said] * (i < _LINES)
         lines += [f"  {agent}: and {len(own) - _LINES} more, in the report"] * (len(own) > _LINES)
     return lines, facts

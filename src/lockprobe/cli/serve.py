@@ -184,8 +184,8 @@ def study_and_people(
         repetitions, boxes = planned.repetitions if "repetitions" in asked else 1, len(planned.boxes)
         luck = trials_for(int(numbers[0]), len(conditions_of(planned)), repetitions, experiment(directory()))
         more = planned.strategy_trials if "strategy_trials" in asked else None
-        size = {"repetitions": repetitions, "trials": ceil(luck / boxes) * boxes, "strategy_trials": more}
-        planned = replace(planned, **size)
+        trials = ceil(luck / boxes) * boxes
+        planned = replace(planned, repetitions=repetitions, trials=trials, strategy_trials=more)
     return planned, directory(), experiment(directory())
 
 

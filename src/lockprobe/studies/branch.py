@@ -150,7 +150,7 @@ def branching(
         check_rule(rule)
     chosen = {} if keys else {trial.key: trial for trial in records}
     for key in keys:
-        found = {trial.key: trial for trial in records if trial.key == key or trial.key.startswith(f"{key}/")}
+        found = {trial.key: trial for trial in records if f"{trial.key}/".startswith(f"{key}/")}
         if not found:
             raise UnknownName("trial", key, [trial.key for trial in records][:12])
         chosen |= found
