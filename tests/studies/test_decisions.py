@@ -1,5 +1,7 @@
 """The course of a study that stops when it is decided: the rule over outcomes, and the runner over records."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.study import Until
+from lockprobe.trial.record import TrialError
 
 DECIDED, WIDTH = Until(rule="decided"), Until(rule="width", points=0.4)
 
@@ -70,7 +73,7 @@ def test_what_is_decided_stays_whatever_the_later_blocks_hold(asked, success, un
 
 
 def test_the_runner_decides_and_buys_what_follows_from_the_rule(tmp_path):
-    most, varied = 25, {"p": [0, 0.6], "condition": ["nudge", "drop?p=0.5"]}
+    most, varied = 25, {"p": [0, 0.6], "condition": ["nudge"]}
     planned = study("flips", agent="cognitive:perseverant", until="decided", most=most, seed=3, **varied)
     (agent,) = planned.agents
     whole = {}
@@ -82,8 +85,13 @@ def test_the_runner_decides_and_buys_what_follows_from_the_rule(tmp_path):
         whole[one.label] = np.array([float(trial.solved) for trial in played]), np.zeros(most, dtype=bool)
     found, bought = look_by_look(families(planned, agent), whole, planned.until)
     trials = run_study(planned, tmp_path / "run")
+    others = [replace(one, agent="random", ending="budget") for one in trials]
+    again = [
+        replace(one, ending="error", error=TrialError(boundary="model", message="it broke", step=1))
+        for one in trials[:3]
+    ]
     assert bought == {one.label: sum(t.condition == one.label for t in trials) for one in planned.conditions}
-    real = answers(planned, agent, trials)
+    real = answers(planned, agent, [*trials, *others, *again])
     assert [(one.question, one.verdict, one.at) for one in found] == [
         (one.question, one.verdict, one.at) for one in real
     ]
@@ -119,6 +127,12 @@ def test_a_study_of_controls_stops_when_a_mechanism_is_named(solved, needed, ali
     assert max(bought.values()) == -(-last // LOOK_EVERY) * LOOK_EVERY < 32
 
 
+def test_a_condition_beside_the_arms_is_compared_with_the_truth():
+    asked = families(study("why", agent="human-inspired", condition="nudge"), "human-inspired")
+    assert asked[-1].questions == (Question("nudge", (("nudge", "truth"),)),)
+    assert [family.questions[0].name for family in asked if family.after is None] == ["total", "nudge"]
+
+
 def test_without_a_total_effect_there_is_nothing_to_explain():
     arms = {one.label: (np.zeros(150), np.zeros(150, dtype=bool)) for one in WHY.conditions}
     found = decisions(families(WHY, "human-inspired"), arms, DECIDED)
@@ -148,8 +162,9 @@ def test_contrasts_are_explained_by_the_effect_of_their_own_modality():
 def test_of_a_single_condition_its_success_is_asked_for(until):
     planned = study("flips", agent="random", p=[0], until=str(until))
     assert families(planned, "random") == (Family((Question("truth", (("truth", ""),)),), 1),)
-    (one,) = decisions(families(planned, "random"), {"truth": (np.ones(80), np.zeros(80, dtype=bool))}, until)
-    assert (one.verdict, one.course.value) == ("narrow", 1)
+    solved = np.tile([0.0, 1, 1, 1], 100)
+    (one,) = decisions(families(planned, "random"), {"truth": (solved, np.zeros(400, dtype=bool))}, until)
+    assert (one.verdict, one.course.value) == ("narrow", 0.5)
     width = one.course.highs[one.course.blocks == one.at] - one.course.lows[one.course.blocks == one.at]
     assert width <= 4 * until.points
 
