@@ -11,7 +11,7 @@ from lockprobe.cli.format_cost import about, estimate_lines, money, spent_in_wor
 from lockprobe.cli.run_study import Progress
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import estimates
-from lockprobe.studies.costs.spending import Ledger, Spending
+from lockprobe.studies.costs.spending import Spending, spent_by_agent, total
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.trial.model_call import Usage
@@ -59,7 +59,7 @@ def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, clock):
         assert "on the way" not in progress.line()
         clock[0] = 42.0
         assert "1 call on the way, the oldest for 42 s" in progress.line()
-    spent = f"${Ledger(read_calls(tmp_path)).total.dollars:.2g} spent, 6 retries"
+    spent = f"${total(spent_by_agent(read_calls(tmp_path)).values()).dollars:.2g} spent, 6 retries"
     assert spent in progress.line()
     assert progress.spent() == [f"All calls: {spent}"]
 

@@ -15,7 +15,7 @@ from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.cli.status import status
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.costs.spending import spent_by_agent, total
 from lockprobe.studies.records.directory import read_study
 
 SPEC = "llm:openai-api/fake/model"
@@ -50,7 +50,7 @@ def events(capsys):
 
 def spent_in(directory):
     """US dollars, as the provider counts."""
-    return Ledger(read_calls(directory)).total.dollars
+    return total(spent_by_agent(read_calls(directory)).values()).dollars
 
 
 @pytest.fixture

@@ -38,7 +38,7 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import SETTINGS
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import estimates
-from lockprobe.studies.costs.spending import Budget, Ledger, hosted
+from lockprobe.studies.costs.spending import Budget, Spending, hosted, spent_by_agent, total
 from lockprobe.studies.decisions import LOOK_EVERY, planned_now
 from lockprobe.studies.options.study_options import read_options
 from lockprobe.studies.options.studyfile import study
@@ -129,7 +129,7 @@ def _tell_results(journal: Journal, progress: Progress, *, report: bool) -> None
     """Tell the hash of the records, write the report, and tell what it has cost and found."""
     directory, facts, path = journal.directory, dict[str, object](), None
     if journal.trials:
-        there, finished = read_study(directory), done_of(journal)
+        there, finished = journal.study, done_of(journal)
         records = results_hash(there, stored_records(journal.store))
         planned = planned_now(there, load(directory) if there.until else ())
         so_far = "" if finished == planned else f" so far, {finished} of {planned} trials"
@@ -176,7 +176,7 @@ def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
         drawn = study.has_pictures and owed and source.picture_size is not None
         yield f"Plant: {study.plant}" + (f"; pictures by {source.renderer()}" if drawn else "")
     yield f"Records: {journal.directory} (the same command resumes it)"
-    yield settings_line(read_study(journal.directory).settings_hash)
+    yield settings_line(journal.study.settings_hash)
     of = "" if study.until else f" of {run}"
     if done:
         yield f"{done}{of} trials are done already; {owed} are owed{' before the next look' * (not of)}"
@@ -215,7 +215,7 @@ class Progress(Observer):
         self.reached: BudgetReached | None = None
         self._ended, self._first_error, self._agent = 0, "", ""
         self._now, self._errors = Counter[str](), Counter[str]()  # of the present agent
-        self._ledger: Ledger | None = None
+        self._spent: dict[str, Spending] | None = None
         self._began = self._due = 0.0
         self._live: Live | None = None
         if sys.stdout.isatty() and not (json or study.attended):
@@ -258,13 +258,13 @@ class Progress(Observer):
         """Tell what will be played, where it goes, what of it is done, and what it may cost."""
         where = str(journal.directory)
         if hosted(study):
-            self._ledger = Ledger(read_calls(journal.directory))
+            self._spent = spent_by_agent(read_calls(journal.directory))
             journal.calls.listener = self.call
         if self._forks is not None:
             self.tell("begin", *self._forks(owed), directory=where, owed=owed)
             return
         facts = {"owed": owed, "done": done_of(journal, study), "settings": study.settings()}
-        facts |= {"trials": study.size - study.invited, "settings_hash": read_study(journal.directory).settings_hash}
+        facts |= {"trials": study.size - study.invited, "settings_hash": journal.study.settings_hash}
         self.tell("begin", *_begin_lines(study, journal, owed), directory=where, **facts)
         if not hosted(study):
             return
@@ -310,8 +310,7 @@ class Progress(Observer):
 
     def call(self, call: Call) -> None:
         """A call is on disk; tell of one that was repeated, and how it goes if nothing has been said for long."""
-        assert self._ledger is not None
-        self._ledger.add(call)
+        self._spent = spent_by_agent([call], self._spent)
         if call.retries or call.error:
             facts = {"step": call.step, "turn": call.turn, "retries": call.retries, "seconds": round(call.seconds, 3)}
             self.tell("call", key=call.key, **facts, error=call.error or None)
@@ -345,7 +344,7 @@ class Progress(Observer):
             f"{now['solved']} of {now['valid']} solved" * bool(now["valid"]),
             f"{now['steps'] / seconds:.1f} steps/s",
             f"{left} left",
-            spent_in_words(self._ledger.total) if self._ledger is not None else "",
+            spent_in_words(total((self._spent or {}).values())),
             way * (waited >= _LONG),
             in_boundaries(self._errors),
         ]
@@ -353,11 +352,11 @@ class Progress(Observer):
 
     def cost(self) -> dict[str, object]:
         """What it has cost, for programs."""
-        return {} if self._ledger is None else {"spent": spent_facts(self._ledger.total)}
+        return {} if self._spent is None else {"spent": spent_facts(total(self._spent.values()))}
 
     def spent(self) -> list[str]:
         """What it has cost, as a line; none without a call."""
-        said = "" if self._ledger is None else spent_in_words(self._ledger.total)
+        said = spent_in_words(total((self._spent or {}).values()))
         return [f"All calls: {said}"] if said else []
 
     def end(self, owed: int, trials: int) -> int:

@@ -21,7 +21,7 @@ from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies import FORKS
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.costs.call_log import kept_replies, read_calls
-from lockprobe.studies.costs.spending import Ledger, total
+from lockprobe.studies.costs.spending import Spending, spent_by_agent, total
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import Tally, load, standing
@@ -37,7 +37,6 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     report, flow = read_result(directory), flow_of(read_diaries(directory), withdrawn(directory))
     kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in found.over}
     begun = {call.key for call in logged if call.broken_off and call.key not in found.over} | kept.keys()
-    ledger, forks = Ledger(logged), Ledger(read_calls(directory / FORKS))
     facts: dict[str, Any] = {
         "study": study.name,
         "time": time_said(),
@@ -57,22 +56,20 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     if study.until:
         said, facts["decided"] = decided(study, trials)
         facts["until"] = str(study.until)
+    spent, on_forks = spent_by_agent(logged), spent_by_agent(read_calls(directory / FORKS))
     if json:
-        agents = {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()}
-        print(
-            json_.dumps(
-                facts | spent_facts(ledger.total) | {"agents": agents, "spent_on_forks": spent_facts(forks.total)}
-            )
-        )
+        agents = {study.label_of(agent): spent_facts(own) for agent, own in spent.items()}
+        more = {"agents": agents, "spent_on_forks": spent_facts(total(on_forks.values()))}
+        print(json_.dumps(facts | spent_facts(total(spent.values())) | more))
         return
     for name, line in (
         *_lines(directory, facts),
         *(("decided" * (not i), line.strip()) for i, line in enumerate(said)),
     ):
         print(printable(f"{name:<12}{line}"))
-    if ledger.by_agent or forks.by_agent:
+    if spent or on_forks:
         print()
-        _print_calls(study, ledger, forks)
+        _print_calls(study, spent, on_forks)
 
 
 def _played(study: Study, records: Sequence[Tally], trials: Sequence[Trial]) -> dict[str, object]:
@@ -127,11 +124,12 @@ def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str
     yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
 
 
-def _print_calls(study: Study, ledger: Ledger, forks: Ledger) -> None:
+def _print_calls(study: Study, by_agent: Mapping[str, Spending], on_forks: Mapping[str, Spending]) -> None:
     """Print what the calls of each agent have cost; --json has the rest."""
     rows: list[tuple[str, ...]] = [("calls of", "replies", "failed", "retries", "tokens in", "out", "cost")]
-    parts = [(study.label_of(agent), spent) for agent, spent in ledger.by_agent.items()]
-    parts += [("all", ledger.total)] * (len(parts) > 1) + [("forks", forks.total)] * bool(forks.by_agent)
+    parts = [(study.label_of(agent), spent) for agent, spent in by_agent.items()]
+    parts += [("all", total(by_agent.values()))] * (len(parts) > 1)
+    parts += [("forks", total(on_forks.values()))] * bool(on_forks)
     for agent, spent in parts:
         usage, failed = spent.usage, spent.failed + spent.broken_off
         numbers = (usage.calls, failed, spent.retries, usage.input_tokens, usage.output_tokens)
@@ -139,7 +137,7 @@ def _print_calls(study: Study, ledger: Ledger, forks: Ledger) -> None:
         rows.append((agent, *(f"{number:,}" for number in numbers), cost))
     print_rows(rows)
     print()
-    spent = total([*ledger.by_agent.values(), *forks.by_agent.values()])
+    spent = total([*by_agent.values(), *on_forks.values()])
     most = "" if spent.dollars_unknown is None else f", at most {money(spent.dollars_unknown)} more"
     claimed = f"{count(spent.claimed, 'call')}: the provider claims an impossible usage; counted above as its maximum"
     for name, said, there in (

@@ -30,7 +30,7 @@ from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.records.attempt_log import AttemptLog
-from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.journal import Journal, note
 from lockprobe.studies.records.store import ALBUM
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.running.playable import CLIENT, check_playable
@@ -204,13 +204,12 @@ class ToolSession:
             name: printable(without_secrets(text))[:_LONGEST_FACT].strip() for name, text in said.items()
         }
         facts["wording"] = fingerprint(INSTRUCTIONS, self._how, json.dumps(self.schemas), OVER, NO_REPORT)
-        for before in self._journal.kinds():
-            for name in SAME_IN_ALL_TRIALS if before.agent == self.agent else ():
-                if before.facts.get(name) != facts[name]:
-                    raise CallRefused(
-                        f"{self.agent} played with the {name} {before.facts.get(name)!r}, and this is {facts[name]!r}. "
-                        "Whoever started the server gives this client another --agent-name."
-                    )
+        own = {(self.agent, name): facts[name] for name in SAME_IN_ALL_TRIALS}
+        for (_, name), (before, now) in note(self._journal.known, own).items():
+            raise CallRefused(
+                f"{self.agent} played with the {name} {before!r}, and this is {now!r}. Whoever started the server "
+                "gives this client another --agent-name."
+            )
         while self._trial is None:
             playable = [plan for key, plan in self._owed.items() if key not in self._broken]
             if not playable:

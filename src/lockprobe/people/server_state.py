@@ -34,7 +34,7 @@ from lockprobe.people.session import OpenStudy, Session
 from lockprobe.people.withdrawal import delete_unnamed_pictures, has_withdrawn, keyed_digest, withdraw, withdrawn
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import PEOPLE_DIRECTORY, SETTINGS
-from lockprobe.studies.records.directory import read_study, write_settings
+from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.studies.running.trial_setup import own_thread
@@ -116,10 +116,9 @@ class ServerState:
         study = study.ordered_as(there)  # people play the conditions in an order that is drawn from this one
         _check(study, experiment, words)
         with (
-            Journal.open(directory, replace(study, agents=there.agents)) as journal,
+            Journal.open(directory, study) as journal,
             own_thread() if study.simulated else nullcontext(here) as place,
         ):
-            write_settings(directory, study)
             make_private(directory)
             diaries = read_diaries(directory)
             _settle(directory, experiment, words, diaries)

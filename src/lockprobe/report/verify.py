@@ -35,7 +35,7 @@ from lockprobe.studies.costs.call_log import kept_replies, read_calls
 from lockprobe.studies.decisions import due
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.journal import KnownFacts
+from lockprobe.studies.records.journal import Facts, facts_said, note
 from lockprobe.studies.records.read_records import contradictions, in_order, results_hash
 from lockprobe.studies.records.store import ALBUM, STORE, read
 from lockprobe.studies.running.paused_trial import RecordedAttempt
@@ -195,9 +195,9 @@ def _luck(of: _PlayedAgain) -> Iterator[Check]:
 
 def _agents(of: _PlayedAgain) -> Iterator[Check]:
     """An agent is the same in all its trials, and a model the one that its spec names."""
-    known, failed = KnownFacts(), list[str]()
+    known, failed = Facts(), list[str]()
     for trial in of.opened.trials:
-        for (_, name), (before, now) in known.note(trial).items():
+        for (_, name), (before, now) in note(known, facts_said(trial)).items():
             failed.append(f"{trial.key}: {name} is {now}, and {before} in other trials")
         if kind_of(trial.agent) == "hosted":
             model = Model.parse(trial.agent)

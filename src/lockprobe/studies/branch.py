@@ -23,7 +23,7 @@ from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies import FORKS
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.modality import interventions_for, is_pictured
-from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.journal import Journal, facts_said, note
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import STORE
 from lockprobe.studies.running.executor import Limits, Observer
@@ -175,7 +175,7 @@ def play_forks(
     """
     journal.calls.adopt(call for call in read_calls(journal.directory.parent) if call.key in asked.trials)
     for trial in asked.trials.values():  # model, prompt and runtime must be the same as in these
-        journal.known.note(trial)
+        note(journal.known, facts_said(trial))
     study = replace(asked.study, agents=asked.agents)
     run(study, journal, limits=limits, observer=observer, plans=asked.plans)
 

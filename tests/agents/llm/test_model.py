@@ -67,7 +67,7 @@ def test_what_is_sent_is_what_a_reply_is_looked_up_by():
 
     def request(said=said, schema=None, known=known, **settings):
         model = Model(name="a/b", settings=ModelSettings(**settings), facts=known)
-        return llm.fingerprint(model, [said], schema or {})
+        return llm.request_fingerprint(model, [said], schema or {})
 
     others = [
         request(said=replace(said, text="And now?")),

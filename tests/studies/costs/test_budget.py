@@ -15,7 +15,7 @@ from stored import call_log
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
 from lockprobe.foundation.errors import BadValue, BudgetReached
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.spending import Budget, Ledger, Spending, price_of
+from lockprobe.studies.costs.spending import Budget, Spending, agent_price, spent_by_agent, total
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
@@ -123,14 +123,14 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
                 await reserve(calls, worst, agent, number)
             except BudgetReached:
                 return
-            used, again = charge(worst, price_of(agent)), 0
+            used, again = charge(worst, agent_price(agent)), 0
             while luck.random() < 0.3:  # it is charged for and never comes
                 try:
                     await reserve(calls, worst, agent, number, unanswered=again + 1)
                 except BudgetReached:
                     calls.write(call(agent, number, step, reply=None, error=BROKEN_OFF))
                     return
-                used, again = charge(worst, price_of(agent)), again + 1
+                used, again = charge(worst, agent_price(agent)), again + 1
             for _ in range(luck.randint(0, 4)):
                 await asyncio.sleep(0)
             counted = call(agent, number, step, usage=used, unanswered=again)
@@ -147,16 +147,16 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
     with tempfile.TemporaryDirectory() as directory:
         for _ in range(2):  # a second run has what the first left, and no more
             asyncio.run(run(Path(directory)))
-        ledger = Ledger(read_calls(directory)).total
-        assert charged[0] - 1e-9 <= (ledger.dollars or 0) + (ledger.dollars_unknown or 0) <= allowed + 1e-9
+        spent = total(spent_by_agent(read_calls(directory)).values())
+        assert charged[0] - 1e-9 <= (spent.dollars or 0) + (spent.dollars_unknown or 0) <= allowed + 1e-9
 
 
 def test_money_that_is_not_known_is_none_and_never_nothing():
-    ledger = Ledger([call(usage=usage(read=1000)), call(FREE, usage=usage(read=1000))])
-    assert ledger.by_agent[FREE].dollars is None
-    assert ledger.by_agent[DEAR].dollars == pytest.approx(0.003)
-    assert ledger.total.dollars is None
-    assert Ledger().total == Spending()
+    spent = spent_by_agent([call(usage=usage(read=1000)), call(FREE, usage=usage(read=1000))])
+    assert spent[FREE].dollars is None
+    assert spent[DEAR].dollars == pytest.approx(0.003)
+    assert total(spent.values()).dollars is None
+    assert total([]) == Spending()
     assert (Spending().failed, Spending().retries, Spending().seconds) == (0, 0, 0)
 
 
@@ -168,9 +168,9 @@ def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_hav
         call(step=3, reply=None, error="no reply within 120 s", unanswered=7, most=worst),
         call(step=4, reply=None, error=BROKEN_OFF, unanswered=1, most=worst),
     ]
-    ledger, budget = Ledger(calls).by_agent[DEAR], Budget(planned(DEAR), 1000)
-    assert (ledger.usage.calls, ledger.unpriced, ledger.broken_off, ledger.failed) == (2, 13, 1, 1)
-    assert (ledger.dollars, ledger.dollars_unknown) == (pytest.approx(3), pytest.approx(5 * (2 + 2 + 7 + 2)))
+    spent, budget = spent_by_agent(calls)[DEAR], Budget(planned(DEAR), 1000)
+    assert (spent.usage.calls, spent.unpriced, spent.broken_off, spent.failed) == (2, 13, 1, 1)
+    assert (spent.dollars, spent.dollars_unknown) == (pytest.approx(3), pytest.approx(5 * (2 + 2 + 7 + 2)))
     for one in calls:
         budget.settle(one)
     assert budget.spent == pytest.approx(3 + 5 * 13)

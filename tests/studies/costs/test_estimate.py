@@ -13,7 +13,7 @@ from lockprobe.agents.llm.settings import Model, ModelSettings, tokens
 from lockprobe.boxes.solve import random_curve
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import REPLY, estimates, request_sizes
-from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.costs.spending import spent_by_agent
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.store import OnRecord
@@ -69,7 +69,7 @@ def test_an_estimate_comes_true(tmp_path, monkeypatch):
         monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
         trials = run_study(plan, tmp_path / "study")
     assert all(trial.error is None for trial in trials)
-    spent = Ledger(read_calls(tmp_path / "study")).by_agent[SPEC]
+    spent = spent_by_agent(read_calls(tmp_path / "study"))[SPEC]
     for what in ("calls", "input_tokens", "output_tokens"):
         assert 1 / 1.5 < getattr(before.low, what) / getattr(spent.usage, what) < 1.5
     low, high = before.dollars()
@@ -83,10 +83,8 @@ def test_an_agent_is_taken_to_be_blind_or_to_play_to_the_end_and_what_is_done_co
     blind = sum(1 - solved for solved in random_curve(plan.box, 20)[:-1])
     found = estimates(plan, {})[0]
     assert (found.trials, found.low.calls, found.high.calls) == (200, round(200 * blind), 200 * 20)
-    done = dict[str, OnRecord]()
-    for trial in (make_trial(SOLUTION, agent=SPEC), make_trial([0], agent=SPEC, trial=2, broken="model")):
-        ended = trial.ending, trial.owed_again, len(trial.steps)
-        done[trial.key] = OnRecord(trial.key, trial.spec, trial.group, "", trial.condition, 1, trial.trial, *ended)
+    trials = make_trial(SOLUTION, agent=SPEC), make_trial([0], agent=SPEC, trial=2, broken="model")
+    done = {trial.key: OnRecord.of(trial) for trial in trials}
     assert estimates(plan, done)[0].trials == 199  # what broke is owed
     assert estimates(planned("random", "human-inspired"), {}) == []
     assert estimates(planned(trials=1, p=[0]), done) == []

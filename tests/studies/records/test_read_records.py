@@ -1,5 +1,6 @@
 """Records say of which study they are, are what was written, and are each in one shard."""
 
+import json
 import zlib
 from dataclasses import replace
 from functools import partial
@@ -13,12 +14,12 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.storage.database import Damaged
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.studies.records import store
-from lockprobe.studies.records.directory import write_settings
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load, on_record, replaced_records
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.records.store import holds, keep_picture, read
 from lockprobe.studies.running.runner import run, run_study
+from lockprobe.studies.study import settings_of
 from lockprobe.trial.pictures.picture import Picture
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
@@ -48,8 +49,7 @@ def test_records_of_other_settings_are_refused_wherever_they_are_read(tmp_path, 
     here, there = replace(STUDY, **ours), replace(STUDY, **theirs)
     run_study(there, tmp_path)
     before = (tmp_path / "study.json").read_bytes()
-    (tmp_path / "study.json").unlink()
-    write_settings(tmp_path, here)
+    (tmp_path / "study.json").write_text(json.dumps(settings_of(here)))
 
     def counted():
         with read(tmp_path) as opened:

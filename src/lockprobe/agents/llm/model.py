@@ -96,7 +96,7 @@ class HostedModel:
         step, model, book = len(situation.past) + 1, self.line.model, self._book
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
-            request = fingerprint(model, messages, schema)
+            request = request_fingerprint(model, messages, schema)
             if book is not None and (known := book.recall(step, turn, request)) and known.reply is not None:
                 self._note(known, messages)
                 return known, verdict_on(known, situation)
@@ -196,7 +196,7 @@ class ReplayedModel:
         """Decide as on record."""
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
-            request = fingerprint(self._model, messages, schema)
+            request = request_fingerprint(self._model, messages, schema)
             known = self._recall(len(situation.past) + 1, turn, request)
             if known is None or known.reply is None:
                 raise ModelFault("there is no such reply")
@@ -205,7 +205,7 @@ class ReplayedModel:
         return await decided(situation, self._model, ask)
 
 
-def fingerprint(model: Model, messages: Sequence[Message], schema: dict[str, object]) -> str:
+def request_fingerprint(model: Model, messages: Sequence[Message], schema: dict[str, object]) -> str:
     """A fingerprint of a request: sixteen hexadecimal digits."""
     said = [[message.role, message.text, *(picture.name for picture in message.pictures)] for message in messages]
     text = json.dumps([said, schema, [model.parameters(), model.form, model.settings.detail]], sort_keys=True)

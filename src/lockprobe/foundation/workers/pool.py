@@ -74,9 +74,10 @@ class Pool(ABC):
                     if isinstance(answer, Lost):
                         self.dismiss(worker, idle=False)
                         losses += len(batch) == 1
-                        last = len(batch) == 1 and (answer.explained or losses == self.losses)
-                        queue.extend(([job], losses) for job in batch * (not last))
-                        yield from ((job, answer) for job in batch * last)
+                        if len(batch) == 1 and (answer.explained or losses == self.losses):
+                            yield batch[0], answer
+                        else:
+                            queue.extend(([job], losses) for job in batch)
                         lost_in_a_row += not answer.explained
                         if lost_in_a_row > processors + 1:  # a node is lost with all that it does
                             often = f"{lost_in_a_row} times in a row, with nothing finished in between"

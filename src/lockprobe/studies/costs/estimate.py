@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.agents.llm.model_facts import Price, price_of
+from lockprobe.agents.llm.model_facts import Price
 from lockprobe.agents.llm.settings import Model, tokens
 from lockprobe.agents.prompt import conversation, reply_schema
 from lockprobe.boxes.box import bits
@@ -25,7 +25,7 @@ from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import ChannelFault
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.costs.spending import hosted
+from lockprobe.studies.costs.spending import agent_price, hosted
 from lockprobe.studies.decisions import owed_by_look
 from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.records.store import OnRecord
@@ -114,9 +114,7 @@ def estimates(study: Study, done: Mapping[str, OnRecord]) -> list[Estimate]:
             for calls, read, wrote in np.round([low, high]).astype(int).tolist()
         )
         found.append(
-            Estimate(
-                agent, study.label_of(agent), len(plans), least, most, price_of(model.name), str(study.until or "")
-            )
+            Estimate(agent, study.label_of(agent), len(plans), least, most, agent_price(agent), str(study.until or ""))
         )
     return found
 

@@ -7,15 +7,14 @@ is not known, the cost is None, never 0.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import reduce
 from operator import add
 from typing import Any, Self
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.llm import model_facts
-from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines
+from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines, price_of
 from lockprobe.foundation.errors import BadValue, BudgetReached
 from lockprobe.foundation.spec import Spec
 from lockprobe.studies.study import Study
@@ -80,7 +79,7 @@ class Spending:
 
 
 def total(parts: Iterable[Spending]) -> Spending:
-    """The sum of all; nothing if there are none."""
+    """The sum of all, nothing if there are none; the cost is None if that of one is not known."""
     return reduce(add, found) if (found := list(parts)) else Spending()
 
 
@@ -89,10 +88,10 @@ def hosted(study: Study) -> tuple[str, ...]:
     return tuple(spec for spec in study.agents if resolve(spec).engine == "network")
 
 
-def price_of(agent: str) -> Price | None:
+def agent_price(agent: str) -> Price | None:
     """The price of an agent's provider; None if it is not known, or there is no provider."""
     spec = Spec.parse(agent)
-    return model_facts.price_of(spec.name) if spec.kind == "llm" else None
+    return price_of(spec.name) if spec.kind == "llm" else None
 
 
 def most_dollars(usage: Usage | None, price: Price) -> float:
@@ -101,28 +100,14 @@ def most_dollars(usage: Usage | None, price: Price) -> float:
     return (used.input_tokens * dearest + used.output_tokens * price.output) / 1e6
 
 
-class Ledger:
-    """The cost of calls, added up.
-
-    Attributes:
-        by_agent: Agent -> its spending, in the order in which they made their first calls.
-    """
-
-    def __init__(self, calls: Iterable[Call] = ()) -> None:
-        self.by_agent = dict[str, Spending]()
-        for call in calls:
-            self.add(call)
-
-    def add(self, call: Call) -> None:
-        """Add a call."""
-        before = self.by_agent.get(call.agent)
-        spent = Spending.of(call, before.price if before else price_of(call.agent))
-        self.by_agent[call.agent] = before + spent if before else spent
-
-    @property
-    def total(self) -> Spending:
-        """Total spending; the cost is None if one agent's cost is not known."""
-        return total(self.by_agent.values())
+def spent_by_agent(calls: Iterable[Call], before: Mapping[str, Spending] | None = None) -> dict[str, Spending]:
+    """Agent -> the cost of its calls, in the order of their first ones; with what was spent ``before``."""
+    found = dict(before or {})
+    for call in calls:
+        there = found.get(call.agent)
+        spent = Spending.of(call, there.price if there else agent_price(call.agent))
+        found[call.agent] = there + spent if there else spent
+    return found
 
 
 class Budget:
@@ -144,7 +129,7 @@ class Budget:
         self._reserved: dict[str, float] = {}
         self._lost: dict[str, float] = {}
         for agent in hosted(study):
-            if (price := price_of(agent)) is None:
+            if (price := agent_price(agent)) is None:
                 copied = f"put these lines with its price into a file of your own and set {OWN_FACTS}=FILE.toml:"
                 expected = f"no budget with {agent}, whose price is not known; {copied}"
                 refusal = BadValue("budget", f"{allowed:g}", expected)

@@ -27,7 +27,7 @@ from lockprobe.studies import SETTINGS
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.journal import Journal, facts_said, note
 from lockprobe.studies.records.read_records import tally
 from lockprobe.studies.records.store import (
     ALBUM,
@@ -135,7 +135,7 @@ def _take(
             trial = trial_in(store, reader, key, record)
             if trial.player:
                 check_outside(trial.player, PEOPLE)
-            for (who, name), (here, there) in journal.known.note(trial).items():
+            for (who, name), (here, there) in note(journal.known, facts_said(trial)).items():
                 why = f"{who} is not the same there ({name} is {there!r}, {here!r} in {journal.directory})"
                 raise BadFile(source, f"0 trials taken: {why}; import it into another directory")
             if not journal.owes(key):

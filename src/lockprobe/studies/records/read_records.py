@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from sys import intern
 from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadFile
@@ -47,13 +48,14 @@ def replaced_records(directory: Path | str) -> list[Trial]:
 def on_record(store: Database, study: Study) -> dict[str, OnRecord]:
     """The trials of :func:`load` by key, from their rows alone: whether a record is damaged, who reads it finds."""
     tally(store, study)
-    same, found = dict[str, str](), dict[str, OnRecord]()
-    columns = "key, agent, player, condition, repetition, trial, ending, owed, steps"
-    select = f"select {columns} from trial where current order by id"  # noqa: S608 - our own columns
-    for key, agent, player, condition, repetition, number, ending, owed, steps in store.rows(select):
-        agent, condition, ending = (same.setdefault(one, one) for one in (agent, condition, ending))  # noqa: PLW2901
-        place = condition, repetition, number
-        found[key] = OnRecord(key, agent, study.label_of(agent), player, *place, ending, bool(owed), steps)
+    found = dict[str, OnRecord]()
+    select = (
+        "select key, agent, player, condition, repetition, trial, ending, owed from trial where current order by id"
+    )
+    for key, agent, player, condition, repetition, trial, ending, owed in store.rows(select):
+        spec, label, end = map(intern, (agent, condition, ending))
+        place = label, repetition, trial
+        found[key] = OnRecord(key, spec, study.label_of(spec), player, *place, end, bool(owed))
     return found
 
 

@@ -86,11 +86,7 @@ _QUICKLY = 3
 
 
 class OnRecord(NamedTuple):
-    """What is known of a stored trial without reading its record; all but its length as a trial has it.
-
-    Attributes:
-        length: Steps played.
-    """
+    """What is known of a stored trial without reading its record, as a trial has it."""
 
     key: str
     spec: str
@@ -101,7 +97,12 @@ class OnRecord(NamedTuple):
     trial: int
     ending: str
     owed_again: bool
-    length: int
+
+    @classmethod
+    def of(cls, trial: Trial) -> OnRecord:
+        """The same of a trial."""
+        place = trial.condition, trial.repetition, trial.trial
+        return cls(trial.key, trial.spec, trial.group, trial.player, *place, trial.ending, trial.owed_again)
 
     @property
     def agent(self) -> str:

@@ -27,7 +27,7 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.workers import Cluster, Lost, Pool, Processes, lose
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.studies.decisions import GIVE_UP_AFTER
-from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.journal import Journal, facts_said
 from lockprobe.studies.records.store import ALBUM, keep_picture, packed
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.study import Study
@@ -167,7 +167,7 @@ class Turn:
 
         try:
             if self._source.engine == "network":  # a changed model is refused before it is called and paid
-                self._journal.refuse(self._journal.known.differences(self._source.spec, agent.facts))
+                self._journal.refuse_others({(self._source.spec, name): one for name, one in agent.facts.items()})
             opened += [asyncio.create_task(lane()) for _ in range(min(self._lanes, owed))]
             await asyncio.gather(*opened)
         finally:
@@ -201,7 +201,7 @@ class Turn:
 
     def _finish(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
         """Write a trial to the journal and tell of it; give up an agent that yields only errors."""
-        self._journal.refuse(self._journal.known.note(trial))
+        self._journal.refuse_others(facts_said(trial))
         self._journal.append(trial, seconds, record)
         self._observer.trial(trial, seconds)
         self.ended += not trial.owed_again

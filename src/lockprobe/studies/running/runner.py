@@ -25,7 +25,7 @@ from lockprobe.foundation.errors import (
 )
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.decisions import due
-from lockprobe.studies.records.directory import extended, read_study
+from lockprobe.studies.records.directory import extended
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.executor import Limits, Observer, Turn
@@ -44,7 +44,7 @@ def next_plans(study: Study, journal: Journal) -> Callable[[str], Iterable[Plan]
     """
     if study.until is None:
         return study.plans
-    whole = replace(read_study(journal.directory), shard=study.shard)
+    whole = replace(journal.study, shard=study.shard)
     return lambda agent: due(whole, agent, journal.trials.values())
 
 
