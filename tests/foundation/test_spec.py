@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.foundation.errors import BadValue, UnknownName
@@ -27,6 +27,7 @@ KINDS = st.text(st.characters(codec="utf-8", exclude_characters="?:"))
 OPTIONS = st.dictionaries(st.text(st.characters(codec="utf-8")), st.text(st.characters(codec="utf-8")))
 
 
+@settings(max_examples=40)
 @given(kind=KINDS, name=NAMES, options=OPTIONS)
 def test_a_spec_that_is_written_and_read_is_the_same(kind, name, options):
     spec = Spec(kind, name, options)

@@ -19,7 +19,7 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import Limits, run
 
 SPEC = "llm:openai-api/fake/model"
-TRIALS = int(os.environ.get("LOCKPROBE_CHAOS", "30"))
+TRIALS = int(os.environ.get("LOCKPROBE_CHAOS", "18"))
 
 
 @pytest.fixture(autouse=True)
@@ -54,18 +54,13 @@ ONE = study(StudyOptions(agent=[SPEC], p=[0], trials=1, repetitions=1))
 QUICK = Access(connections=1, timeout=2, retries=2, pause=0.01)
 
 
-def access_of(kind):
-    """Patience with a provider of this fault: half as much where all of it is waited for."""
-    return replace(QUICK, timeout=1) if kind == "stalled" else QUICK
-
-
 FAULTY = {
     "429 with Retry-After": "the provider answered 429: Rate limit reached",
     "429": "the provider answered 429: Rate limit reached",
     "500": "the provider answered 500: The server had an error",
     "dropped": "Server disconnected without sending a response",
     "dropped midway": "peer closed connection without sending complete message body",
-    "stalled": "no reply within 1 s",
+    "stalled": "no reply within 0.3 s",
     "truncated": "a reply that cannot be read",
     "malformed": "a reply that cannot be read",
     "a string": "service unavailable",
@@ -74,19 +69,18 @@ FAULTY = {
 }
 """What a trial ends with, at the boundary ``model``, if the provider does nothing else; once is asked again."""
 
-UNUSABLE = {"wrong schema": "Field required", "empty": "an empty reply (after 5 tokens)"}
-"""What a trial ends with, at the boundary ``reply``, if the model does nothing else."""
-
 ENDING = {
+    "wrong schema": ("reply", "stop", 5, "Field required"),
+    "empty": ("reply", "stop", 5, "an empty reply (after 5 tokens)"),
     "refusal": ("refusal", "content_filter", 1, "refused: I cannot help with opening locks."),
     "filtered": ("refusal", "content_filter", 1, "refused: finish_reason content_filter"),
     "cut": ("reply", "max_tokens", 2, "the reply was cut off after 5 tokens: a larger max_tokens leaves it more room)"),
 }
-"""Where a trial ends that gets such a reply, why the model stopped, after how many of them, and with which words."""
+"""Where a trial ends that gets no other reply, why the model stopped, after how many, and with which words."""
 
 
 def test_the_tables_hold_every_fault():
-    assert (tuple(FAULTY), tuple(UNUSABLE), tuple(ENDING)) == (HTTP_FAULTS, REPLY_FAULTS, ENDS)
+    assert (tuple(FAULTY), tuple(ENDING)) == (HTTP_FAULTS, (*REPLY_FAULTS, *ENDS))
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +105,8 @@ def test_a_provider_that_keeps_failing_breaks_the_trial_which_is_owed_again(
     tmp_path, monkeypatch, right, kind, message
 ):
     with here(manner=Script("", kind, kind, kind)) as server:
-        (trial,) = played(tmp_path, monkeypatch, server, ONE, access_of(kind))
+        patience = replace(QUICK, timeout=0.3) if kind == "stalled" else QUICK
+        (trial,) = played(tmp_path, monkeypatch, server, ONE, patience)
         assert (trial.ending, trial.error.boundary, trial.error.step) == ("error", "model", 2)
         assert message in trial.error.message
         assert trial.error.message.endswith("(tried 3 times)")
@@ -123,7 +118,7 @@ def test_a_provider_that_keeps_failing_breaks_the_trial_which_is_owed_again(
     assert server.account()["arrived"] == len(right[0].steps) + 3
 
 
-@pytest.mark.parametrize("kinds", [tuple(UNUSABLE), ("cut", "empty")], ids=" ".join)
+@pytest.mark.parametrize("kinds", [REPLY_FAULTS, ("cut", "empty")], ids=" ".join)
 def test_a_reply_that_cannot_be_used_is_asked_for_again(tmp_path, monkeypatch, right, kinds):
     with here(manner=Script("", *kinds)) as server:
         trials = played(tmp_path, monkeypatch, server, ONE, QUICK)
@@ -132,21 +127,8 @@ def test_a_reply_that_cannot_be_used_is_asked_for_again(tmp_path, monkeypatch, r
     assert trials[0].steps[1].decision.usage.calls == 3
 
 
-@pytest.mark.parametrize(("kind", "why"), UNUSABLE.items())
-def test_a_model_that_gives_no_other_ends_the_trial_for_good(tmp_path, monkeypatch, right, kind, why):
-    with here(manner=Script("", then=kind)) as server:
-        for _ in range(2):
-            (trial,) = played(tmp_path, monkeypatch, server, ONE, QUICK)
-            assert (trial.ending, trial.error.boundary, trial.error.step) == ("error", "reply", 2)
-            assert trial.error.message.startswith("no usable reply in 5 turns: ")
-            assert trial.error.message.endswith(why)
-            assert trial.steps == right[0].steps[:1]
-            assert not trial.owed_again
-    assert server.account()["arrived"] == 1 + 5
-
-
 @pytest.mark.parametrize("kind", ENDING)
-def test_what_no_other_turn_would_change_ends_the_trial_and_is_not_paid_for_again(tmp_path, monkeypatch, right, kind):
+def test_a_model_that_gives_no_other_ends_the_trial_for_good_and_is_not_paid_again(tmp_path, monkeypatch, right, kind):
     boundary, stop, times, why = ENDING[kind]
     with here(manner=Script("", then=kind)) as server:
         for _ in range(2):
@@ -165,7 +147,7 @@ def test_a_study_with_a_fifth_of_all_calls_faulty_ends_with_the_right_records(tm
     assert planned.size == TRIALS
     with here() as server:
         right = played(tmp_path / "right", monkeypatch, server, planned, Access(connections=8))
-    impatient = Access(connections=8, retries=0, timeout=1, pause=0.02)
+    impatient = Access(connections=8, retries=0, timeout=0.5, pause=0.02)
     runs = [impatient, *[replace(impatient, retries=3)] * 20]  # without patience first, so that trials break
     with here(manner=Manner(median=0.005, faults=mixed(0.2))) as server:
         for made, access in enumerate(runs, 1):

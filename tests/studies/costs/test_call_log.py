@@ -1,15 +1,12 @@
 """Calls on disk: looked up instead of made again, accounted for whatever happens, and never beyond a budget."""
 
 import asyncio
-import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from builders import call_of, small_study
 from stored import call_log, contents, sql
 
-from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
@@ -117,24 +114,3 @@ def test_a_damaged_call_is_named_in_one_line_and_nothing_is_overwritten(tmp_path
         assert "\n" not in str(named.value)
         assert len(str(named.value)) < 1000
     assert contents(tmp_path) == before
-
-
-def asked_where_changed(directory, change):
-    store = directory / "study.db"
-    with call_log(directory) as calls:
-        ask(calls, replied())
-        Path(shutil.copy(store, directory / "older")).replace(store)
-        if change == "deleted":
-            store.unlink()
-        asyncio.run(calls.of(OTHER).reserve(about(replied(trial=OTHER))))
-
-
-@pytest.mark.parametrize("change", ["replaced", "deleted"])
-def test_what_is_asked_is_not_asked_where_somebody_changed_the_file_and_all_is_beside_it(tmp_path, change):
-    """Cloud clients save an older state of a file in its place."""
-    with pytest.raises(BadFile, match=f"study.db: {change} by somebody else .* is in study.db.rescued"):
-        asked_where_changed(tmp_path, change)
-    for beside in ("-wal", "-shm"):
-        (tmp_path / f"study.db{beside}").unlink(missing_ok=True)
-    (tmp_path / "study.db.rescued").replace(tmp_path / "study.db")
-    assert read_calls(tmp_path)[:1] == [replied()]

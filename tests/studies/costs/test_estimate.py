@@ -96,8 +96,8 @@ def test_a_price_that_is_not_known_is_none_and_reasoning_counts_as_written():
     assert thinks.high.output_tokens > 10 * plain.high.output_tokens
     capped = estimates(planned(f"{THINKS}?max_tokens=50"), {})[0]
     assert capped.high.output_tokens == 50 * capped.high.calls
-    long = estimates(planned(max_steps=300, trials=1), {})[0]
-    assert long.high.calls == 2 * 300
+    long = estimates(planned(max_steps=60, trials=1), {})[0]
+    assert long.high.calls == 2 * 60
 
 
 def model(images=0, **facts):

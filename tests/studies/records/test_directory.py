@@ -118,7 +118,14 @@ def test_the_order_of_agents_and_conditions_is_no_setting(tmp_path):
     assert STUDY.ordered_as(planned) == STUDY
 
 
-def test_where_a_file_system_locks_no_directories_a_second_writer_is_refused_too(tmp_path, monkeypatch):
+def busy(directory):
+    said = r"by another lockprobe: wait for a run, stop a server \(lockprobe serve, which loses nothing\) with Ctrl-C"
+    with Journal.open(directory, STUDY), pytest.raises(DirectoryBusy, match=said), Journal.open(directory, STUDY):
+        pass
+
+
+def test_a_second_writer_is_refused_also_where_a_file_system_locks_no_directories(tmp_path, monkeypatch):
+    busy(tmp_path / "d")
     plain = fcntl.flock
 
     def of_files_alone(handle, how):
@@ -127,8 +134,7 @@ def test_where_a_file_system_locks_no_directories_a_second_writer_is_refused_too
         plain(handle, how)
 
     monkeypatch.setattr(fcntl, "flock", of_files_alone)
-    with Journal.open(tmp_path / "d", STUDY), pytest.raises(DirectoryBusy), Journal.open(tmp_path / "d", STUDY):
-        pass
+    busy(tmp_path / "d")
     with pytest.raises(BadFile):
         run_study(CANNOT_START, tmp_path / "e")
     assert not (tmp_path / "e").exists()

@@ -7,7 +7,7 @@ import pytest
 from builders import call_of, make_trial, small_study
 from stored import sql, timings
 
-from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
+from lockprobe.foundation.errors import BadFile, SettingsChanged
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
@@ -56,18 +56,6 @@ def test_settings_cannot_change_once_a_call_was_paid_for(tmp_path):
     (tmp_path / "study.json").unlink()
     with pytest.raises(BadFile, match=r"holds study.db but no study.json: put it back, or give another --out"):
         resume(tmp_path)
-
-
-def test_two_writers_are_one_too_many(tmp_path):
-    with (
-        Journal.open(tmp_path, STUDY),
-        pytest.raises(
-            DirectoryBusy,
-            match=r"by another lockprobe: wait for a run, stop a server \(lockprobe serve, which loses nothing\) with Ctrl-C",
-        ),
-        Journal.open(tmp_path, STUDY),
-    ):
-        pass
 
 
 INVITING = small_study(["participant", "random"], trials=3)

@@ -17,7 +17,7 @@ from lockprobe.studies.records import store
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load, on_record, replaced_records
 from lockprobe.studies.records.shard import Shard
-from lockprobe.studies.records.store import holds, keep_picture, read
+from lockprobe.studies.records.store import keep_picture, read
 from lockprobe.studies.running.runner import run, run_study
 from lockprobe.studies.study import settings_of
 from lockprobe.trial.pictures.picture import Picture
@@ -129,12 +129,3 @@ def test_every_picture_is_kept_under_its_name(tmp_path):
     assert [path.stat().st_mtime_ns for path in (tmp_path / "pictures").iterdir()] == before
     kept = {path.name: path.read_bytes() for path in (tmp_path / "pictures").iterdir()}
     assert kept == {ONE.name: b"one", TWO.name: b"two"}
-
-
-def test_a_directory_says_what_it_holds_and_who_solved_what(tmp_path):
-    assert not holds(tmp_path, "trial")
-    trials = [make_trial([3, 2, 1, 0], agent="random", trial=1), make_trial([0] * 20, agent="random", trial=2)]
-    directory = write_study(tmp_path / "study", STUDY, trials)
-    assert (holds(directory, "trial"), holds(directory, "call", "act")) == (True, False)
-    with read(directory) as opened:
-        assert [one.solved for one in on_record(opened, STUDY).values()] == [one.solved for one in trials]

@@ -38,7 +38,7 @@ def plants(monkeypatch):
 
 
 def test_a_plant_is_made_of_the_trials_own_labels_and_luck_and_closed_once(plants):
-    first, again, other = (run_trial(plant="fast-twin", trial=number) for number in (1, 1, 2))
+    first, again, other = (run_trial(plant="symbolic", trial=number) for number in (1, 1, 2))
     (one, labels, luck), (_, same_labels, same_luck), (_, _, other_luck) = plants
     assert one.closed == 1
     assert labels == same_labels == first.labels
@@ -54,7 +54,7 @@ def test_a_plant_that_cannot_be_made_breaks_its_trial(monkeypatch, fault):
     monkeypatch.setattr(
         catalogue, "resolve_plant", lambda spec: PlantSource(spec=spec, picture_size=(640, 480), make=make)
     )
-    trial = run_trial(plant="fast-twin")
+    trial = run_trial(plant="symbolic")
     assert (trial.ending, trial.error.boundary, trial.owed_again, trial.plant) == ("error", "plant", True, {})
     assert "jammed" in trial.error.message
 
