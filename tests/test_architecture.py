@@ -86,7 +86,6 @@ def test_broad_excepts_stand_where_anybody_s_code_or_log_is_read_and_where_a_rep
         "lockprobe/foundation/plugins.py",
         "lockprobe/foundation/workers/processes.py",
         "lockprobe/interfaces/inspect.py",
-        "lockprobe/studies/running/trial_setup.py",
         "lockprobe/trial/loop.py",
         "lockprobe_robot/hardware/bounds.py",
     ]

@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import importlib
 import sys
+from asyncio import CancelledError
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from inspect import cleandoc
@@ -131,16 +132,15 @@ class Plugin:
             if (here := str(Path.cwd())) not in sys.path:
                 sys.path.append(here)  # last: what lies beside the module hides nothing
         try:
-            found = attrgetter(path)(importlib.import_module(module))
-        except (KeyboardInterrupt, GeneratorExit):
-            raise
-        except BaseException as error:  # also the SystemExit of a module that is a program
+            with self.guarded():
+                return attrgetter(path)(importlib.import_module(module))
+        except BrokenPlugin as broken:
             if self.package:
-                raise BrokenPlugin(self.kind, self.name, self.package, error) from error
-            said = str(error) if isinstance(error, ImportError | AttributeError) else kind_and_words(error)
-            expected = f"python:module:Name of an importable class or function ({said})"
-            raise BadValue(self.kind, self.name, expected) from error
-        return found
+                raise
+            expected = (
+                f"python:module:Name of an importable class or function ({kind_and_words(broken.__cause__ or broken)})"
+            )
+            raise BadValue(self.kind, self.name, expected) from broken
 
     def make(self, *, is_one: Callable[[Any], bool], expected: str) -> Any:
         """Call it with its options, read by the annotation or the default of each argument.
@@ -158,15 +158,23 @@ class Plugin:
             raise BadValue(self.kind, self.name, f"no options: it is a {type(found).__name__}")
         return found
 
-    @contextmanager
-    def guarded(self) -> Iterator[None]:
-        """Run code of the plug-in, and turn its errors into one line. Lockprobe's own errors pass unchanged."""
-        try:
-            yield
-        except (LockprobeError, KeyboardInterrupt, GeneratorExit):
-            raise
-        except BaseException as error:
-            raise BrokenPlugin(self.kind, self.name, self.package, error) from error
+    def guarded(self) -> AbstractContextManager[None]:
+        """Run code of the plug-in (:func:`guarded`)."""
+        return guarded(self.kind, self.name, self.package)
+
+
+@contextmanager
+def guarded(kind: str, name: str, package: str = "") -> Iterator[None]:
+    """Run code of others, and turn its errors into one line, also the SystemExit of a program.
+
+    Lockprobe's own errors, Ctrl-C and the end of the task pass unchanged.
+    """
+    try:
+        yield
+    except (LockprobeError, KeyboardInterrupt, GeneratorExit, CancelledError):
+        raise
+    except BaseException as error:
+        raise BrokenPlugin(kind, name, package, error) from error
 
 
 @lru_cache(maxsize=32)

@@ -38,7 +38,8 @@ def refuse_links(path: Path, *, within: Path | None = None) -> None:
     """
     whole = _absolute(path)
     above = list(reversed(whole.parents))
-    root = _absolute(within) if within is not None else next(filter(_is_marked, above), None)
+    marked = (one for one in above if os.path.lexists(os.path.join(one, MARK)))  # noqa: PTH118 - four times as fast
+    root = _absolute(within) if within is not None else next(marked, None)
     if root is None or whole.parts[: len(root.parts)] != root.parts:
         return
     for one in [*above, whole][len(root.parts) :]:
@@ -53,10 +54,6 @@ def _absolute(path: Path) -> Path:
         return full
     last = len(full.parts) - full.parts[::-1].index("..")
     return Path(os.path.realpath(Path(*full.parts[:last])), *full.parts[last:])
-
-
-def _is_marked(directory: Path) -> bool:
-    return os.path.lexists(os.path.join(directory, MARK))  # noqa: PTH118 - four times as fast
 
 
 @contextmanager
@@ -84,10 +81,6 @@ def writable(path: Path) -> Path:
     return target
 
 
-def _warily(path: str, flags: int) -> int:
-    return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
-
-
 def _sync(path: Path) -> None:
     """Force a file, or the list of a directory's files, to the disk."""
     handle = os.open(path, os.O_RDONLY)
@@ -107,14 +100,18 @@ def atomic_files(*paths: Path, mode: int = 0o666, tidy: bool = True) -> Iterator
     """
     targets = [writable(path) for path in paths]
     drafts = [target.parent / f".{secrets.token_hex(6)}.draft{target.suffix}" for target in targets]
+
+    def warily(path: str, flags: int) -> int:
+        return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
+
     with ExitStack() as held:
         for directory in {draft.parent for draft in drafts if tidy}:
             for draft in directory.glob(f".{'[0-9a-f]' * 12}.draft*"):
-                with suppress(OSError), open(draft, "rb", opener=_warily) as left:  # one that no process has locked
+                with suppress(OSError), open(draft, "rb", opener=warily) as left:  # one that no process has locked
                     fcntl.flock(left, fcntl.LOCK_EX | fcntl.LOCK_NB)
                     draft.unlink()
         for path, target, draft in zip(paths, targets, drafts, strict=True):
-            held.callback(_drop, draft)
+            held.callback(draft.unlink, missing_ok=True)
             with writing(path):
                 own = stat.S_IMODE(target.stat().st_mode) if target.exists() else None
                 while not draft.exists():  # another writer may delete it before it is locked
@@ -134,11 +131,6 @@ def atomic_files(*paths: Path, mode: int = 0o666, tidy: bool = True) -> Iterator
                 draft.replace(target)
             with suppress(OSError):  # it is in its place already
                 _sync(target.parent)
-
-
-def _drop(draft: Path) -> None:
-    with suppress(OSError):
-        draft.unlink()
 
 
 def write_files(files: Mapping[Path, str | bytes], *, mode: int = 0o666) -> None:

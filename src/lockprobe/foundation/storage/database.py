@@ -58,7 +58,7 @@ class Database:
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path, self._db = path, connection
-        self._lock, self._synced = threading.RLock(), time.monotonic()
+        self._lock, self._synced, self._waits = threading.RLock(), time.monotonic(), True
         self._absolute = path.absolute()  # also where the working directory changes
         self._opened = _place(path)
 
@@ -79,8 +79,12 @@ class Database:
             try:
                 yield opened
                 opened.check()
-            finally:
-                opened._end()
+            finally:  # its log is put into the file, which is then alone; where a reader has it open the log is read
+                with opened._lock, suppress(sqlite3.Error):
+                    connection.execute("pragma synchronous=full")
+                    connection.execute("pragma busy_timeout=1000")
+                    connection.execute("pragma wal_checkpoint(truncate)")
+                    connection.execute("pragma journal_mode=delete")
 
     @classmethod
     @contextmanager
@@ -121,7 +125,9 @@ class Database:
                 return
             now = time.monotonic()
             sync = sync or now - self._synced > _SYNC_SECONDS
-            self._db.execute(f"pragma synchronous={'full' if sync else 'normal'}")
+            if sync is not self._waits:
+                self._db.execute(f"pragma synchronous={'full' if sync else 'normal'}")
+                self._waits = sync
             self._db.execute("begin immediate")
             try:
                 yield self._db
@@ -158,14 +164,6 @@ class Database:
             self._db.execute(f"pragma busy_timeout={_WAIT * 1000:.0f}")
         if busy:
             raise BadFile(self.path, "is being read by another program, so its log still holds what was deleted")
-
-    def _end(self) -> None:
-        """Put the log into the file, so that it is alone; where a reader has it open the log stays, and is read."""
-        with self._lock, suppress(sqlite3.Error):
-            self._db.execute("pragma synchronous=full")
-            self._db.execute("pragma busy_timeout=1000")
-            self._db.execute("pragma wal_checkpoint(truncate)")
-            self._db.execute("pragma journal_mode=delete")
 
 
 def rescued_files(path: Path) -> list[Path]:

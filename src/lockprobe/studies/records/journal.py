@@ -29,7 +29,7 @@ from lockprobe.studies import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import on_record
-from lockprobe.studies.records.store import INSERT, SCHEMA, STORE, OnRecord, last_rows, read, row_of, trials_in
+from lockprobe.studies.records.store import INSERT, SCHEMA, STORE, OnRecord, last_rows, row_of, trials_in
 from lockprobe.studies.study import SIZES, Study, settings_of
 from lockprobe.trial.record import Fact, Trial
 
@@ -99,7 +99,7 @@ class Journal:
         """
         path = Path(directory)
         new = [one for one in (path, *path.parents) if not one.exists()]
-        settings, people, recorded, ended = path / SETTINGS, path / PEOPLE_DIRECTORY, None, False
+        settings, people, ended = path / SETTINGS, path / PEOPLE_DIRECTORY, False
         refuse_links(path)
         for one in (settings, path / STORE, people):  # it may have no settings yet by which it is known
             refuse_links(one, within=path)
@@ -110,17 +110,16 @@ class Journal:
                 _lock(path, held)
             missing = [path / _LOCK, *(one for one in (settings, path / STORE) if not one.exists())]
             before, invited = settings.read_bytes() if settings.is_file() else None, people.exists()
+            recorded = last_rows(path)
             try:
                 with Database.writing(path / STORE, SCHEMA) as store:
-                    recorded = last_rows(store)
                     journal = cls(path, _claimed(path, study, recorded), store)
                     journal.erase()
                     yield journal
                 ended = True
             finally:
                 with suppress(OSError, BadFile):
-                    invites = people.exists() != invited
-                    if not (ended or invites or (recorded is not None and _recorded(path) != recorded)):
+                    if not ended and people.exists() == invited and last_rows(path) == recorded:
                         for one in missing:
                             one.unlink(missing_ok=True)
                         if before is not None and settings.read_bytes() != before:
@@ -212,11 +211,6 @@ def _lock(directory: Path, held: ExitStack) -> None:
         except OSError:  # a file system without any locks writes without them
             continue
         return
-
-
-def _recorded(directory: Path) -> dict[str, int]:
-    with read(directory) as store:
-        return last_rows(store)
 
 
 def _claimed(directory: Path, study: Study, recorded: Mapping[str, int]) -> Study:

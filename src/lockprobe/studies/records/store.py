@@ -201,17 +201,17 @@ def write_acts(writing: Connection, participant: str, first: int, entries: Itera
 _LOGS = ("trial", "call", "attempt", "act")
 
 
-def last_rows(store: Database) -> dict[str, int]:
-    """The number of the last trial, call, attempt and act, by table; 0 without one."""
-    return {one: int(store.one(f"select coalesce(max(id), 0) from {one}")[0]) for one in _LOGS}  # noqa: S608 - ours
+def last_rows(directory: Path) -> dict[str, int]:
+    """The number of the last trial, call, attempt and act in a directory, by table; 0 without one."""
+    if not is_there(directory / STORE):
+        return dict.fromkeys(_LOGS, 0)
+    with read(directory) as store:
+        return {one: int(store.one(f"select coalesce(max(id), 0) from {one}")[0]) for one in _LOGS}  # noqa: S608 - ours
 
 
 def holds(directory: Path, *tables: str) -> bool:
     """Whether something is in one of these tables of a directory: trials, paid calls or steps fix its settings."""
-    if not is_there(directory / STORE):
-        return False
-    with read(directory) as store:
-        last = last_rows(store)
+    last = last_rows(directory)
     return any(last[table] for table in tables)
 
 

@@ -22,14 +22,14 @@ from multiprocessing import parent_process
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import BudgetReached, ModelFault, PlantFault, UserMistake
-from lockprobe.foundation.plugins import allow, allowed, find_plugin
+from lockprobe.foundation.plugins import allow, allowed, find_plugin, guarded
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.workers import Cluster, Lost, Pool, Processes, lose
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.studies.decisions import GIVE_UP_AFTER
 from lockprobe.studies.records.journal import Journal, facts_said
 from lockprobe.studies.records.store import ALBUM, keep_picture, packed
-from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
+from lockprobe.studies.running.trial_setup import own_thread, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, broken
 from lockprobe.trial.loop import here as in_this_thread
@@ -175,7 +175,7 @@ class Turn:
                 task.cancel()
             await asyncio.gather(*opened, return_exceptions=True)
             if isinstance(agent, Closable):
-                with closed_in_one_line("agent", self._source.spec):
+                with guarded("agent", self._source.spec):
                     await agent.aclose()
         if spent:
             raise spent[-1]

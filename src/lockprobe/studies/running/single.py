@@ -11,12 +11,13 @@ from pathlib import Path
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.plugins import guarded
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import refuse_blind, taken_in
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.records.store import keep_picture
-from lockprobe.studies.running.trial_setup import closed_in_one_line, play_timed
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.protocols import Agent, Closable, Intervention
 from lockprobe.trial.record import Ask, Trial
@@ -89,7 +90,7 @@ def run_trial(
             return (await play_timed(plan, playing, keep=keep))[0]
         finally:
             if isinstance(player, str) and isinstance(playing, Closable):
-                with closed_in_one_line("agent", player):
+                with guarded("agent", player):
                     await playing.aclose()
 
     with ThreadPoolExecutor(max_workers=1) as elsewhere:  # a notebook already runs a loop in this thread

@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeVar, cast
 
-from lockprobe.foundation.errors import BrokenPlugin, LockprobeError
+from lockprobe.foundation.plugins import guarded
 from lockprobe.plants.catalogue import plant_of
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.modality import interventions_for
@@ -39,21 +39,6 @@ def own_thread() -> Iterator[Executor]:
             return await asyncio.get_running_loop().run_in_executor(thread, work)
 
         yield there
-
-
-@contextmanager
-def closed_in_one_line(kind: str, spec: str) -> Iterator[None]:
-    """Close an agent or a plant after its trials; what it raises then, also to end the process, is one line.
-
-    Raises:
-        BrokenPlugin: If it breaks. Lockprobe's own errors, Ctrl-C and the end of the task pass unchanged.
-    """
-    try:
-        yield
-    except (LockprobeError, KeyboardInterrupt, GeneratorExit, asyncio.CancelledError):
-        raise
-    except BaseException as error:
-        raise BrokenPlugin(kind, spec, "", error) from error
 
 
 class _LazyPlant:
@@ -126,7 +111,7 @@ async def play_timed(
             place=place,
         )
     finally:
-        with closed_in_one_line("plant", plan.plant):
+        with guarded("plant", plan.plant):
             await place(plant.close)  # after all that it still does there, if the run is being ended
     return trial, time.perf_counter() - began
 
