@@ -83,7 +83,7 @@ class Pool(ABC):
                             often = f"{lost_in_a_row} times in a row, with nothing finished in between"
                             raise Missing(f"workers were lost {often} ({answer.why})", self.remedy)
                         continue
-                    lost_in_a_row *= not batch
+                    lost_in_a_row = 0 if batch else lost_in_a_row
                     if queue:  # at once, so that it works while its results are written down
                         working[worker] = queue.popleft()
                         self.send(worker, working[worker][0])
