@@ -1,4 +1,4 @@
-"""A file that is written is there whole, or what was there before is; what is no regular file stays what it is."""
+"""A file is there whole, or what was there before is; what is no regular file stays, and no link in a study is followed."""
 
 import os
 import socket
@@ -12,9 +12,11 @@ import pytest
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.atomic_file import (
     atomic_files,
+    make_directory,
     remove_file,
     write_file,
     write_files,
+    write_private,
 )
 
 
@@ -115,3 +117,45 @@ def test_what_a_killed_process_left_is_hidden_and_the_next_writer_in_the_directo
         assert names(tmp_path) == [of_the_living.name, "z"]
     remove_file(tmp_path / "z")
     assert names(tmp_path) == ["y"]
+
+
+WRITERS = {
+    "file": lambda path: write_file(path, "new"),
+    "private": lambda path: write_private(path, "new"),
+    "directory": make_directory,
+    "file in a directory": lambda path: write_file(path / "x", "new"),
+    "deleted file in a directory": lambda path: remove_file(path / "there"),
+}
+
+
+@pytest.fixture
+def study(tmp_path):
+    (tmp_path / "study").mkdir()
+    (tmp_path / "study" / "study.json").write_text("{}")
+    (tmp_path / "away").mkdir()
+    (tmp_path / "away" / "there").write_text("mine")
+    (tmp_path / "away" / "study.json").write_text("{}")  # somebody's own study is no way in either
+    (tmp_path / "victim").write_text("mine")
+    return tmp_path / "study"
+
+
+def snapshot(directory: Path) -> dict[str, bytes | None]:
+    return {str(path): path.read_bytes() if path.is_file() else None for path in sorted(directory.rglob("*"))}
+
+
+@pytest.mark.parametrize("writer", WRITERS)
+@pytest.mark.parametrize("leads", ["../victim", "../away", "../missing", "/dev/null", "there.txt"])
+def test_a_link_inside_a_study_is_named_and_not_followed(study, monkeypatch, writer, leads):
+    (study / "there.txt").write_text("mine")
+    (study / "link").symlink_to(leads)
+    before = snapshot(study.parent)
+    for path in (
+        study / "link",
+        Path("link"),
+        study / "link" / "deeper",
+        study.parent / "away" / ".." / "study" / "link",
+    ):
+        monkeypatch.chdir(study)
+        with pytest.raises(BadFile, match=r"study/link: is a link inside the directory of a study .*, which is not"):
+            WRITERS[writer](path)
+    assert snapshot(study.parent) == before

@@ -1,6 +1,7 @@
 """A file of SQLite: whole or not at all, whoever else reads, writes, kills or sends it."""
 
 import os
+import shutil
 import sqlite3
 from contextlib import closing, suppress
 
@@ -186,3 +187,27 @@ def test_a_finished_file_is_read_where_nothing_can_be_written(path, monkeypatch)
     path.write_bytes(content[:18] + b"\2\2" + content[20:])  # as a kill leaves it
     with pytest.raises(BadFile, match="d.db: cannot be read .unable to open"):
         texts(path)
+
+
+def test_what_a_kill_left_of_a_transaction_is_undone_for_a_reader_too_and_deletes_no_file_that_it_names(tmp_path):
+    with Database.writing(tmp_path / "d.db", SCHEMA) as store:
+        put(store, "kept")
+    (tmp_path / "killed").mkdir()
+    with closing(sqlite3.connect(tmp_path / "d.db", isolation_level=None)) as db:
+        db.execute("pragma cache_size=1")
+        db.execute("begin")
+        db.executemany("insert into line (text) values (?)", [("x" * 3000,)] * 99)
+        for name in ("d.db", "d.db-journal"):
+            shutil.copy(tmp_path / name, tmp_path / "killed" / name)
+    path, journal = tmp_path / "killed" / "d.db", tmp_path / "killed" / "d.db-journal"
+    left, victim = journal.read_bytes(), tmp_path / "victim"
+    victim.write_text("mine")
+    named = str(victim).encode()
+    size, checksum = len(named).to_bytes(4, "big"), sum(named).to_bytes(4, "big")
+    journal.write_bytes(left + (0).to_bytes(4, "big") + named + size + checksum + bytes.fromhex("d9d505f920a163d7"))
+    for opening in (Database.reading, Database.writing):
+        with pytest.raises(BadFile, match="d.db-journal: names another file"), opening(path, SCHEMA):
+            pass
+    assert victim.read_text() == "mine"
+    journal.write_bytes(left)
+    assert texts(path) == ["kept"]
