@@ -95,8 +95,8 @@ def test_your_own_class(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     allow("python:own_agent:NoAgent", "python:own_agent:Nobody", "python:own_agent:Plain")
     for name, said in {
-        "Plain": "agent 'python:own_agent:Plain': decide must be `async def`",
-        "NoAgent": "agent: got 'python:own_agent:NoAgent', expected a class with",
+        "Plain": "agent: got 'python:own_agent:Plain', expected a class with `facts` and `async def decide",
+        "NoAgent": "agent: got 'python:own_agent:NoAgent', expected a class with `facts` and `async def decide",
         "Nobody": "agent: got 'python:own_agent:Nobody', expected python:module:Name",
     }.items():
         with pytest.raises(UserMistake, match=f"^{said}"):

