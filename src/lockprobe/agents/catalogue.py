@@ -15,18 +15,7 @@ from typing import Any, Literal
 
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.policy import Policy
-from lockprobe.agents.strategies import (
-    CHARACTERS,
-    PRESETS,
-    HumanInspired,
-    LoopBreaker,
-    RandomAgent,
-    RandomMap,
-    RandomNoRepeat,
-    RightToLeft,
-    RoundRobin,
-    SoftmaxMemory,
-)
+from lockprobe.agents.strategies import CHARACTERS, PRESETS, STRATEGIES, HumanInspired
 from lockprobe.agents.viewer import Viewer
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import find_plugin, first_line, has_methods, plugin_names
@@ -39,20 +28,6 @@ Engine = Literal["inline", "process", "network", "person", "client"]
 person or a client with tools, who are waited for by a server and never by a run."""
 
 _VIEWED = "human-inspired:target-first"
-
-_STRATEGIES: Mapping[str, tuple[type[Policy[Any]], Mapping[str, object]]] = {
-    "random": (RandomAgent, {}),
-    "random-no-repeat": (RandomNoRepeat, {}),
-    "round-robin": (RoundRobin, {}),
-    "right-to-left": (RightToLeft, {}),
-    "human-inspired": (HumanInspired, {}),
-    **{f"human-inspired:{name}": (HumanInspired, settings) for name, settings in PRESETS.items()},
-    "cognitive:softmax-memory": (SoftmaxMemory, {}),
-    "cognitive:random-map": (RandomMap, {}),
-    "cognitive:loop-breaker": (LoopBreaker, {}),
-    **{f"cognitive:{name}": (SoftmaxMemory, settings) for name, (_, settings) in CHARACTERS.items()},
-}
-"""Name -> class and settings; the ideal observer is not among them, as its arrays take long to import."""
 
 _OBSERVER = "ideal-observer"
 
@@ -68,10 +43,10 @@ _OUTSIDE = {
 }
 """Agents outside of the loop, whom a server waits for: how their specs go on after the kind, and the same in words."""
 
-_KINDS = {spec_kind(name) for name in _STRATEGIES} | {_OBSERVER, "viewer"}
+_KINDS = {spec_kind(name) for name in STRATEGIES} | {_OBSERVER, "viewer"}
 
 _SAID = {
-    **{name: first_line(kind) for name, (kind, _) in _STRATEGIES.items()},
+    **{name: first_line(kind) for name, (kind, _) in STRATEGIES.items()},
     **{f"cognitive:{name}": said for name, (said, _) in CHARACTERS.items()},
     _OBSERVER: "Infers the interlock from all reports (Bayesian) and plans by the posterior.",
     "viewer": "Reads pictures and plays any strategy with its readings.",
@@ -89,7 +64,7 @@ def _with_options(name: str, kind: type[Policy[Any]]) -> str:
 KNOWN: Mapping[str, str] = {
     **{
         name: _with_options(name, kind)
-        for name, (kind, preset) in _STRATEGIES.items()
+        for name, (kind, preset) in STRATEGIES.items()
         if not preset and kind is not HumanInspired
     },
     _OBSERVER: f"{_SAID[_OBSERVER]} Options: prior, noise, reading.",
@@ -213,8 +188,8 @@ def _strategy(spec: Spec) -> Policy[Any]:
         from lockprobe.agents.ideal_observer import IdealObserver
 
         return with_options(IdealObserver, spec.kind, spec.options)
-    if (found := _STRATEGIES.get(spec.full_name)) is None:
-        raise UnknownName("strategy", spec.full_name, [*_STRATEGIES, _OBSERVER])
+    if (found := STRATEGIES.get(spec.full_name)) is None:
+        raise UnknownName("strategy", spec.full_name, [*STRATEGIES, _OBSERVER])
     kind, settings = found
     return with_options(kind, spec.full_name, spec.options, settings)
 

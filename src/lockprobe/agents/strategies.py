@@ -1,11 +1,8 @@
 """Strategies: four that ignore all reports, the human-inspired one and its variants, and mechanisms.
 
 The paper uses a strategy derived from human behaviour (Sec. 3.1) whose algorithm is not public. All presets are
-*reconstructions*; ``docs/agents.md`` says what each reaches.
-
-Mechanisms may explain an agent: a softmax over a fading memory, a random map, and a loop breaker. They are models in
-the statistical sense: each gives every choice a probability. The parameters of the first two can be fitted to the
-trials of anyone (``examples/fit_policy.py``). All look at what is told, never at the truth.
+*reconstructions*; ``docs/agents.md`` says what each reaches. Mechanisms are models in the statistical sense: each gives
+every choice a probability. All look at what is told, never at the truth.
 """
 
 from __future__ import annotations
@@ -13,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
 from lockprobe.foundation.errors import BadValue
@@ -84,7 +81,7 @@ class RightToLeft(RoundRobin):
 
     def probabilities(self, view: View, memory: int) -> tuple[float, ...]:
         """One of them; the last in the list where no places are known."""
-        order = sorted(range(view.joints), key=lambda joint: (view.places[joint] if view.places else (0.0, 0.0), joint))
+        order = sorted(range(view.joints), key=lambda joint: (view.places[joint : joint + 1], joint))
         return evenly([order[-1 - memory]], view)
 
 
@@ -114,9 +111,6 @@ class HumanInspired(Policy[Tried]):
         spare: What is left for later: joints that are ``opened``, the one that ``moved`` last, or ``none``.
         nearest: Whether the nearest to the joint that moved last is taken, where the panel is shown.
         lapse: Probability of any joint instead, [0, 1].
-
-    Raises:
-        BadValue: If ``lapse`` is no probability.
     """
 
     before: ClassVar[Tried] = Tried()
@@ -200,9 +194,6 @@ class SoftmaxMemory(Policy[Traces]):
         recent: Pull of the joint attempted last.
         stay: The same, in addition, if it moved (win-stay).
         position: Pull of the joint listed first against the one listed last.
-
-    Raises:
-        BadValue: If a pull is not finite, or ``decay`` or ``reset`` lies outside [0, 1].
     """
 
     exact: ClassVar[bool] = True
@@ -253,9 +244,8 @@ class SoftmaxMemory(Policy[Traces]):
 
 
 _Perceived = tuple[tuple[int, ...], int, int]
-"""The last attempts with their outcomes, oldest first (2 * joint + moved); the joints reported away from their start,
-0 where positions are not told; the joints that failed since the last perceived move, if those are avoided. The last two
-have bit j for joint j."""
+"""The last attempts with their outcomes, oldest first (2 * joint + moved); the joints reported away from their start;
+the joints that failed since the last perceived move, if those are avoided. The last two have bit j for joint j."""
 
 
 class Habits(NamedTuple):
@@ -278,9 +268,6 @@ class RandomMap(Policy[Habits]):
         avoid: Joints never chosen: the one attempted ``last`` (needs a window), those that ``failed`` since the
             last perceived move, or ``none``.
         lapse: Probability of any joint instead, [0, 1]. A lapse in a new state enters the map too.
-
-    Raises:
-        BadValue: If one of these is out of range.
     """
 
     before: ClassVar[Habits] = Habits()
@@ -318,11 +305,8 @@ class RandomMap(Policy[Habits]):
         return evenly(allowed or range(view.joints), view, self.lapse)
 
 
-_FREE = 3
-"""Random actions after a report that frees a loop breaker."""
-
 _CYCLE = 3
-"""Joints of its cycle, or all if there are fewer."""
+"""Joints of a loop breaker's cycle, or all if there are fewer."""
 
 
 class Round(NamedTuple):
@@ -362,7 +346,7 @@ class LoopBreaker(Policy[Round]):
 
     def remember_silence(self, view: View, memory: Round, joint: int) -> Round:
         """A missing report is odd."""
-        free = memory.free - 1 if memory.free else _FREE
+        free = memory.free - 1 if memory.free else 3
         return Round((0,) * view.joints, free=free, last=joint if free else -1)
 
     def probabilities(self, view: View, memory: Round) -> tuple[float, ...]:
@@ -389,3 +373,17 @@ CHARACTERS: Mapping[str, tuple[str, Mapping[str, float]]] = {
 }
 """What a softmax memory does with some settings, found by trying: false reports hurt the first, help the second, and of
 the third a few help and many hurt."""
+
+STRATEGIES: Mapping[str, tuple[type[Policy[Any]], Mapping[str, object]]] = {
+    "random": (RandomAgent, {}),
+    "random-no-repeat": (RandomNoRepeat, {}),
+    "round-robin": (RoundRobin, {}),
+    "right-to-left": (RightToLeft, {}),
+    "human-inspired": (HumanInspired, {}),
+    **{f"human-inspired:{name}": (HumanInspired, settings) for name, settings in PRESETS.items()},
+    "cognitive:softmax-memory": (SoftmaxMemory, {}),
+    "cognitive:random-map": (RandomMap, {}),
+    "cognitive:loop-breaker": (LoopBreaker, {}),
+    **{f"cognitive:{name}": (SoftmaxMemory, settings) for name, (_, settings) in CHARACTERS.items()},
+}
+"""Name -> class and settings; the ideal observer is not among them, as its arrays take long to import."""

@@ -185,27 +185,16 @@ class TrialFault(LockprobeError):
 
 
 class ModelFault(TrialFault):
-    """The provider or the runtime behind a model failed after its retries.
-
-    Attributes:
-        unanswered: Attempts without a usable answer that the provider may have charged for.
-        usage: The provider's counts, as fields of :class:`lockprobe.trial.model_call.Usage`; empty if it counted
-            nothing.
-    """
+    """The provider or the runtime behind a model failed after its retries."""
 
     boundary = "model"
-
-    def __init__(
-        self, message: str, *, retries: int = 0, unanswered: int = 0, usage: Mapping[str, int] | None = None
-    ) -> None:
-        super().__init__(message)
-        self.retries, self.unanswered, self.usage = retries, unanswered, dict(usage or {})
 
 
 class ReplyFault(TrialFault):
     """The agent gave no usable reply within the bounded number of repair turns.
 
-    ``replies`` are raw, in the order in which they came; their ``usage`` is as that of :class:`ModelFault`.
+    ``replies`` are raw, in the order in which they came; their ``usage`` is the provider's counts, as fields of
+    :class:`lockprobe.trial.model_call.Usage`, empty if it counted nothing.
     """
 
     boundary: ClassVar[Boundary] = "reply"

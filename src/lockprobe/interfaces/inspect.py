@@ -107,16 +107,16 @@ class _ModelOfTheEval:
         self._model, self._state = model, state
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        from lockprobe.agents.llm.model import Verdict, decided, verdict_on
+        from lockprobe.agents.llm.model import decided
         from lockprobe.agents.llm.settings import Model
         from lockprobe.trial.model_call import Call, Usage
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
             asked, began = [_sent(message) for message in messages], time.perf_counter()
             output = await self._model.generate(asked)
             self._state.messages, self._state.output = [*asked, output.message], output
             read, written = (0, 0) if output.usage is None else (output.usage.input_tokens, output.usage.output_tokens)
-            call = Call(
+            return Call(
                 key="",
                 step=0,
                 turn=turn,
@@ -127,7 +127,6 @@ class _ModelOfTheEval:
                 usage=Usage(calls=1, input_tokens=read, output_tokens=written),
                 seconds=time.perf_counter() - began,
             )
-            return call, verdict_on(call, situation)
 
         try:
             return await decided(situation, Model(name=str(self._model)), ask)

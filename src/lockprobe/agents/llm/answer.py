@@ -120,7 +120,6 @@ class NoReply(Exception):
         wait: Seconds that the server asks to wait.
 
     Attributes:
-        limited: Whether there were too many requests.
         usage: What the server counted for it, if it counted anything.
     """
 
@@ -139,7 +138,7 @@ class NoReply(Exception):
         remedy = next((remedy for said, remedy in _MENDING if re.search(said, words, re.IGNORECASE)), "")
         super().__init__(f"{words}{MENDING}{remedy}" if remedy else words)
         self.again, self.charged, self.wait = again and not remedy, charged, wait
-        self.limited, self.usage = status == 429, Usage()
+        self.usage = Usage()
 
 
 def read_answer(

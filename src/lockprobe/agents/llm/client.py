@@ -11,7 +11,7 @@ import asyncio
 import random
 import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from urllib.request import getproxies
 
 import httpx2 as httpx
@@ -75,11 +75,9 @@ class ModelClient:
     ) -> Call:
         """Send a conversation and wait for a reply of the form ``schema``. The caller holds one of :attr:`slots`.
 
-        The call comes back with its reply. ``again`` is called with the account so far before a request is made again
-        of which more attempts may have been charged for; what it raises ends it.
-
-        Raises:
-            ModelFault: If the provider gives no answer, after all retries, or the conversation is too long.
+        The call comes back with its reply, or with the provider's error if there is none after all retries. ``again``
+        is called with the account so far before a request is made again of which more attempts may have been charged
+        for; what it raises ends it.
         """
         content = request_body(self.server, self.model, messages, schema)
         names = schema.get("required") if self.model.form != "none" else None
@@ -91,14 +89,21 @@ class ModelClient:
             try:
                 reply = read_answer(asked, *await self._once(content), names if isinstance(names, list) else ())
                 break
-            except NoReply as error:
+            except NoReply as none:
                 failed = replace(
                     failed,
                     retries=failed.retries + 1,
-                    unanswered=failed.unanswered + (error.charged and error.usage == Usage()),
-                    usage=failed.usage + error.usage,
+                    unanswered=failed.unanswered + (none.charged and none.usage == Usage()),
+                    usage=failed.usage + none.usage,
                 )
-                await self._wait(error, failed)
+                wait, tried = none.wait or 0.0, f" (tried {failed.retries} times)" if failed.retries > 1 else ""
+                if wait > LONGEST_OBEYED or not none.again or failed.retries > self._access.retries:
+                    tried = f"; it asks to be left alone for {wait:.0f} s" if wait > LONGEST_OBEYED else tried
+                    error, seconds = str(ModelFault(f"{none}{tried}")), time.perf_counter() - began
+                    return replace(failed, retries=failed.retries - 1, error=error, seconds=seconds)
+                if none.wait is None:
+                    await self.pause(failed.retries)
+                await asyncio.sleep(wait * random.uniform(1, 1.25))  # noqa: S311 - no secret
         counted = reply.usage.input_tokens or reply.usage.output_tokens
         return replace(
             reply,
@@ -108,27 +113,11 @@ class ModelClient:
             unanswered=failed.unanswered + (failed.usage != Usage() and not counted),  # the sum would hide it
         )
 
-    async def pause(self, times: int, factor: float = 1.0) -> None:
+    async def pause(self, times: int) -> None:
         """Wait before a request is made again that has failed, or had no usable reply, so many times."""
         if times:
-            pause = min(LONGEST_PAUSE, self._access.pause * factor * 2.0 ** min(times - 1, 30))
+            pause = min(LONGEST_PAUSE, self._access.pause * 2.0 ** min(times - 1, 30))
             await asyncio.sleep(pause * random.uniform(0.75, 1.25))  # noqa: S311 - no secret
-
-    async def _wait(self, error: NoReply, failed: Call) -> None:
-        """Wait for the next attempt.
-
-        Raises:
-            ModelFault: If there is none.
-        """
-        wait, tried = error.wait or 0.0, f" (tried {failed.retries} times)" if failed.retries > 1 else ""
-        if wait > LONGEST_OBEYED or not error.again or failed.retries > self._access.retries:
-            tried = f"; it asks to be left alone for {wait:.0f} s" if wait > LONGEST_OBEYED else tried
-            spent = {} if failed.usage == Usage() else asdict(failed.usage)
-            account = {"retries": failed.retries - 1, "unanswered": failed.unanswered}
-            raise ModelFault(f"{error}{tried}", usage=spent, **account) from error
-        if error.wait is None:
-            await self.pause(failed.retries, 2 if error.limited else 1)
-        await asyncio.sleep(wait * random.uniform(1, 1.25))  # noqa: S311 - no secret
 
     async def _once(self, content: bytes) -> tuple[int, Mapping[str, str], bytes]:
         """One attempt.

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import asdict, replace
@@ -46,11 +45,8 @@ _ALIKE, _ALIKE_TRIALS = 12, 3
 """Unusable replies with the same words since the last usable one, and trials that got them, after which they are its
 server's."""
 
-Verdict = Decision | ReplyFault
-"""What a reply comes to."""
-
-Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[tuple[Call, Verdict]]]
-"""From the turn, from 1, the conversation and the form of the reply to the call with its reply, and its verdict."""
+Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Call]]
+"""From the turn, from 1, the conversation and the form of the reply to the call with its reply."""
 
 
 class HostedModel:
@@ -95,45 +91,44 @@ class HostedModel:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
         step, model, book = len(situation.past) + 1, self.line.model, self._book
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
             request = request_fingerprint(model, messages, schema)
-            if book is not None and (known := book.recall(step, turn, request)) and known.reply is not None:
+            if book is not None and (known := book.recall(step, turn, request)) is not None:
                 self._note(known, messages)
-                return known, verdict_on(known, situation)
+                return known
             await self.line.pause(turn - 1)
             worst = model.at_most(messages)
             asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
+            done = replace(asked, error=BROKEN_OFF)
             async with self.line.slots:
                 if book is not None:
                     await book.reserve(asked)
-                done, began = replace(asked, error=BROKEN_OFF), time.perf_counter()
                 try:
-                    again = None if book is None else book.reserve
-                    done = _credible(await self.line.ask(asked, messages, schema, again), worst)
-                    verdict = verdict_on(done, situation)
-                    self._check(done, verdict, messages)
-                except ModelFault as fault:
-                    account = {"retries": fault.retries, "unanswered": fault.unanswered, "usage": Usage(**fault.usage)}
-                    spent = replace(asked, error=str(fault), seconds=time.perf_counter() - began, **account)  # type: ignore[arg-type]
-                    done = _credible(spent, worst)
-                    raise
+                    done = await self.line.ask(asked, messages, schema, None if book is None else book.reserve)
+                    if done.usage.beyond(worst):  # an impossible count: the largest possible one stands beside it
+                        most = replace(worst, calls=min(1, done.usage.calls))
+                        done = replace(done, usage=most, claimed=done.usage)
+                    if done.reply is not None and (why := self._wrong(done, verdict_on(done, situation), messages)):
+                        spent, unanswered = replace(done.usage, calls=0), done.unanswered + done.uncounted
+                        account = {"retries": done.retries, "unanswered": unanswered, "claimed": done.claimed}
+                        done = replace(asked, error=why, usage=spent, seconds=done.seconds, **account)  # type: ignore[arg-type]
                 finally:
                     if book is not None:
                         book.write(replace(done, most=None))
-            return done, verdict
+            if done.reply is None:
+                raise ModelFault(done.error)
+            self._note(done, messages)
+            return done
 
         return await decided(situation, model, ask)
 
-    def _check(self, answer: Call, verdict: Verdict, messages: Sequence[Message]) -> None:
-        """Refuse a reply to half of a conversation, and words that all trials get now that had replies before.
+    def _wrong(self, answer: Call, verdict: Decision | ReplyFault, messages: Sequence[Message]) -> str:
+        """Why a reply is its server's: to half of a conversation, or in words that all trials get that had replies.
 
         Counts that never were of the text are no evidence of a cut, nor is the count of what was added alone, which is
-        what some servers count that had the rest in a cache.
-
-        Raises:
-            ModelFault: If it is one; it keeps the account of the call.
+        what some servers count that had the rest in a cache. Empty for a reply of the model.
         """
-        why, text = "", answer.reply or ""
+        text, why = answer.reply or "", ""
         if isinstance(verdict, Decision):
             self._alike.clear()
             self._alike[None] = []
@@ -154,10 +149,7 @@ class HostedModel:
                 f"out what does not fit{MENDING}give it a larger context (Ollama: OLLAMA_CONTEXT_LENGTH=16384; "
                 "llama.cpp: -c 16384; vLLM: --max-model-len 16384)"
             )
-        if why:
-            spent, unanswered = asdict(replace(answer.usage, calls=0)), answer.unanswered + answer.uncounted
-            raise ModelFault(why, retries=answer.retries, unanswered=unanswered, usage=spent)  # it may be charged for
-        self._note(answer, messages)
+        return why and str(ModelFault(why))
 
     def _note(self, answer: Call, messages: Sequence[Message]) -> None:
         """Keep what was read, if that was counted; what was asked for again does not stay in the conversation."""
@@ -168,13 +160,6 @@ class HostedModel:
 def _counted(answer: Call) -> int:
     """The tokens read; 0 where failed attempts may be counted too, or what is kept is the largest possible count."""
     return 0 if answer.retries or answer.claimed else answer.usage.input_tokens
-
-
-def _credible(call: Call, worst: Usage) -> Call:
-    """The call; in the place of an impossible count with the largest possible one, beside what was claimed."""
-    if not call.usage.beyond(worst):
-        return call
-    return replace(call, usage=replace(worst, calls=min(1, call.usage.calls)), claimed=call.usage)
 
 
 class ReplayedModel:
@@ -195,12 +180,11 @@ class ReplayedModel:
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Decide as on record."""
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> tuple[Call, Verdict]:
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
             request = request_fingerprint(self._model, messages, schema)
-            known = self._recall(len(situation.past) + 1, turn, request)
-            if known is None or known.reply is None:
+            if (known := self._recall(len(situation.past) + 1, turn, request)) is None:
                 raise ModelFault("there is no such reply")
-            return known, verdict_on(known, situation)
+            return known
 
         return await decided(situation, self._model, ask)
 
@@ -212,7 +196,7 @@ def request_fingerprint(model: Model, messages: Sequence[Message], schema: dict[
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def verdict_on(call: Call, situation: Situation) -> Verdict:
+def verdict_on(call: Call, situation: Situation) -> Decision | ReplyFault:
     """The decision in the reply of a call, or why there is none."""
     try:
         return parse_reply(call.reply or "", situation, call.stop)
@@ -232,7 +216,8 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
     replies: list[str] = []
     usage, cut_off = Usage(), 0
     while True:
-        answer, verdict = await ask(len(replies) + 1, messages, schema)
+        answer = await ask(len(replies) + 1, messages, schema)
+        verdict = verdict_on(answer, situation)
         text = answer.reply or ""
         replies.append(text)
         usage += answer.usage

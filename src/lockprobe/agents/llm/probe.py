@@ -12,7 +12,7 @@ from lockprobe.agents.llm.client import ModelClient
 from lockprobe.agents.llm.settings import Access, Model
 from lockprobe.agents.prompt import Message
 from lockprobe.agents.reply import REFUSED, object_in
-from lockprobe.foundation.errors import ModelFault, ReplyFault
+from lockprobe.foundation.errors import ReplyFault
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.pictures.frame import to_png
 from lockprobe.trial.pictures.picture import Picture
@@ -52,20 +52,17 @@ async def probe(spec: str) -> list[Shown]:
     if line.model.facts.images is False:
         asked, seen = replace(asked, pictures=()), "not sent: it reads none"
     try:
-        try:
-            answer = await line.ask(_CALL, [asked], _FORM)
-        except ModelFault as fault:
-            if seen or not re.match(r"the provider answered 4(?!01|03|29)", str(fault)):
-                raise
-            seen = f"refused: {fault}"
+        answer = await line.ask(_CALL, [asked], _FORM)
+        if not seen and re.match(r"the provider answered 4(?!01|03|29)", answer.error):
+            seen = f"refused: {answer.error}"
             answer = await line.ask(_CALL, [replace(asked, pictures=())], _FORM)
-    except ModelFault as fault:
-        said, url = str(fault), line.server.url
-        if said.startswith("no "):
-            return [("server", False, f"{url}: {said}")]
-        return [("server", True, url), ("key" if re.search("answered 40[13]", said) else "request", False, said)]
     finally:
         await line.aclose()
+    said, url = answer.error, line.server.url
+    if said.startswith("no "):
+        return [("server", False, f"{url}: {said}")]
+    if said:
+        return [("server", True, url), ("key" if re.search("answered 40[13]", said) else "request", False, said)]
     return _shown(line, answer, seen)
 
 
