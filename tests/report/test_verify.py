@@ -53,13 +53,13 @@ class Bench(SymbolicPlant):
 class Engine:
     """A model whose probabilities are those of the lengths of what it reads."""
 
+    def __init__(self):
+        self.facts = {"model": "x"}
+
     def restart(self, constant):
         pass
 
-    def opening(self, constant):
-        return [len(constant)]
-
-    def tokens(self, text):
+    def tokens(self, text, *, opening=False):
         return [len(text), sum(map(ord, text))]
 
     def score(self, prompt, candidates):
@@ -78,7 +78,7 @@ def forked(directory):
 
 def local(directory):
     planned = study("flips", agent=[LOCAL], p=[0, 0.4], trials=3, repetitions=1, max_steps=6)
-    model = LocalModel(Engine(), {"model": "x"}, temperature=0.7)
+    model = LocalModel(Engine(), temperature=0.7)
     write_study(directory, planned, [asyncio.run(play_timed(plan, model))[0] for plan in planned.plans(LOCAL)])
 
 

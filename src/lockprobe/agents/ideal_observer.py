@@ -24,9 +24,6 @@ from lockprobe.boxes.planning import best_joints
 from lockprobe.foundation.errors import UnknownName
 from lockprobe.trial.record import Outcome
 
-_EVEN = 1e-9
-"""Probabilities closer than this to one half count as even."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class IdealObserver(Policy[Belief]):
@@ -40,10 +37,6 @@ class IdealObserver(Policy[Belief]):
         reading: What it knows a false report to be: ``memoryless``, ``latched``, ``re-observed`` or ``integrated``.
             With ``outcomes`` it knows that outcomes are inverted and infers whether false positions stay, with
             ``positions`` that positions are.
-
-    Raises:
-        UnknownName: If there is no such prior.
-        BadValue: If ``noise`` or ``reading`` is none of these.
     """
 
     exact: ClassVar[bool] = True
@@ -76,7 +69,7 @@ class IdealObserver(Policy[Belief]):
 
     def claim(self, memory: Belief, told: Told) -> Outcome:
         """The more probable outcome; of two equal ones what it was told."""
-        if memory.moved is None or abs(memory.moved - 0.5) < _EVEN:
+        if memory.moved is None or abs(memory.moved - 0.5) < 1e-9:
             return told.outcome
         return "moved" if memory.moved > 0.5 else "blocked"
 

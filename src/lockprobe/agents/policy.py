@@ -24,16 +24,13 @@ if TYPE_CHECKING:
 
 Memory = TypeVar("Memory", bound=Hashable)
 
-_TOLERANCE = 1e-6
-"""How far a sum of probabilities may be from 1."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
     """A policy's view of its task, in numbers.
 
     Attributes:
-        joints: Number of joints.
+        joints: How many there are.
         target: The target's index in the listing.
         places: Position of each joint on the panel, in the order of the listing; empty where it is not shown.
     """
@@ -45,11 +42,9 @@ class View:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Told:
-    """One report, in numbers.
+    """One report, in numbers: of the joint attempted, and whether it moved, as reported.
 
     Attributes:
-        joint: The joint attempted.
-        moved: Whether it moved, as reported.
         shifted: Joints reported away from their reported start, bit j for joint j; None where positions are not told.
         states_only: Whether positions are told and no outcome, so that ``moved`` is inferred by comparing them.
         corrects: The first statement of a report in two, which this one corrects; None without a correction.
@@ -98,11 +93,7 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
 
 
 def refuse_pictures(percept: Percept, reader: str) -> None:
-    """Refuse pictures to an agent that reads only reports.
-
-    Raises:
-        BadValue: If there are pictures and neither an outcome nor positions.
-    """
+    """Refuse an observation of pictures alone to an agent that reads only reports."""
     if percept.pictures and percept.positions is None and percept.outcome is None:
         raise BadValue("modality", "pictures", f"reports: {reader} cannot read pictures; viewer:STRATEGY can")
 
@@ -147,9 +138,11 @@ class Policy(Generic[Memory]):
     It caches its last recall, so that no report is read twice within a trial, and its last probabilities. A cache is
     used only if the situation continues the cached one, or the memory is the same, so it never changes a decision.
 
-    ``before`` is its memory before the first step, where that does not depend on the task. ``looks`` says whether it
-    heeds reports, ``exact`` whether its probabilities go into the record, and ``heeds_panel`` whether it matters where
-    the joints lie on the panel.
+    Attributes:
+        before: Its memory before the first step, where that does not depend on the task.
+        looks: Whether it heeds reports.
+        exact: Whether its probabilities go into the record.
+        heeds_panel: Whether it matters where the joints lie on the panel.
     """
 
     before: ClassVar[Any] = None
@@ -186,17 +179,13 @@ class Policy(Generic[Memory]):
 
     @final
     def chances(self, view: View, memory: Memory) -> tuple[float, ...]:
-        """Its probabilities, checked, so that a mistake in a class is a message and never a success rate.
-
-        Raises:
-            UserMistake: If they are none.
-        """
+        """Its probabilities, checked, so that a mistake in a class is a message and never a success rate."""
         found = self.probabilities(view, memory)
         try:
             numbers = tuple(map(float, found))
         except (TypeError, ValueError):
             numbers = ()
-        if len(numbers) == view.joints and min(numbers) >= 0 and abs(math.fsum(numbers) - 1) <= _TOLERANCE:
+        if len(numbers) == view.joints and min(numbers) >= 0 and abs(math.fsum(numbers) - 1) <= 1e-6:
             return numbers
         wanted = f"{view.joints} numbers >= 0 that sum to 1 are expected"
         raise UserMistake(f"{type(self).__name__}.probabilities returned {reprlib.repr(found)}: {wanted}")
@@ -216,11 +205,7 @@ class Policy(Generic[Memory]):
         )
 
     def recall(self, situation: Situation) -> Recall[Memory]:
-        """The memory after all reports so far. If the last recall was one step earlier, only the newest is added.
-
-        Raises:
-            BadValue: If it was shown pictures instead of a report, and heeds reports.
-        """
+        """The memory after all reports so far. If the last recall was one step earlier, only the newest is added."""
         task, past, percept, remark = situation.task, situation.past, situation.percept, situation.briefing.remark
         if percept.pictures and self.looks:
             refuse_pictures(percept, type(self).__name__)

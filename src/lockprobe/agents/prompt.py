@@ -32,10 +32,7 @@ The panel's joints: {joints}. The target joint: {target}."""
 
 FIELDS = ("joints", "target", "reply", "budget", "count", "names", "observation")
 """Fields of an instruction: the labels as listed; the target's; the form of the reply, as a sentence; the steps; how
-many joints; what positions are called; what is told after a step."""
-
-_NEEDED = ("joints", "target", "reply")
-"""The required fields of a template."""
+many joints; what positions are called; what is told after a step. The first three are required."""
 
 _OBSERVATION = {
     (True, True): "Then you are told whether it moved, and {told}.",
@@ -125,23 +122,17 @@ def instructions(situation: Situation, reply: str = "") -> str:
 
 
 def check_template(text: str) -> None:
-    """Refuse a template of an instruction that cannot be filled in or played by.
-
-    Raises:
-        UnknownName: If a field is none of :data:`FIELDS`.
-        BadValue: If braces do not match, or joints, target or reply are missing.
-    """
+    """Refuse a template of an instruction that cannot be filled in or played by."""
     try:
-        parts = [(name, form, how) for _, name, form, how in Formatter().parse(text) if name is not None]
+        parts = [(name, form or how) for _, name, form, how in Formatter().parse(text) if name is not None]
     except ValueError as error:
         raise BadValue("template", str(error), "fields in single braces, and all other braces doubled") from None
-    for name, form, conversion in parts:
-        if name not in FIELDS or form or conversion:
-            written = name + (f"!{conversion}" if conversion else "") + (f":{form}" if form else "")
-            raise UnknownName("field of a template", written, FIELDS)
-    names = [name for name, _, _ in parts]
-    if not set(_NEEDED) <= set(names):
-        raise BadValue("fields of a template", ", ".join(names), f"at least {', '.join(_NEEDED)}")
+    for name, more in parts:
+        if name not in FIELDS or more:
+            raise UnknownName("field of a template", f"{name}{more or ''}", FIELDS)
+    names = [name for name, _ in parts]
+    if not {*FIELDS[:3]} <= {*names}:
+        raise BadValue("fields of a template", ", ".join(names), f"at least {', '.join(FIELDS[:3])}")
 
 
 def conversation(situation: Situation, *, images: int = 0) -> list[Message]:

@@ -134,11 +134,7 @@ def parse_reply(text: str, situation: Situation, stop: str = "stop") -> Decision
 
 
 def _meant(name: str, value: object, allowed: Sequence[str], last: str) -> str:
-    """The one of the allowed values that is meant, alone or in a list of one, with or without a subject.
-
-    Raises:
-        ReplyFault: If it is none, or several.
-    """
+    """The one of the allowed values that is meant, alone or in a list of one, with or without a subject."""
     if isinstance(value, list) and len(value) == 1:
         value = value[0]
     if isinstance(value, str) and value in allowed:
@@ -175,8 +171,7 @@ def object_in(text: str, names: Sequence[str]) -> Found:
     Raises:
         ReplyFault: If there is none, or not one reading; the message says why.
     """
-    whole = _loaded(text)
-    if isinstance(whole, tuple):
+    if (whole := _loaded(text)) is not None:
         fields, tidied = _fields_of(whole, names)
         if fields or not any(isinstance(value, tuple) for _, value in whole):
             return fields, tidied
@@ -185,9 +180,9 @@ def object_in(text: str, names: Sequence[str]) -> Found:
         raise ReplyFault("reasoning without a reply after it" if text.strip() else "an empty reply")
     for group in _GROUP.finditer(said):
         pairs = _loaded(group[0])
-        fields, tidied = _fields_of(pairs if isinstance(pairs, tuple) else _bent(group[0]), names)
+        fields, tidied = _fields_of(_bent(group[0]) if pairs is None else pairs, names)
         if fields:
-            found.append((fields, tidied if isinstance(pairs, tuple) else tidied | {"syntax"}))
+            found.append((fields, tidied | {"syntax"} if pairs is None else tidied))
             around, end = f"{around}{said[end : group.start()]}\0", group.end()
     around += said[end:]
     if around.count("{") > around.count("}"):
@@ -217,12 +212,12 @@ def without_marks(text: str) -> str:
     A whole JSON object is left as it is. Of reasoning that ends nowhere, or after which nothing comes, nothing is left,
     unless one object is all that there is besides the tags.
     """
-    if not any(sign in text for sign in "<[◁") or isinstance(_loaded(text), tuple):
+    if not any(sign in text for sign in "<[◁") or _loaded(text) is not None:
         return text
     tags = list(_TAG.finditer(text))
     end = max((tag.end() for tag in tags if not tag["open"]), default=0)
     said = _without_tokens(text[end : next((tag.start() for tag in tags if tag["open"] and tag.start() >= end), None)])
-    if not said.strip() and isinstance(_loaded(alone := _without_tokens(_TAG.sub("", text))), tuple):
+    if not said.strip() and _loaded(alone := _without_tokens(_TAG.sub("", text))) is not None:
         return alone.strip()
     return text if said == text else said.strip()
 
@@ -233,12 +228,13 @@ def _without_tokens(text: str) -> str:
     return next((turn for turn in turns if turn.strip()), "")
 
 
-def _loaded(text: str) -> object:
-    """The JSON value that a text is, an object as its pairs; None if it is none."""
+def _loaded(text: str) -> _Pairs | None:
+    """The JSON object that a text is; None if it is none."""
     try:
-        return json.loads(text, object_pairs_hook=tuple)
+        found = json.loads(text, object_pairs_hook=tuple)
     except (ValueError, RecursionError):
         return None
+    return found if isinstance(found, tuple) else None
 
 
 def _bent(group: str) -> _Pairs:
@@ -253,11 +249,7 @@ def _bent(group: str) -> _Pairs:
 
 
 def _fields_of(pairs: _Pairs, names: Sequence[str]) -> Found:
-    """The fields that have one of the names.
-
-    Raises:
-        ReplyFault: If one has two values.
-    """
+    """The fields that have one of the names; refused if one has two values."""
     known = {plain_form(name): name for name in names}
     fields, tidied = dict[str, object](), set[str]()
     for key, value in pairs:

@@ -182,18 +182,8 @@ class SoftmaxMemory(Policy[Traces]):
     + recent [j was attempted last] + stay [j was attempted last, and moved, as told] - position r_j``
 
     with the failure trace F_j, 1 when j has just failed, times ``decay`` with every further step and times
-    ``1 - reset`` with every perceived move, and r_j the joint's place in the listing from 0 (first) to 1 (last).
-    The pulls are in units of the temperature, which is therefore 1.
-
-    Attributes:
-        target: Pull of the target.
-        closed: Pull of joints that are still where they were.
-        failure: Push away from joints that failed.
-        decay: Share of a failure trace that is left after a step, [0, 1].
-        reset: Share of all failure traces that a perceived move wipes out, [0, 1].
-        recent: Pull of the joint attempted last.
-        stay: The same, in addition, if it moved (win-stay).
-        position: Pull of the joint listed first against the one listed last.
+    ``1 - reset`` with every perceived move, both in [0, 1], and r_j the joint's place in the listing from 0 (first) to
+    1 (last). The pulls are in units of the temperature, which is therefore 1.
     """
 
     exact: ClassVar[bool] = True

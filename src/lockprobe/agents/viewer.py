@@ -34,13 +34,9 @@ class Viewer:
     """Reads the joints' positions from pictures and plays a strategy by them.
 
     Attributes:
-        strategy: The strategy that decides from the reports.
         name: Spec of the strategy.
         acuity: Pixels that it resolves across a picture, at least 4. None: 10, or more where the first picture of a
             trial needs more.
-
-    Raises:
-        BadValue: If the acuity is out of range.
     """
 
     strategy: Agent
@@ -65,11 +61,7 @@ class Viewer:
         return replace(await self.strategy.decide(told, rng), claimed=None if last is None else last.outcome)
 
     def reports(self, task: Task, percepts: Iterable[Percept]) -> list[Percept]:
-        """All its observations as reports. A percept without pictures already is a report.
-
-        Raises:
-            BadValue: If pictures do not say where handles are.
-        """
+        """All its observations as reports. A percept without pictures already is a report."""
         from lockprobe.trial.pictures.picture_reader import evidence, needed_acuity
 
         reports: list[Percept] = []
@@ -85,9 +77,9 @@ class Viewer:
                 found = evidence(shown, percept.handles, acuity=acuity)  # above 0 for a joint away from its start
                 last = before or tuple(sign > 0 for sign in found)
                 now = tuple(sign > 0 if abs(sign) > DOUBT else at for sign, at in zip(found, last, strict=True))
-                joint = None if percept.joint is None else task.joints.index(percept.joint)
                 outcome: Outcome | None = None
-                if joint is not None:
+                if percept.joint is not None:
+                    joint = task.joints.index(percept.joint)
                     outcome = "moved" if now[joint] != last[joint] else "blocked"
                 report = replace(percept, positions=now, outcome=outcome, pictures=())
             reports.append(report)

@@ -117,28 +117,21 @@ class NoReply(Exception):
             nothing came that the provider said.
         again: Whether the same request may succeed later; never if the words say that something has to be mended.
         charged: Whether it may be charged for, although nobody counted it.
-        wait: Seconds that the server asks to wait.
 
     Attributes:
         usage: What the server counted for it, if it counted anything.
+        wait: Seconds that the server asks to wait; None if it says nothing.
     """
 
-    def __init__(
-        self,
-        words: str,
-        *,
-        status: int | None = None,
-        again: bool = True,
-        charged: bool = False,
-        wait: float | None = None,
-    ) -> None:
+    def __init__(self, words: str, *, status: int | None = None, again: bool = True, charged: bool = False) -> None:
         if status is not None:
             words = f"the provider answered {'with an error' if status < 300 else status}: {words}"
             again = again and (status < 300 or status in (408, 409, 425, 429) or status >= 500)
         remedy = next((remedy for said, remedy in _MENDING if re.search(said, words, re.IGNORECASE)), "")
         super().__init__(f"{words}{MENDING}{remedy}" if remedy else words)
-        self.again, self.charged, self.wait = again and not remedy, charged, wait
+        self.again, self.charged = again and not remedy, charged or status in _GAVE_UP_WAITING
         self.usage = Usage()
+        self.wait: float | None = None
 
 
 def read_answer(
@@ -147,9 +140,6 @@ def read_answer(
     """The call with the reply in an answer, of a refusal with its words, and with what it cost.
 
     ``names`` are the fields of the object that a schema asks for; where it stands in the reasoning, nothing else comes.
-
-    Raises:
-        NoReply: If it holds none.
     """
     if 300 <= status < 400:
         there = f"it sends the conversation to {_line(headers.get('location', 'elsewhere'))}"
@@ -166,10 +156,10 @@ def read_answer(
         came = _of_messages(came)
     usage = None if status >= 400 else _usage(came)
     try:
-        wait = re.fullmatch(r"\d{1,9}(\.\d*)?", headers.get("retry-after", ""))
-        text, stop, thoughts = _read(came, status, float(wait[0]) if wait else None, usage or Usage())
+        text, stop, thoughts = _read(came, status, usage or Usage())
     except NoReply as none:
-        none.usage = replace(usage or Usage(), calls=0)
+        wait = re.fullmatch(r"\d{1,9}(\.\d*)?", headers.get("retry-after", ""))
+        none.usage, none.wait = replace(usage or Usage(), calls=0), float(wait[0]) if wait else None
         raise
     if names and not text.strip():
         with suppress(ValueError, RecursionError):
@@ -189,12 +179,11 @@ def read_answer(
     )
 
 
-def _read(came: Mapping[str, Any], status: int, wait: float | None, counted: Usage) -> tuple[str, str, str]:
+def _read(came: Mapping[str, Any], status: int, counted: Usage) -> tuple[str, str, str]:
     """Text, reason for its end, and reasoning."""
     if status >= 400:
-        charged, refusal = status in _GAVE_UP_WAITING, ""
-        for error in (came.get("error"), came.get("detail"), came, "no error is named"):  # the last one always is one
-            refusal = refusal or _refusal_in({"error": error}, "error", status=status, charged=charged, wait=wait)
+        errors = (came.get("error"), came.get("detail"), came, "no error is named")  # the last one always is one
+        refusal = next(filter(None, (_refusal_in({"error": error}, "error", status=status) for error in errors)))
         return refusal, REFUSED, ""
     choices = came.get("choices")
     if not isinstance(choices, list) or not choices:
@@ -238,11 +227,7 @@ def _choice(choice: Mapping[str, Any], came: Mapping[str, Any], counted: Usage) 
 
 
 def _error_as_text(text: str) -> str:
-    """The refusal in an object that holds an error and no move; empty for any other text.
-
-    Raises:
-        NoReply: If it is another error, or the words of a gateway.
-    """
+    """The refusal in an object that holds an error and no move; empty for any text that is no error."""
     if "{" not in text and len(text) < _LONGEST_SAID and _ERROR_PAGE.match(text):
         raise NoReply(_line(text), status=200, charged=True)
     if text.lstrip().startswith("{") and '"error"' in text and '"joint"' not in text:
@@ -251,9 +236,7 @@ def _error_as_text(text: str) -> str:
     return ""
 
 
-def _refusal_in(
-    holder: Mapping[str, Any], *names: str, status: int = 200, charged: bool = False, wait: float | None = None
-) -> str:
+def _refusal_in(holder: Mapping[str, Any], *names: str, status: int = 200, charged: bool = False) -> str:
     """The words of the error under the first of these names if it refuses the conversation; empty without an error.
 
     Raises:
@@ -273,7 +256,7 @@ def _refusal_in(
     if "insufficient_quota" in named and "quota" not in words:
         words = f"{words} (insufficient_quota)"
     code = re.match("[45][0-9][0-9] ", named) if status < 300 else None
-    raise NoReply(words, status=int(code[0]) if code else status, charged=charged, wait=wait)
+    raise NoReply(words, status=int(code[0]) if code else status, charged=charged)
 
 
 def _of_messages(came: Mapping[str, Any]) -> dict[str, Any]:

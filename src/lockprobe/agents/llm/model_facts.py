@@ -49,7 +49,6 @@ class Price:
         output: For tokens written, including reasoning.
         stored: For tokens read that the provider puts into its cache; None if they cost as much as others.
         date: When these prices were looked up, or the package that has them.
-        source: The source of the prices.
     """
 
     input: _Dollars
@@ -77,7 +76,6 @@ class ModelFacts:
         most_output: Tokens that a reply may have.
         images: Whether it can see; where not known, its provider has to say so.
         picture_tokens: Tokens that a picture of up to 1024 by 1024 pixels takes at most.
-        price: What it costs.
     """
 
     reasons: _Whether | None = None
@@ -95,24 +93,6 @@ class Entry(ModelFacts):
     match: Annotated[tuple[Annotated[str, Field(min_length=1)], ...], Field(min_length=1)]
 
 
-def facts_of(name: str) -> ModelFacts:
-    """The known facts about a model, named without options: ``openai/gpt-4o``.
-
-    Raises:
-        BadFile: If the user's file of facts cannot be used.
-    """
-    own = os.environ.get(OWN_FACTS)
-    files = [SHIPPED, Path(own).expanduser()] if own else [SHIPPED]
-    said: dict[str, Any] = {}
-    for path in files:
-        for entry in read_facts(path):
-            if any(fnmatchcase(name, pattern) for pattern in entry.match):
-                known = ((one.name, getattr(entry, one.name)) for one in fields(ModelFacts))
-                said |= {fact: value for fact, value in known if value is not None}
-                break
-    return ModelFacts(**said)
-
-
 _SELLERS = {
     "grok": "x-ai",
     **{name: name for name in ("anthropic", "fireworks", "google", "groq", "mistral", "openai", "together")},
@@ -120,12 +100,20 @@ _SELLERS = {
 """Providers with one price a model at any time, and their names in ``genai-prices``; routers are none."""
 
 
-def price_of(name: str) -> Price | None:
-    """What a model costs, named without options; None if it is not known.
+def facts_of(name: str) -> ModelFacts:
+    """The known facts about a model, named without options: ``openai/gpt-4o``."""
+    own = os.environ.get(OWN_FACTS)
+    said: dict[str, Any] = {}
+    for path in (SHIPPED, Path(own).expanduser()) if own else (SHIPPED,):
+        entries = (one for one in read_facts(path) if any(fnmatchcase(name, pattern) for pattern in one.match))
+        entry = next(entries, ModelFacts())
+        known = {one.name: getattr(entry, one.name) for one in fields(ModelFacts)}
+        said |= {fact: value for fact, value in known.items() if value is not None}
+    return ModelFacts(**said)
 
-    Raises:
-        BadFile: If the user's file of facts cannot be used.
-    """
+
+def price_of(name: str) -> Price | None:
+    """What a model costs, named without options; None if it is not known."""
     return facts_of(name).price or _sold(name)
 
 
@@ -167,11 +155,7 @@ def price_lines(name: str) -> tuple[str, ...]:
 
 @cache
 def read_facts(path: Path) -> tuple[Entry, ...]:
-    """The entries of a file of facts, in order; the first that matches a name counts.
-
-    Raises:
-        BadFile: If it is not one, with the entry and the key that are wrong.
-    """
+    """The entries of a file of facts, in order; the first that matches a name counts."""
     tables = read_toml(path)
     found = tables.pop("model", [])
     if tables or not isinstance(found, list):

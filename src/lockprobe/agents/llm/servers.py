@@ -56,8 +56,7 @@ class Server:
     Attributes:
         provider: Its provider, or the word in that place.
         model: The model, as it is sent.
-        url: What is asked.
-        key: The key; empty for none.
+        key: Empty for none.
         messages: Whether it is asked as Anthropic's messages.
         host: The host that the environment names; None for the provider's own.
     """
@@ -71,15 +70,8 @@ class Server:
 
     @classmethod
     def of(cls, name: str) -> Server:
-        """The server of a model.
-
-        Raises:
-            BadValue: If there is no such provider, or the environment names no server.
-            Missing: If a key is missing, or no request can carry it.
-        """
-        provider, _, model = name.partition("/")
-        if provider == "openai-api":
-            provider, _, model = model.partition("/")
+        """The server of a model; refused if there is no such provider, or its key is missing or cannot be sent."""
+        provider, _, model = name.removeprefix("openai-api/").partition("/")
         variables = _KEYS.get(provider, provider).upper().replace("-", "_")
         own, key = os.environ.get(f"{variables}_BASE_URL"), os.environ.get(f"{variables}_API_KEY", "")
         url = own or PROVIDERS.get(provider)

@@ -26,7 +26,6 @@ MOST_REASONED = 25_000
 MOST_UNKNOWN = 32_000
 """The limit where a provider needs one and nothing is known of the model's."""
 
-
 _LEFT = "provider default"
 """What the record says of a parameter that is not sent."""
 
@@ -59,8 +58,7 @@ FORM = 500
 """The most tokens that a provider can add for the form of the reply; ours has 84 tokens."""
 
 MOST_PER_PICTURE = 3000
-"""Tokens that providers take for a picture of up to 1024 by 1024 pixels, at most, where nothing is known of the
-model."""
+"""The most tokens that a picture of up to 1024 by 1024 pixels takes, where nothing is known of the model."""
 
 MOST_OUTPUT = 32_768
 """The assumed limit of a reply in tokens where no limit is known or sent."""
@@ -75,11 +73,9 @@ def _check_ranges(made: ModelSettings | Access) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelSettings:
-    """The options of a model. Options that are None are not sent, so that the provider decides.
+    """The options of a model, each in the range of its name above. One that is None is not sent: the provider decides.
 
     Attributes:
-        temperature: From 0 to 2.
-        top_p: From 0.001 to 1.
         effort: The reasoning effort.
         max_tokens: The most tokens of a reply, including reasoning. None for that of :attr:`Model.most_tokens`.
         schema: How the form of the reply is requested: as a schema that the provider enforces (``strict``), as one that
@@ -88,9 +84,6 @@ class ModelSettings:
         images: The number of newest observations that keep their pictures in the conversation; 0 for all.
         detail: The provider's level of detail for pictures, if it has one.
         repairs: How often a malformed reply is requested again before the trial ends as ``error``.
-
-    Raises:
-        BadValue: If a number is out of range.
     """
 
     temperature: float | None = None
@@ -109,11 +102,7 @@ class ModelSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """A model with its options and what is known of it; it is named without them: ``openai/gpt-4o``.
-
-    Raises:
-        Conflict: If an option has no meaning for it.
-    """
+    """A model with its options and what is known of it; it is named without them: ``openai/gpt-4o``."""
 
     name: str
     settings: ModelSettings = ModelSettings()
@@ -121,13 +110,7 @@ class Model:
 
     @classmethod
     def parse(cls, spec: str) -> Model:
-        """The model of a spec, with or without ``llm:``.
-
-        Raises:
-            UnknownName: If there is no such option.
-            BadValue: If it names no model, or an option has an invalid value.
-            BadFile: If the user's file of facts cannot be used.
-        """
+        """The model of a spec, with or without ``llm:``."""
         asked = Spec.parse(spec.removeprefix("llm:"))
         name = asked.full_name
         parts = name.split("/")
@@ -137,11 +120,7 @@ class Model:
 
     @classmethod
     def as_sent(cls, spec: str, facts: Mapping[str, Fact]) -> Model:
-        """The model of a spec as it was asked by the facts on record, whatever is known of it now.
-
-        Raises:
-            UserMistake: If there is none.
-        """
+        """The model of a spec as it was asked by the facts on record, whatever is known of it now."""
         name, options = cls.parse(spec).name, dict(Spec.parse(spec).without(_ON_RECORD).options)
         options |= {one: str(facts[one]) for one in _ON_RECORD if facts.get(one) not in (None, _LEFT)}
         return cls(name=name, settings=with_options(ModelSettings, f"llm:{name}", options))
@@ -153,15 +132,13 @@ class Model:
     @property
     def most_tokens(self) -> int | None:
         """The most tokens of a reply; None where its provider decides, as it is not known whether the model reasons."""
-        known = self.facts
-        if self.settings.max_tokens is not None:
-            return self.settings.max_tokens
-        if known.reasons is None and not self.name.startswith("anthropic/"):  # which needs a limit
-            return None
-        if known.reasons is None:
+        known, asked = self.facts, self.settings.max_tokens
+        if asked is None and known.reasons is not None:
+            most = MOST_REASONED if self.reasons else MOST_PLAIN
+            return min(most, known.most_output or most)
+        if asked is None and self.name.startswith("anthropic/"):  # which needs a limit
             return known.most_output or MOST_UNKNOWN
-        most = MOST_REASONED if self.reasons else MOST_PLAIN
-        return min(most, known.most_output or most)
+        return asked
 
     @property
     def reasons(self) -> bool:
@@ -220,15 +197,12 @@ class Access:
     """How hosted models are reached: concurrency and retries. It changes no request.
 
     Attributes:
-        connections: Concurrent requests, at least 1.
+        connections: Concurrent requests.
         timeout: Seconds after which a hanging request is repeated.
         retries: How often an unanswered request is repeated before its trial ends as ``error``.
         pause: Seconds before the first retry, doubled for every further one up to a minute. A waiting time given by the
             provider takes precedence.
         connect: Seconds within which a server has to take a connection.
-
-    Raises:
-        BadValue: If a number is out of range.
     """
 
     connections: int = 10
