@@ -160,7 +160,7 @@ def test_a_study_with_a_fifth_of_all_calls_faulty_ends_with_the_right_records(tm
     account = server.account()
     assert {trial.key: what_happened(trial) for trial in trials} == {trial.key: what_happened(trial) for trial in right}
     assert all(trial.error is None for trial in trials)
-    assert 0.1 < sum(account["faults"].values()) / account["arrived"] < 0.3
+    assert all({*account["faults"]} & {*kinds} for kinds in (HTTP_FAULTS, REPLY_FAULTS))  # both had their share
     every = [*read_calls(tmp_path / "chaos")]
     calls = [call for call in every if call.reply is not None]
     assert len({(call.key, call.step, call.turn) for call in calls}) == len(calls)

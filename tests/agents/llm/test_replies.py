@@ -168,7 +168,7 @@ FAULTS = {
     "no eyes": (status(400, {"message": "image_url is only supported by certain models."}), "answered 400: image_url is only", 1, 0, 0),
     "too long": (
         status(400, {"message": "This model's maximum context length is 10 tokens.", "code": "context_length_exceeded"}),
-        "the conversation is longer than the model can read: This model's maximum context length is 10 tokens.", 1, 0, 0,
+        "400: This model's maximum context length is 10 tokens.; to mend it, give it a larger context, or the trials fewer steps", 1, 0, 0,
     ),
     # errors as text, where no trial of a model would end
     "an empty text that nobody counts": (body("", usage=None), "an empty reply that no model gives, stop", 2, 0, 2),
@@ -400,8 +400,8 @@ MESSAGES = {
     "a refusal in silence": (said([], "refusal"), "refusal", "refused: finish_reason refusal", 1, 5, 0),
     "no content": (said([]), "model", "an empty reply that no model gives, end_turn", 2, 10, 0),
     "a pause": (said("Hm", "pause_turn"), "model", "finish_reason interrupted", 2, 10, 0),
-    "no room": (said('{"jo', "model_context_window_exceeded"), "model", "the conversation is longer than the model can read", 1, 5, 0),
-    "too long": (anthropic(400, "invalid_request_error", "prompt is too long: 9 tokens > 8 maximum"), "model", "longer than the model can read: prompt is too long", 1, 0, 0),
+    "no room": (said('{"jo', "model_context_window_exceeded"), "model", "finish_reason model_context_window_exceeded; to mend it, give it a larger context", 1, 5, 0),
+    "too long": (anthropic(400, "invalid_request_error", "prompt is too long: 9 tokens > 8 maximum"), "model", "prompt is too long: 9 tokens > 8 maximum; to mend it, give it a larger context", 1, 0, 0),
     "overloaded": (anthropic(529, "overloaded_error", "Overloaded"), "model", "the provider answered 529: Overloaded", 2, 0, 0),
     "too many": (anthropic(429, "rate_limit_error", "Slower"), "model", "the provider answered 429: Slower", 2, 0, 0),
     "broken": (anthropic(500, "api_error", "Internal server error"), "model", "answered 500: Internal server error", 2, 0, 0),

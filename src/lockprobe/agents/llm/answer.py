@@ -26,13 +26,8 @@ MENDING = "; to mend it, "
 LONGEST_REPLY = 100_000
 """The most characters kept of a reply; typical replies have a few hundred."""
 
-LONGEST_NAME = 200
-"""The most characters kept of the name of a model that answered."""
-
 _LONGEST_SAID = 400
 """The most characters kept of a provider's message."""
-
-_MOST_COUNTED = 2**40
 
 _REFUSAL = re.compile(
     r"content.?filter|refus|safety|recitation|prohibited|block|spii|sensitive|guardrail|moderat|policy|toxic|flagged"
@@ -40,7 +35,7 @@ _REFUSAL = re.compile(
     re.IGNORECASE,
 )
 _FAULT = re.compile(
-    r"error|fail|network|abort|cancel|time.?out|timed|unavailable|overload|interrupt|insufficient|malformed|disconnect",
+    r"error|fail|network|context|abort|cancel|time.?out|timed|unavailable|overload|interrupt|insufficient|malformed|disconnect",
     re.IGNORECASE,
 )
 """How servers name the reasons for an end that is neither the model's nor the limit's."""
@@ -57,13 +52,14 @@ _REFUSED_FOR = re.compile(
 _REFUSED_IN_WORDS = re.compile(r"content exists risk|inappropriate content|requires moderation", re.IGNORECASE)
 """How the code or type of an error names a refusal; few services say it in words alone."""
 
-_TOO_LONG = re.compile(
-    r"context.?length.?exceeded|maximum context length|exceed\w* (?:the )?(?:available )?context|exceed_context_size"
-    r"|prompt is too long|input token count .* exceeds|model_context_window_exceeded|input is too long",
-    re.IGNORECASE,
-)
-
 _MENDING = (
+    (
+        (
+            r"^(?!.*answered 429).*(?:context.?(?:length|window).?exceeded|maximum context length"
+            r"|exceed\w* (?:the )?(?:available )?context|(?:prompt|input) is too long|input token count .* exceeds)"
+        ),
+        "give it a larger context, or the trials fewer steps",
+    ),
     (
         r"answered 402|insufficient_quota|credit balance|(?!.*retry in \d)(?:exceeded your current quota|billing)",
         "raise the quota or top up the account",
@@ -173,7 +169,7 @@ def read_answer(
         asked,
         reply=without_keys(text)[:LONGEST_REPLY],
         stop=stop,
-        served=printable(without_keys(served))[:LONGEST_NAME],
+        served=printable(without_keys(served))[:200],
         usage=usage or Usage(calls=1),
         reasoned=bool(thoughts),
     )
@@ -205,8 +201,6 @@ def _choice(choice: Mapping[str, Any], came: Mapping[str, Any], counted: Usage) 
     if refusal := _text_of(message.get("refusal")) or refusal or error or filtered:
         return refusal, REFUSED, ""
     for name, reason in reasons:
-        if _TOO_LONG.search(reason):
-            raise NoReply("the conversation is longer than the model can read", again=False)
         if _FAULT.search(reason) or (empty and reason.lower() in _NO_REASON):
             raise NoReply(f"{name} {reason}", status=200, charged=not empty)
     stop = _STOPS.get(str(choice.get("finish_reason")).lower(), "unknown")
@@ -251,8 +245,6 @@ def _refusal_in(holder: Mapping[str, Any], *names: str, status: int = 200, charg
     flagged = _mapping(parts.get("metadata")).get("reasons") or _REFUSED_FOR.search(named)
     if (flagged or _REFUSED_IN_WORDS.search(words)) and status in _REFUSING:
         return words
-    if status >= 400 and status != 429 and _TOO_LONG.search(f"{named} {words}"):
-        raise NoReply(f"the conversation is longer than the model can read: {words}", again=False)
     if "insufficient_quota" in named and "quota" not in words:
         words = f"{words} (insufficient_quota)"
     code = re.match("[45][0-9][0-9] ", named) if status < 300 else None
@@ -319,7 +311,7 @@ def _usage(came: Mapping[str, Any]) -> Usage | None:
     said = (of_read.get("cached_tokens"), of_read.get("cache_write_tokens"), of_written.get("reasoning_tokens"))
     cached, stored, reasoned = (number if type(number) is int else 0 for number in said)
     numbers = (read, written, cached, stored, reasoned)
-    if cached + stored > read or not all(0 <= number < _MOST_COUNTED for number in numbers):
+    if cached + stored > read or not all(0 <= number < 2**40 for number in numbers):
         return None
     names = ("input_tokens", "output_tokens", "cached_tokens", "stored_tokens", "reasoning_tokens")
     return Usage(calls=1, **dict(zip(names, numbers, strict=True)))
