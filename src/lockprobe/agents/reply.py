@@ -250,10 +250,10 @@ def _bent(group: str) -> _Pairs:
 
 def _fields_of(pairs: _Pairs, names: Sequence[str]) -> Found:
     """The fields that have one of the names; refused if one has two values."""
-    known = {plain_form(name): name for name in names}
     fields, tidied = dict[str, object](), set[str]()
     for key, value in pairs:
-        if (name := known.get(plain_form(key))) is None:
+        name = key if key in names else next((one for one in names if plain_form(one) == plain_form(key)), None)
+        if name is None:
             continue
         if name in fields and fields[name] != value:
             raise ReplyFault(f"{name}: two values")
