@@ -8,7 +8,6 @@ whoever asks and in whatever order. A fault is drawn anew every time that the sa
 """
 
 import asyncio
-import base64
 import contextlib
 import hashlib
 import json
@@ -21,9 +20,6 @@ import threading
 import urllib.request
 from collections import Counter
 from dataclasses import asdict, dataclass, field
-
-LARGEST = 2**26
-"""Bytes of a request, at most."""
 
 HTTP_FAULTS = (
     "429 with Retry-After",
@@ -46,8 +42,6 @@ REPLY_FAULTS = ("wrong schema", "empty")
 ENDS = ("refusal", "filtered", "cut")
 """What ends a trial: there is no other reply to be had; the second one that is cut off ends it."""
 
-FAULTS = (*HTTP_FAULTS, *REPLY_FAULTS, *ENDS)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Manner:
@@ -55,10 +49,8 @@ class Manner:
 
     Attributes:
         answer: ``truthful``, ``blind`` or ``counted``, where no function is given.
-        median: Median latency in seconds; 0 answers at once.
-        sigma: Spread of the logarithm of the latency.
-        faults: Share of requests that fare so, by kind, as listed in ``FAULTS``.
-        seed: Of latencies and faults.
+        median: Median latency in seconds; 0 answers at once. ``sigma`` is the spread of its logarithm.
+        faults: Share of requests that fare so, by kind.
         keeps: Whether connections live on after an answer.
         more: Header lines of every answer, beside the usual ones.
     """
@@ -71,20 +63,14 @@ class Manner:
     keeps: bool = True
     more: tuple[str, ...] = ()
 
-    def __post_init__(self):
-        assert set(self.faults) <= set(FAULTS), f"no such fault: {set(self.faults) - set(FAULTS)}"
-        assert sum(self.faults.values()) <= 1 + 1e-9
-
     def latency(self, conversation):
         """Seconds that this conversation takes to be answered."""
-        if not self.median:
-            return 0.0
-        return random.Random(f"{self.seed} latency {conversation}").lognormvariate(math.log(self.median), self.sigma)
+        return self.median and random.Random(f"{self.seed} latency {conversation}").lognormvariate(
+            math.log(self.median), self.sigma
+        )
 
     def fault(self, conversation, time):
         """What goes wrong when this conversation comes for the so-manieth time, from 1; empty where nothing does."""
-        if not self.faults:
-            return ""
         luck = random.Random(f"{self.seed} fault {conversation} {time}").random()
         for kind, share in self.faults.items():
             luck -= share
@@ -126,11 +112,10 @@ class Server:
 
     Attributes:
         url: Base URL, once it runs.
-        requests: The body of every request, in order, where they are kept.
+        requests: The body of every request, in order.
         headers: Every header line received, each once.
         arrived: How often each conversation came.
         replied: How often each got a whole reply, good or bad, onto the wire.
-        left: Requests whose client had left before there was a reply.
         faults: How often each kind of fault was given.
         peak: Most requests on their way at once.
         latency: Seconds that all replies took together.
@@ -143,7 +128,7 @@ class Server:
         self.url, self.requests, self.headers = "", [], set()
         self._open, self._raised = set(), None
         self.arrived, self.replied, self.faults = Counter(), Counter(), Counter()
-        self.left = self.peak = self._on_their_way = 0
+        self.peak = self._on_their_way = 0
         self.latency = 0.0
         self.chain = {}
 
@@ -168,7 +153,7 @@ class Server:
 
     async def serve(self, started, until):
         """Serve on a free port until ``until`` is done; ``started`` is called with the base URL."""
-        server = await asyncio.start_server(self._connection, "127.0.0.1", 0, limit=LARGEST, backlog=1024)
+        server = await asyncio.start_server(self._connection, "127.0.0.1", 0, limit=2**26, backlog=1024)
         self.url = f"http://127.0.0.1:{server.sockets[0].getsockname()[1]}/v1"
         started(self.url)
         await until
@@ -212,7 +197,6 @@ class Server:
         return {
             "arrived": self.arrived.total(),
             "replied": self.replied.total(),
-            "left": self.left,
             "faults": dict(self.faults),
             "peak": self.peak,
             "on_their_way": self._on_their_way,
@@ -234,16 +218,14 @@ class Server:
                 pass
         elif latency:
             await asyncio.sleep(latency)
-        if reader.at_eof():
-            self.left += 1
+        if reader.at_eof():  # the client has left
             return False
         self.latency += latency
         if fault == "dropped":
             return False
-        status, content, more = self._content(request, fault)
-        more = [*more, *self.manner.more]
-        if not self.manner.keeps:
-            more = [*more, "connection: close"]
+        status, content = self._content(request, fault)
+        more = [*self.manner.more, *["retry-after: 0.01"] * ("Retry-After" in fault)]
+        more += [] if self.manner.keeps else ["connection: close"]
         send(writer, status, content, more, midway=fault == "dropped midway")
         if fault == "dropped midway":
             await writer.drain()
@@ -252,25 +234,23 @@ class Server:
         return self.manner.keeps
 
     def _content(self, request, fault):
-        """What is sent: status, body, more header lines."""
+        """What is sent: status and body."""
         if fault.startswith("429"):
-            after = ["retry-after: 0.01"] if fault != "429" else []
-            return *failure(429, "Rate limit reached"), after
+            return failure(429, "Rate limit reached")
         if fault == "500":
-            return *failure(500, "The server had an error"), []
+            return failure(500, "The server had an error")
         if fault == "a string":
-            return 200, "service unavailable", []
+            return 200, "service unavailable"
         try:
             status, content = self.answers(request)
         except (AssertionError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             self._raised = self._raised or error
-            return *failure(400, f"{type(error).__name__}: {error}"), []
-        if fault in SPOILT:
-            content = SPOILT[fault](content)
-        if fault in ("truncated", "malformed"):
-            whole = json.dumps(content).encode()
-            content = whole[: len(whole) // 2] if fault == "truncated" else whole.replace(b":", b";", 3)
-        return status, content, []
+            return failure(400, f"{type(error).__name__}: {error}")
+        content = SPOILT.get(fault, lambda content: content)(content)
+        whole = json.dumps(content).encode() if fault in ("truncated", "malformed") else b""
+        if fault == "truncated":
+            return status, whole[: len(whole) // 2]
+        return status, whole.replace(b":", b";", 3) or content
 
 
 def here(answer=None, manner=None, *, keep=False):
@@ -363,18 +343,6 @@ def truthful(request):
     return replying(request, listing[turn % len(listing)])
 
 
-def pictures(message):
-    """The pictures of a message: file, media type and detail of each."""
-    if isinstance(message["content"], str):
-        return []
-    found = []
-    for part in message["content"]:
-        if part["type"] == "image_url":
-            media, _, data = part["image_url"]["url"].partition(";base64,")
-            found.append((base64.b64decode(data, validate=True), media, part["image_url"]["detail"]))
-    return found
-
-
 def text_of(content):
     """The reply in an answer."""
     return content["choices"][0]["message"]["content"]
@@ -419,18 +387,14 @@ def blind(request):
     return replying(request, joints(request)[luck % 2])
 
 
-def stubborn(request):
-    """Always the first joint of the list."""
-    return replying(request, joints(request)[0])
-
-
 def counted(request, times=1, answer=truthful):
     """An answer with about as many tokens as a provider would count, or so many times as many."""
     status, body = answer(request)
     read = times * sum(len(words(message)) for message in request["messages"]) // 3
-    written = times * len(body["choices"][0]["message"]["content"]) // 3
-    body["usage"] = {"prompt_tokens": read, "completion_tokens": written, "total_tokens": read + written}
-    return status, body
+    written = times * len(text_of(body)) // 3
+    return status, body | {
+        "usage": {"prompt_tokens": read, "completion_tokens": written, "total_tokens": read + written}
+    }
 
 
 ANSWERS = {"truthful": truthful, "blind": blind, "counted": counted}

@@ -2,6 +2,7 @@
 
 import json
 import re
+from types import MappingProxyType
 
 from stored import records
 
@@ -30,10 +31,7 @@ def choice(joints, target, told, chosen):
 class Scripted:
     """The policy in the loop."""
 
-    @property
-    def facts(self):
-        """Nothing."""
-        return {}
+    facts = MappingProxyType({})
 
     async def decide(self, situation, rng):
         task = situation.task

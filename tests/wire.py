@@ -83,17 +83,13 @@ class Wire:
             headers[name.lower()] = value.strip()
         content = await reader.readexactly(int(headers.get("content-length", 0)))
         self.received.append(head + content)
-        self._remember(headers.get("set-cookie"))
+        for name, morsel in SimpleCookie(headers.get("set-cookie", "")).items():
+            self.cookies[name] = morsel.value
+            if morsel["max-age"] == "0":
+                del self.cookies[name]
         if headers.get("connection") == "close":
             await self.close()
         return Answer(int(first.split()[1]), headers, content)
-
-    def _remember(self, said):
-        for name, morsel in SimpleCookie(said).items() if said else ():
-            if morsel["max-age"] == "0":
-                self.cookies.pop(name, None)
-            else:
-                self.cookies[name] = morsel.value
 
     async def close(self):
         streams, self._streams = self._streams, None

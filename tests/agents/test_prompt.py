@@ -1,14 +1,18 @@
 """The prompt is the same for every trial and leaks nothing; the conversation grows, and only pictures may leave it."""
 
 import itertools
+import re
 from dataclasses import replace
+from types import MappingProxyType
 
 import pytest
 
+from lockprobe import run_trial, study
 from lockprobe.agents import prompt
 from lockprobe.agents.prompt import conversation, instructions, prompt_fingerprint, repair, reply_schema
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import ReplyFault
+from lockprobe.statistics.design import ARMS
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
@@ -131,3 +135,32 @@ def test_whatever_is_said_of_reports_or_of_pictures_is_in_the_fingerprint(monkey
     before = prompt_fingerprint()
     monkeypatch.setattr(prompt, name, wording)
     assert prompt_fingerprint() != before
+
+
+class InTurn:
+    """An agent that takes the joints in turn, and keeps what a model would be sent."""
+
+    facts = MappingProxyType({})
+
+    async def decide(self, situation, rng):
+        self.messages = [message.text for message in conversation(situation)]
+        joint = situation.task.joints[len(situation.past) % 4]
+        return Decision(joint=joint, replies=(f'{{"joint": "{joint}"}}',))
+
+
+def test_every_arm_of_the_study_of_controls_changes_the_reports_of_the_same_steps_and_no_message_names_it():
+    """What would tell a model which arm it is in is a word, or an option of a spec."""
+    naming = r"\b(truth|true|lies?|false|flips?|distract|condition|arms?|retract)|[?&]\w+="
+    sent = {}
+    for condition in study("why", agent="random").conditions:
+        player = InTurn()
+        run_trial(agent=player, condition=condition, trial=2, seed=2)
+        sent[condition.label] = player.messages
+    assert list(sent) == list(ARMS)
+    hit = [at for at, pair in enumerate(zip(sent["lie"], sent["truth"], strict=True)) if len({*pair}) == 2]
+    assert len(hit) > 1
+    for arm, messages in sent.items():
+        differing = [at for at, pair in enumerate(zip(messages, sent["truth"], strict=True)) if len({*pair}) == 2]
+        assert differing == ([] if arm == "truth" else hit)
+        assert all(at % 2 == 0 for at in differing)  # what it is told, not what it said
+        assert re.findall(naming, " ".join(messages).lower()) == []

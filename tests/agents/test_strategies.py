@@ -17,8 +17,6 @@ from lockprobe.agents.strategies import (
     RandomMap,
     SoftmaxMemory,
 )
-from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadValue
 from lockprobe.simulation.exact import propagate
 
 FOUR = View(joints=4, target=0)
@@ -206,12 +204,3 @@ def test_what_it_is_and_the_probabilities_that_were_drawn_from_stand_in_the_reco
     trial = run_trial(agent=spec, p=0.3)
     assert trial.facts.items() >= facts.items()
     assert all(sum(step.decision.probabilities) == pytest.approx(1) for step in trial.steps)
-
-
-def test_a_box_too_large_for_its_plan_is_refused_at_the_first_step():
-    with pytest.raises(BadValue, match="720 interlocks of prior chains over 7 joints"):
-        run_trial(agent="ideal-observer?prior=chains&noise=naive", box="chain-7")
-    with pytest.raises(BadValue, match="prior single-parent over 6 joints: got '46656 interlocks'"):
-        run_trial(agent="ideal-observer", box="chain-6")
-    assert run_trial(agent="ideal-observer?prior=chains", box="chain-7").solved
-    assert run_trial(agent="ideal-observer?prior=chains", box=box("chain-6")).solved

@@ -3,7 +3,6 @@
 import asyncio
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from drawn_board import HANDLES, coloured
 
@@ -17,7 +16,6 @@ from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.loop import play
 from lockprobe.trial.pictures import picture_reader
-from lockprobe.trial.pictures.frame import to_png
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Percept, Situation, Task
@@ -88,22 +86,3 @@ def test_pictures_of_which_it_is_not_told_where_handles_are_are_refused():
     percept = Percept(text="", pictures=(coloured((0, 1, 0, 1, 1)),))
     with pytest.raises(BadValue, match="^observation of viewer: got '', expected pictures with the places of handles"):
         asyncio.run(resolve("viewer").make().decide(Situation(task=TASK, past=(), percept=percept), None))
-
-
-@pytest.mark.parametrize("handle", [2, 14])
-def test_the_first_picture_says_how_many_pixels_are_needed(handle):
-    """Handles of any size are read, and with no more pixels than it takes."""
-    places = tuple(((40.0 + 90 * i, 60.0), (40.0 + 90 * i, 60.0 + 6 * handle)) for i in range(4))
-
-    def shown(number):
-        image = np.full((240, 320, 3), (150, 110, 70), np.uint8)
-        for i, pair in enumerate(places):
-            column, row = (int(at) - handle // 2 for at in pair[number >> i & 1])
-            image[row : row + handle + 1 - handle % 2, column : column + handle + 1 - handle % 2] = (210, 40, 30)
-        return (Picture(kind="rgb", png=to_png(image)),)
-
-    acuity = picture_reader.needed_acuity(shown(0), places, 10)
-    for number in range(16):
-        found = picture_reader.evidence(shown(number), places, acuity=acuity)
-        assert [sign > 0 for sign in found] == [bool(number >> i & 1) for i in range(4)]
-    assert acuity <= 10 or acuity * handle <= 3 * 320

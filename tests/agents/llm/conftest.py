@@ -1,6 +1,7 @@
 """No key, server, proxy or fact of the machine's own reaches a test of models; those that tests ask have a key."""
 
 import os
+from contextlib import contextmanager
 
 import pytest
 from provider_server import ASKED, here
@@ -23,17 +24,11 @@ def own_environment(monkeypatch):
 def served(monkeypatch):
     """``with served(answer) as server``: a server that all providers of tests are asked at."""
 
-    class Served:
-        def __init__(self, answer=None, manner=None):
-            self._server = here(answer, manner, keep=True)
-
-        def __enter__(self):
-            server = self._server.__enter__()
+    @contextmanager
+    def serving(answer=None):
+        with here(answer, keep=True) as server:
             for provider in ASKED:
                 monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
-            return server
+            yield server
 
-        def __exit__(self, *error):
-            return self._server.__exit__(*error)
-
-    return Served
+    return serving

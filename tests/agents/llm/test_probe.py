@@ -5,7 +5,7 @@ import socket
 import time
 
 import pytest
-from provider_server import completion, failure, pictures
+from provider_server import completion, failure
 from typed import in_process
 
 MODEL = "llm:openai-api/fake/model"
@@ -25,9 +25,15 @@ def found(served):
     return ask
 
 
+def pictures(request):
+    """The files in a request."""
+    parts = [part for part in request["messages"][0]["content"] if isinstance(part, dict)]
+    return [part["image_url"]["url"] for part in parts if part["type"] == "image_url"]
+
+
 def test_a_model_that_does_all_is_asked_once(found):
     shown, requests = found(lambda request: completion(json.dumps(GOOD)))
-    assert len(requests) == len(pictures(requests[0]["messages"][0])) == 1
+    assert len(requests) == len(pictures(requests[0])) == 1
     assert shown["server"][1].endswith(" s, fake")
     assert {what: detail for what, (_, detail) in shown.items() if what != "server"} == {
         "key": "accepted",
@@ -40,7 +46,7 @@ def test_a_model_that_does_all_is_asked_once(found):
 
 
 def blind(request):
-    return failure(400, "No images") if pictures(request["messages"][0]) else completion(json.dumps(GOOD))
+    return failure(400, "No images") if pictures(request) else completion(json.dumps(GOOD))
 
 
 def bare(request):
