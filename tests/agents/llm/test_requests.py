@@ -10,6 +10,7 @@ from lockprobe.agents.llm.servers import PROVIDERS, Server, request_body
 from lockprobe.agents.llm.settings import MOST_OUTPUT, MOST_PER_PICTURE, Access, Model, ModelSettings
 from lockprobe.agents.prompt import Message
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName, UserMistake
+from lockprobe.foundation.spec import Spec, with_options
 from lockprobe.plants.catalogue import known_plants
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
@@ -126,8 +127,8 @@ LEFT = dict.fromkeys(("temperature", "top_p", "effort", "max_tokens"), "provider
     ],
 )  # fmt: skip
 def test_the_record_says_what_was_sent_what_is_fixed_and_what_the_provider_decides(facts, options, kept):
-    settings = Model.parse(f"a/b?{options}" if options else "a/b").settings
-    model = Model(name="a/b", settings=settings, facts=ModelFacts(**facts))
+    asked = with_options(ModelSettings, "a/b", Spec.parse(f"a/b?{options}" if options else "a/b").options)
+    model = Model(name="a/b", settings=asked, facts=ModelFacts(**facts))
     assert model.sent().items() >= kept.items()
     if options == "" and not facts:
         assert (model.sent(), model.parameters()) == (kept, {})

@@ -80,7 +80,7 @@ class ModelClient:
         for; what it raises ends it.
         """
         content = request_body(self.server, self.model, messages, schema)
-        names = schema.get("required") if self.model.form != "none" else None
+        names = schema.get("required") if self.model.settings.schema != "none" else None
         began, failed, told = time.perf_counter(), asked, asked
         while True:
             if again is not None and (failed.unanswered, failed.usage) != (told.unanswered, told.usage):

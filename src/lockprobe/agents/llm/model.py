@@ -192,7 +192,9 @@ class ReplayedModel:
 def request_fingerprint(model: Model, messages: Sequence[Message], schema: dict[str, object]) -> str:
     """A fingerprint of a request: sixteen hexadecimal digits."""
     said = [[message.role, message.text, *(picture.name for picture in message.pictures)] for message in messages]
-    text = json.dumps([said, schema, [model.parameters(), model.form, model.settings.detail]], sort_keys=True)
+    text = json.dumps(
+        [said, schema, [model.parameters(), model.settings.schema, model.settings.detail]], sort_keys=True
+    )
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -247,10 +249,10 @@ def _cause(answer: Call, model: Model, *, empty: bool) -> tuple[str, bool]:
     after = f" after {written} tokens{hidden}" if written else " after reasoning" if answer.reasoned else ""
     if answer.stop == _CUT_OFF:
         blanks = len(text) - len(text.rstrip())
-        if model.form != "none" and (blanks >= _WHITE_SPACE or 0 < blanks == len(text)):
+        if model.settings.schema != "none" and (blanks >= _WHITE_SPACE or 0 < blanks == len(text)):
             allowed = "white space up to the limit, which the schema allows"
             return f" ({allowed}: schema=none asks for the form in words)", True
-        limit = "" if model.most_tokens is None else f" than {model.most_tokens}"
+        limit = "" if model.settings.max_tokens is None else f" than {model.settings.max_tokens}"
         return f" (the reply was cut off{after}: a larger max_tokens{limit} leaves it more room)", empty
     if answer.stop == "tool_calls":
         return " (it called a tool, and there is none)", False

@@ -68,7 +68,7 @@ async def probe(spec: str) -> list[Shown]:
 
 def _shown(line: ModelClient, answer: Call, seen: str) -> list[Shown]:
     """What an answer shows. ``seen`` says what became of the picture, if it was not sent."""
-    usage, form, text = answer.usage, line.model.form, answer.reply or ""
+    usage, form, text = answer.usage, line.model.settings.schema, answer.reply or ""
     fields: dict[str, object] = {}
     why = f"refused: {text[:200]}" if answer.stop == REFUSED else ""
     try:

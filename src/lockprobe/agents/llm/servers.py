@@ -140,13 +140,13 @@ def _as_completions(
             body["provider"] = {"only": [upstream], "allow_fallbacks": False}
         if effort := body.pop("reasoning_effort", None):
             body["reasoning"] = {"effort": effort}
-    if model.form == "none":
+    if model.settings.schema == "none":
         return body
     if server.provider == "deepseek":
         return body | {"response_format": {"type": "json_object"}}
     order = ("type", "properties", "additionalProperties", "required")
     ordered = {name: schema[name] for name in order if name in schema}
-    asked = {"name": "reply", "schema": ordered, "description": None, "strict": model.form == "strict"}
+    asked = {"name": "reply", "schema": ordered, "description": None, "strict": model.settings.schema == "strict"}
     return body | {"response_format": {"type": "json_schema", "json_schema": asked}}
 
 
@@ -163,6 +163,6 @@ def _as_messages(server: Server, model: Model, said: list[dict[str, Any]], schem
     elif effort is not None:
         body["thinking"] = {"type": "adaptive"}
         output["effort"] = "low" if effort == "minimal" else effort
-    if model.form != "none":
+    if model.settings.schema != "none":
         output["format"] = {"type": "json_schema", "schema": schema}
     return body | ({"output_config": output} if output else {})

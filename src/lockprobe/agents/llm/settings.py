@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from math import ceil
 from typing import Literal
 
@@ -77,9 +77,9 @@ class ModelSettings:
 
     Attributes:
         effort: The reasoning effort.
-        max_tokens: The most tokens of a reply, including reasoning. None for that of :attr:`Model.most_tokens`.
+        max_tokens: The most tokens of a reply, including reasoning.
         schema: How the form of the reply is requested: as a schema that the provider enforces (``strict``), as one that
-            it need not enforce (``loose``), or in words only (``none``). None for the strictest that the model accepts.
+            it need not enforce (``loose``), or in words only (``none``).
         upstream: The provider behind OpenRouter that has to serve it, and no other.
         images: The number of newest observations that keep their pictures in the conversation; 0 for all.
         detail: The provider's level of detail for pictures, if it has one.
@@ -102,7 +102,11 @@ class ModelSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """A model with its options and what is known of it; it is named without them: ``openai/gpt-4o``."""
+    """A model with what is known of it; it is named without its options: ``openai/gpt-4o``.
+
+    Where an option is not given, its settings hold what follows from the facts: the limit of a reply, which is left to
+    the provider where it is not known whether the model reasons, and the strictest form of the reply that it accepts.
+    """
 
     name: str
     settings: ModelSettings = ModelSettings()
@@ -126,35 +130,28 @@ class Model:
         return cls(name=name, settings=with_options(ModelSettings, f"llm:{name}", options))
 
     def __post_init__(self) -> None:
-        if self.settings.upstream is not None and not self.name.startswith("openrouter/"):
+        asked, known = self.settings, self.facts
+        if asked.upstream is not None and not self.name.startswith("openrouter/"):
             raise Conflict("upstream", f"llm:{self.name}", "only OpenRouter chooses between providers")
-
-    @property
-    def most_tokens(self) -> int | None:
-        """The most tokens of a reply; None where its provider decides, as it is not known whether the model reasons."""
-        known, asked = self.facts, self.settings.max_tokens
-        if asked is None and known.reasons is not None:
+        most = asked.max_tokens
+        if most is None and known.reasons is not None:
             most = MOST_REASONED if self.reasons else MOST_PLAIN
-            return min(most, known.most_output or most)
-        if asked is None and self.name.startswith("anthropic/"):  # which needs a limit
-            return known.most_output or MOST_UNKNOWN
-        return asked
+            most = min(most, known.most_output or most)
+        elif most is None and self.name.startswith("anthropic/"):  # which needs a limit
+            most = known.most_output or MOST_UNKNOWN
+        whole = replace(asked, max_tokens=most, schema=asked.schema or known.schema or "strict")
+        object.__setattr__(self, "settings", whole)
 
     @property
     def reasons(self) -> bool:
         """Whether it is known to write hidden reasoning tokens, with these options."""
         return bool(self.facts.reasons) if self.settings.effort is None else self.settings.effort != "none"
 
-    @property
-    def form(self) -> Schema:
-        """How the form of the reply is requested."""
-        return self.settings.schema or self.facts.schema or "strict"
-
     def parameters(self) -> dict[str, object]:
         """What is sent with a conversation, in the order and with the names of chat completions."""
         asked = self.settings
         given: dict[str, object] = {
-            "max_tokens": self.most_tokens,
+            "max_tokens": asked.max_tokens,
             "temperature": asked.temperature,
             "top_p": asked.top_p,
             "reasoning_effort": asked.effort,
@@ -166,7 +163,6 @@ class Model:
         """The parameters of every request, and those left to the provider, for the record."""
         asked = {option.name: (getattr(self.settings, option.name), option.default) for option in fields(self.settings)}
         found: dict[str, Fact] = {name: _LEFT if asked[name][0] is None else asked[name][0] for name in _ON_RECORD}
-        found |= {"max_tokens": self.most_tokens or _LEFT, "schema": self.form}
         return found | {name: value for name, (value, usual) in asked.items() if name not in found and value != usual}
 
     def at_most(self, messages: Sequence[Message]) -> Usage:
@@ -183,7 +179,7 @@ class Model:
         return Usage(
             calls=1,
             input_tokens=text + FORM + (self.facts.picture_tokens or MOST_PER_PICTURE) * blocks,
-            output_tokens=self.most_tokens or self.facts.most_output or MOST_OUTPUT,
+            output_tokens=self.settings.max_tokens or self.facts.most_output or MOST_OUTPUT,
         )
 
 

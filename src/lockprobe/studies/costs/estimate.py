@@ -132,7 +132,7 @@ def request_sizes(plan: Plan, model: Model) -> Array:
             raise ChannelFault(end.value.error.message) from None
     reasons = model.facts.reasons or model.settings.effort not in (None, "none")
     written = agent.written + (_REASONING if reasons else 0)
-    written = min(written, model.most_tokens or written)
+    written = min(written, model.settings.max_tokens or written)
     return np.array([np.ones(plan.budget), agent.sent, np.full(plan.budget, written)])
 
 
@@ -153,7 +153,7 @@ class _CountingAgent:
         self.written = tokens(reply)
         talk = conversation(situation, images=self._model.settings.images)
         text = sum(tokens(one.text) + _MARKS + self._picture * len(one.pictures) for one in talk)
-        self.sent.append(text + (0.0 if self._model.form == "none" else tokens(json.dumps(form))))
+        self.sent.append(text + (0.0 if self._model.settings.schema == "none" else tokens(json.dumps(form))))
         joints = [joint for joint in situation.task.joints if joint != situation.task.target]
         return Decision(joint=joints[len(self.sent) % len(joints)], replies=(reply,))
 
