@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from string import Formatter
 from typing import Literal
@@ -158,13 +159,18 @@ def _shown(percept: Percept) -> tuple[Picture, ...]:
     return tuple(picture for picture in percept.pictures if picture.shown)
 
 
-def reply_schema(situation: Situation) -> dict[str, object]:
-    """The JSON schema of a reply in this step."""
+def form(fields: Mapping[str, Sequence[str]]) -> dict[str, object]:
+    """The JSON schema of a reply with these fields, and the values that each may have; any text if there are none."""
     properties = {
         name: {"type": "string", "enum": list(allowed)} if allowed else {"type": "string"}
-        for name, allowed in asked_for(situation).items()
+        for name, allowed in fields.items()
     }
     return {"type": "object", "properties": properties, "required": list(properties), "additionalProperties": False}
+
+
+def reply_schema(situation: Situation) -> dict[str, object]:
+    """The JSON schema of a reply in this step."""
+    return form(asked_for(situation))
 
 
 def repair(fault: ReplyFault, situation: Situation) -> str:

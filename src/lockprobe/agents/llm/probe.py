@@ -10,7 +10,7 @@ import numpy as np
 from lockprobe.agents.llm.answer import IN_REASONING
 from lockprobe.agents.llm.client import ModelClient
 from lockprobe.agents.llm.settings import Access, Model
-from lockprobe.agents.prompt import Message
+from lockprobe.agents.prompt import Message, form
 from lockprobe.agents.reply import REFUSED, object_in
 from lockprobe.foundation.errors import ReplyFault
 from lockprobe.trial.model_call import Call
@@ -20,16 +20,8 @@ from lockprobe.trial.pictures.picture import Picture
 _ACCESS = Access(connections=1, timeout=60.0, retries=0, connect=4.0)
 _CALL = Call(key="", step=1, turn=1, request="", reply=None)
 _COLOURS = ("green", "red", "blue")
-_FIELDS = ("joint", "colour")
-_FORM: dict[str, object] = {
-    "type": "object",
-    "properties": {
-        "joint": {"type": "string", "enum": ["A", "B"]},
-        "colour": {"type": "string", "enum": ["none", *_COLOURS]},
-    },
-    "required": list(_FIELDS),
-    "additionalProperties": False,
-}
+_NAMES = ("joint", "colour")
+_FORM = form(dict(zip(_NAMES, (("A", "B"), ("none", *_COLOURS)), strict=True)))
 _ASKED = (
     "Reply with one JSON object and nothing else:\n"
     f'{{"joint": "A", "colour": the colour of the picture, one of {", ".join(_COLOURS)}, or "none" without a picture}}'
@@ -42,11 +34,7 @@ Shown = tuple[str, bool, str]
 
 
 async def probe(spec: str) -> list[Shown]:
-    """Ask a model once, with a picture unless it is known to be blind; without it, if it refuses the picture.
-
-    Raises:
-        UserMistake: If nothing can be asked: of a wrong spec, a missing key, a wrong address.
-    """
+    """Ask a model once, with a picture unless it is known to be blind; without it, if it refuses the picture."""
     line = ModelClient(Model.parse(spec), _ACCESS)
     asked, seen = Message(role="user", text=_ASKED, pictures=(_RED,)), ""
     if line.model.facts.images is False:
@@ -68,27 +56,27 @@ async def probe(spec: str) -> list[Shown]:
 
 def _shown(line: ModelClient, answer: Call, seen: str) -> list[Shown]:
     """What an answer shows. ``seen`` says what became of the picture, if it was not sent."""
-    usage, form, text = answer.usage, line.model.settings.schema, answer.reply or ""
+    usage, schema, text = answer.usage, line.model.settings.schema, answer.reply or ""
     fields: dict[str, object] = {}
     why = f"refused: {text[:200]}" if answer.stop == REFUSED else ""
     try:
-        fields = {} if why else object_in(text, _FIELDS)[0]
+        fields = {} if why else object_in(text, _NAMES)[0]
         why = why or ("" if "joint" in fields else "joint: Field required")
     except ReplyFault as fault:
         why = str(fault) if answer.stop != IN_REASONING else "the object stands in the reasoning and not in the reply"
-    kept = "kept" if text.lstrip().startswith("{") and set(fields) == set(_FIELDS) else "not kept, but it can be read"
-    colour, in_words = fields.get("colour"), "" if form == "none" else "; schema=none asks for it in words"
+    kept = "kept" if text.lstrip().startswith("{") and set(fields) == set(_NAMES) else "not kept, but it can be read"
+    colour, in_words = fields.get("colour"), "" if schema == "none" else "; schema=none asks for it in words"
     seen = seen or ("read" if colour == "red" else f"sent; of a red one it said {colour!r}")
     counted = f"{usage.input_tokens} in, {usage.output_tokens} out"
     uncounted = "not counted: a budget takes the most for every call"
     thoughts = ["shown"] * answer.reasoned + [f"{usage.reasoning_tokens} tokens"] * bool(usage.reasoning_tokens)
     missed = line.model.reasons and not thoughts
-    off = "none, although it reasons" + ("" if form == "none" else "; schema=none, if the schema turns it off")
+    off = "none, although it reasons" + ("" if schema == "none" else "; schema=none, if the schema turns it off")
     return [
         ("server", True, f"{line.server.url}, {answer.seconds:.1f} s, {answer.served or 'unnamed'}"),
         ("key", True, "accepted" if line.server.key else "none is needed"),
         ("tokens", bool(usage.input_tokens), counted if usage.input_tokens else uncounted),
-        ("form of the reply", not why, f"{why}{in_words}" if why else f"{form}, {kept}"),
+        ("form of the reply", not why, f"{why}{in_words}" if why else f"{schema}, {kept}"),
         ("pictures", seen == "read" or seen.startswith("not sent"), seen),
         ("reasoning", not missed, off if missed else ", ".join(thoughts) or "none"),
     ]
