@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 from builders import study_of
 
@@ -15,11 +16,10 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.people.assignment import conditions_of
-from lockprobe.people.diary import Act, Agree, Answers, Attempt, flow_of, read_diaries
+from lockprobe.people.diary import Act, Agree, Answers, Attempt, read_diaries
 from lockprobe.people.experiment import Experiment, read_words
 from lockprobe.people.scenes import ActRefused
 from lockprobe.people.server_state import Reply, ServerState
-from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.picture import Picture
@@ -99,18 +99,6 @@ def _shown(reply: Reply) -> Shown:
     return Shown(reply.token, reply.turn, parts(reply.scene), reply.participant, reply.progress)
 
 
-def right_answers(scene: Parts) -> Answers:
-    """The right answers to questions on the instructions."""
-    known = {one.question: one.right for one in WORDS.comprehension.questions}
-    return Answers(answers=tuple(known[one.question] for one in scene.questions), rt=640.5)
-
-
-def flow(reception: Reception) -> Parts:
-    """Who has taken part."""
-    directory = reception.opened.journal.directory
-    return Parts(flow_of(read_diaries(directory), withdrawn(directory)))
-
-
 def free(reception: Reception) -> list[int]:
     """How many trials of each condition are left."""
     study = reception.opened.scenes.study
@@ -149,30 +137,24 @@ class Player:
 
     async def act(self, shown: Shown) -> Act:
         """What it does."""
-        if shown.scene.kind == "box":
-            return await self._attempt(shown.scene, shown.identity)
-        return an_act(shown.scene)
-
-    async def _attempt(self, scene: Parts, identity: str | None) -> Attempt:
-        decision = await self.decide(scene, identity)
-        claimed = (decision.claimed or "moved") if scene.ask else None
-        return Attempt(joint=decision.joint, claimed=claimed, rt=412.5, claimed_rt=200.0 if scene.ask else None)
-
-    async def decide(self, scene: Parts, identity: str | None) -> Decision:
-        """Which joint it attempts, and what it says of its last action."""
+        scene = shown.scene
+        if scene.kind != "box":
+            return an_act(scene)
         if scene.step == 1:
             self._past = ()
         situation = Situation(task=_task(scene, self._study), past=self._past, percept=percept_of(scene.panel))
-        decision = await self._agent.decide(situation, self._stream(scene, identity)(scene.step))
+        decision = await self._agent.decide(situation, self._stream(scene, shown.identity)(scene.step))
         self._past = (*self._past, Turn(percept=situation.percept, decision=decision))
-        return decision
+        said = {"claimed": decision.claimed or "moved", "claimed_rt": 200.0} if scene.ask else {}
+        return Attempt(joint=decision.joint, rt=412.5, **said)
 
     def _stream(self, scene: Parts, identity: str | None):
-        """The random stream of the strategy in a box, looked up once."""
+        """The random stream of the strategy in a box, looked up once; any stream in a preview, of which nothing is kept."""
         if (identity, scene.number) not in self._streams:
-            joined = diary_of(self._directory, identity)[0]
-            slot = joined.slots[max(0, scene.number - 1)]
-            luck = slot.plan(self._study, joined.identity).luck
+            known = [diary.joined for diary in read_diaries(self._directory) if diary.identity == identity]
+            if not known:
+                return np.random.default_rng
+            luck = known[0].slots[max(0, scene.number - 1)].plan(self._study, identity).luck
             self._streams[identity, scene.number] = partial(luck.at, "agent" if scene.number else "practice")
         return self._streams[identity, scene.number]
 
@@ -186,7 +168,8 @@ def an_act(scene: Parts) -> Act:
             label, said = scene.panel.joints[scene.step % 2].label, {"claimed": "moved"} if scene.ask else {}
             return Attempt(joint=label, rt=1.0, **said)
         case "comprehension":
-            return right_answers(scene)
+            known = {one.question: one.right for one in WORDS.comprehension.questions}
+            return Answers(answers=tuple(known[one.question] for one in scene.questions), rt=640.5)
         case "check" | "ask":
             return Answers(answers=((*scene.questions[0].options, "")[0],), rt=812.5)
     return GO_ON

@@ -1,61 +1,77 @@
-"""People who are programs: over HTTP they do what the page does, and decide as a strategy does.
+"""A study that is served, and people who are programs: over HTTP they do what the page does, and decide as a strategy.
 
-A visitor knows what its page shows and nothing else, but for the random stream of its strategy, which it gets for each
-box from whoever tests. It sends an act again until that has counted, as the page does when the network fails.
+A visitor sends an act again until that has counted, as the page does when the network fails.
 """
 
 import asyncio
-import contextlib
+import hashlib
 import json
 import random
 import subprocess
-from dataclasses import dataclass, field
+from contextlib import asynccontextmanager
+from types import SimpleNamespace
 
 import forked
-from seated import Player, parts
+import httpx2 as httpx
+from seated import Player, Shown, parts, people_study
 from wire import Gone, Wire
 
-from lockprobe.people.experiment import read_words
+from lockprobe.people.experiment import Experiment, read_words
+from lockprobe.people.web import app
+from lockprobe.people.web.address import Address
 
 PATIENCE = 60.0
 """Seconds for which a visitor tries to reach a server that is gone."""
 
-
-@dataclass
-class Seen:
-    """One scene as it came."""
-
-    turn: int
-    scene: dict
+STUDY = people_study(trials=3)
+QUESTIONS = ({"name": "how", "question": "How?"}, {"name": "sure", "question": "?", "options": ["a", "b"]})
 
 
-@dataclass
+def experiment(**changes):
+    return Experiment.model_validate({"practice": "", "questions": QUESTIONS, **changes})
+
+
+@asynccontextmanager
+async def served(directory, study=STUDY, people=None):
+    """The server in this process: its address, the key of a preview, and a client without cookies."""
+    async with (
+        app.opened(directory, study, people or experiment(), read_words("en"), Address(port=0)) as (where, state),
+        httpx.AsyncClient(base_url=where.url, trust_env=False, verify=False, timeout=60) as http,
+    ):
+        yield SimpleNamespace(url=where.url, preview=state.preview, http=http, directory=directory, study=study)
+
+
+@asynccontextmanager
+async def visiting(place, platform=None):
+    visitor = Visitor(place.url, place.study, place.directory, platform=platform)
+    try:
+        yield visitor
+    finally:
+        await visitor.http.close()
+
+
+def start(*arguments):
+    """``lockprobe serve`` in a process of its own, and its address."""
+    process = forked.start(["serve", *arguments, "--json"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    return process, json.loads(process.stdout.readline())["url"]
+
+
 class Visitor:
     """One person with one browser.
 
-    Attributes:
+    Args:
         url: Of the server.
-        study: Of which the visitor plays trials; for the random streams alone.
-        directory: Of the study; the slots are looked up in the diary there.
+        study: Of which the visitor plays trials; for the random streams of the strategy alone.
+        directory: Of the study; which trials they are is looked up in the diary there.
         strategy: How it decides.
         platform: The parameters of its URL.
-        luck: Of everything but the decisions.
+        luck: Seed of how long it waits.
     """
 
-    url: str
-    study: object
-    directory: object
-    strategy: str = "human-inspired"
-    platform: dict = field(default_factory=dict)
-    luck: random.Random = field(default_factory=lambda: random.Random(1))
-    answers: dict = field(default_factory=dict)
-
-    def __post_init__(self):
-        self.http = Wire(self.url)
-        self.seen = []
-        self.resent = 0
-        self.identity = self.words = None
-        self._player = Player(self.directory, self.study, self.strategy)
+    def __init__(self, url, study, directory, strategy="human-inspired", platform=None, luck=1):
+        self.http, self.platform, self.strategy = Wire(url), platform or {}, strategy
+        self.luck, self.seen, self.resent = random.Random(luck), [], 0
+        self._player = Player(directory, study, strategy)
 
     @property
     def scene(self):
@@ -64,6 +80,10 @@ class Visitor:
     @property
     def turn(self):
         return self.seen[-1].turn
+
+    @property
+    def identity(self):
+        return self.seen[-1].identity
 
     async def post(self, path, body):
         """One request, made again while the server is gone or in trouble."""
@@ -83,84 +103,56 @@ class Visitor:
         """Load the page."""
         answer = await self.post("/api/open", {"platform": self.platform})
         assert answer.status_code == 200, answer.text
-        self.words = answer.json()["words"]
         self._take(answer.json())
 
     async def act(self, **act):
         """Do something, until it has counted once."""
         before = self.seen[-1]
-        while True:
+        while self.seen[-1] == before:
             body = {"turn": before.turn, "act": act, "platform": self.platform}
             answer = await self.post("/api/act", body)
             if answer.status_code == 200:
                 self._take(answer.json())
-                assert self.turn == before.turn + 1 or self.scene["kind"] == "closed"
-                return
-            assert answer.status_code == 409, answer.text
-            await self.open()
-            if self.turn == before.turn + 1:
-                return
-            assert self.seen[-1] == before, "what was shown has changed"
+            else:
+                assert answer.status_code == 409, answer.text
+                await self.open()
+        assert self.turn == before.turn + 1 or self.scene.kind == "closed"
 
     def _take(self, reply):
-        self.identity = reply["participant"]
-        if self.seen and self.turn == reply["turn"] and reply["scene"]["kind"] != "closed":
-            assert self.scene == reply["scene"], "what was shown has changed"
-            return
-        self.seen.append(Seen(reply["turn"], reply["scene"]))
+        shown = Shown("", reply["turn"], parts(reply["scene"]), reply["participant"], reply["progress"])
+        if self.seen and self.turn == shown.turn and shown.scene.kind != "closed":
+            assert self.scene == shown.scene, "what was shown has changed"
+        else:
+            self.seen.append(shown)
 
     async def do(self):
         """Do what the scene asks for."""
-        scene, rt = self.scene, round(self.luck.uniform(150, 9000), 1)
-        match scene["kind"]:
-            case "consent":
-                await self.act(kind="agree", agreed=True)
-            case "page" | "over":
-                await self.act(kind="answers", answers=[], rt=rt)
-            case "comprehension":
-                right = {one.question: one.right for one in read_words("en").comprehension.questions}
-                answers = [right[one["question"]] for one in scene["questions"]]
-                await self.act(kind="answers", answers=answers, rt=rt)
-            case "check" | "ask":
-                question, options = scene["questions"][0]["question"], scene["questions"][0]["options"]
-                answer = self.answers.get(question, self.luck.choice(options) if options else "by trying")
-                await self.act(kind="answers", answers=[answer], rt=rt)
-            case "box":
-                decision = await self.decide()
-                said = {"claimed": decision.claimed or "blocked", "claimed_rt": rt} if scene["ask"] else {}
-                await self.act(kind="attempt", joint=decision.joint, rt=rt, **said)
+        act = await self._player.act(self.seen[-1])
+        await self.act(**act.model_dump(mode="json", exclude_none=True))
 
     async def play(self, pause=0.0, until=("debrief", "closed")):
-        """Take part from the first scene to the last."""
+        """Take part from the first scene to the last, with pauses of so many seconds on average."""
         if not self.seen:
             await self.open()
-        while self.scene["kind"] not in until:
-            if pause:
-                await asyncio.sleep(self.luck.expovariate(1 / pause))
+        while self.scene.kind not in until:
+            await asyncio.sleep(self.luck.expovariate(1 / pause) if pause else 0)
             await self.do()
-        return self
 
-    async def decide(self):
-        """What the strategy does, from what is shown."""
-        return await self._player.decide(parts(self.scene), self.identity)
-
-    async def close(self):
-        await self.http.close()
+    async def to_the_box(self, step=1):
+        """Come as far as a step of the first box."""
+        await self.open()
+        while self.scene.kind != "box" or self.scene.step < step:
+            await self.do()
 
 
-@contextlib.contextmanager
-def server(*arguments, environment=None):
-    """``lockprobe serve``, in a process of its own, while it says where it is; ended as by Ctrl-C."""
-    process = start(*arguments, environment=environment)
-    try:
-        yield json.loads(process.stdout.readline())
-    finally:
-        process.terminate()
-        process.wait(20)
-        process.stdout.close()
+def written(directory):
+    """Every byte of a directory but the locks of readers."""
+    files = sorted(path for path in directory.rglob("*") if path.is_file() and path.name != "study.db-shm")
+    return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
-def start(*arguments, environment=None):
-    """The process alone; its first line says where it is."""
-    asked = ["serve", *arguments, "--json"]
-    return forked.start(asked, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment)
+def logged(caplog):
+    """The lines of the log since it was looked at last, without their times."""
+    said = [one.getMessage().partition("Z ")[2] for one in caplog.records if one.name == app.__name__]
+    caplog.clear()
+    return said

@@ -1,20 +1,17 @@
 """The server as a whole: many at once, killed and started again, stopped; nobody loses or repeats a step."""
 
 import asyncio
-import json
 import random
 import signal
 from urllib.parse import urlsplit
 
-import pytest
-from seated import as_played, diaries_of, without_page
-from served import EXPERIMENT, STUDY, at_the_box, served, visiting
+from seated import as_played, without_page
 from stored import records
-from visitor import Visitor, start
+from visitor import STUDY, Visitor, experiment, served, start, visiting
 from wire import Wire
 
 from lockprobe import load
-from lockprobe.people.diary import Did
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import read_words
 from lockprobe.people.web.address import Address
 from lockprobe.people.web.app import opened
@@ -23,103 +20,71 @@ from lockprobe.studies.records.directory import read_study
 KILLS = 4
 """How often the server is killed while they play."""
 
+VISITORS = 12
+
 STRATEGIES = ("human-inspired", "random", "ideal-observer", "random-no-repeat", "round-robin")
 SILENT = ("random", "random-no-repeat", "round-robin")
 """Those that say nothing of their last action, and are asked."""
 
 
-async def come(where, directory, study, number, **settings):
-    """So many visitors, each with a strategy and a platform ID of its own, from the first scene to the last."""
-    visitors = [
-        Visitor(
-            where["url"],
-            study,
-            directory,
-            strategy=STRATEGIES[i % len(STRATEGIES)],
-            platform={"PROLIFIC_PID": f"person-{i}"},
-            luck=random.Random(i),
-        )
-        for i in range(number)
-    ]
-    try:
-        await asyncio.gather(*(visitor.play(**settings) for visitor in visitors))
-    finally:
-        await asyncio.gather(*(visitor.close() for visitor in visitors))
-    return visitors
-
-
 def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
     """What is on disk is what each visitor did and was shown, and the trials are the strategies' own."""
-    assert {visitor.scene["kind"] for visitor in visitors} == {"debrief"}
+    assert {visitor.scene.kind for visitor in visitors} == {"debrief"}
     who = {f"participant:{visitor.identity}": visitor for visitor in visitors}
-    assert len(who) == len(visitors)
     trials = load(directory)
-    assert len(trials) == len({trial.key for trial in trials}) == 2 * len(visitors)
-    assert len(records(directory)) == len(trials)
-    played = {agent: {} for agent in who}
+    assert len(trials) == len({trial.key for trial in trials}) == len(records(directory)) == 2 * len(who)
+    told = {agent: {} for agent in who}
     for trial in trials:
         strategy = who[trial.agent].strategy
         said = strategy not in SILENT
         assert as_played(trial, claims=said) == as_played(without_page(study, trial, strategy), claims=said)
-        played[trial.agent][trial.facts["position"]] = trial
-    for diary in diaries_of(directory):
-        visitor = who[f"participant:{diary[0].identity}"]
-        assert [line.turn for line in diary[1:]] == list(range(2, len(diary) + 1))
-        assert all(isinstance(line, Did) for line in diary[1:])
-        assert [seen.turn for seen in visitor.seen] == list(range(1, len(diary) + 2))
-        shown = [seen.scene for seen in visitor.seen if seen.scene["kind"] == "box"]
-        told = [line.told for line in diary[1:] if line.scene == "box"]
-        trials_told = [
-            step.told for _, trial in sorted(played[f"participant:{visitor.identity}"].items()) for step in trial.steps
-        ]
-        assert told == trials_told
-        read = [line.shown for line in diary[1:] if line.scene == "box" and not line.ended]
-        assert [" ".join(scene["panel"]["report"]) for scene in shown if scene["step"] > 1] == read
+        told[trial.agent][trial.facts["position"]] = [step.told for step in trial.steps]
+    for diary in read_diaries(directory):
+        agent = f"participant:{diary.identity}"
+        assert [line.turn for line in diary.lines] == [*range(2, diary.turn)]
+        assert [seen.turn for seen in who[agent].seen] == [*range(1, diary.turn + 1)]
+        steps = [line for line in diary.lines if line.scene == "box"]
+        assert [line.told for line in steps] == [*told[agent][1], *told[agent][2]]
+        shown = [seen.scene for seen in who[agent].seen if seen.scene.kind == "box" and seen.scene.step > 1]
+        assert [" ".join(scene.panel.report) for scene in shown] == [line.shown for line in steps if not line.ended]
 
 
-@pytest.mark.parametrize("number", [16, pytest.param(60, marks=pytest.mark.slow)])
-def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path, number):
-    people = tmp_path / "people.toml"
+def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path):
+    people, directory, luck = tmp_path / "people.toml", tmp_path / "study", random.Random(7)
     people.write_text('practice = ""\n')
-    directory, luck = tmp_path / "study", random.Random(7)
-    arguments = ("flips", "--box", "chain-4", "--p", "0,0.4", "--trials", number, "--repetitions", 1, "--out", directory,
-                 "--people", people)  # fmt: skip
-
-    def begun(port=0):
-        process = start(*arguments, "--port", port)
-        return process, json.loads(process.stdout.readline())
+    arguments = ("flips", "--box", "chain-4", "--p", "0,0.4", "--trials", VISITORS, "--repetitions", 1,
+                 "--out", directory, "--people", people)  # fmt: skip
 
     def killed(process):
         process.send_signal(signal.SIGKILL)
         process.wait()
         process.stdout.close()
 
-    async def play(where, process):
-        playing = asyncio.create_task(come(where, directory, read_study(directory), number, pause=0.02 * KILLS))
-        kills = 0
-        while kills < KILLS:
+    async def play(process, url):
+        study = read_study(directory)
+        visitors = [
+            Visitor(url, study, directory, STRATEGIES[i % len(STRATEGIES)], {"PROLIFIC_PID": f"person-{i}"}, i)
+            for i in range(VISITORS)
+        ]
+        playing = asyncio.gather(*(visitor.play(pause=0.02 * KILLS) for visitor in visitors))
+        for _ in range(KILLS):
             await asyncio.wait({playing}, timeout=luck.uniform(0.1, 1.2))
             assert not playing.done(), "it was over too soon"
             killed(process)
-            kills += 1
-            process, _ = await asyncio.to_thread(begun, urlsplit(where["url"]).port)
-        return await playing, process
-
-    process, where = begun()
-    try:
-        visitors, process = asyncio.run(play(where, process))
-    finally:
+            process, _ = await asyncio.to_thread(start, *arguments, "--port", urlsplit(url).port)
+        await playing
         killed(process)
+        for visitor in visitors:
+            await visitor.http.close()
+        return visitors
+
+    visitors = asyncio.run(play(*start(*arguments, "--port", 0)))
     assert sum(visitor.resent for visitor in visitors) > 0
     check_nothing_lost_doubled_or_crossed(directory, read_study(directory), visitors)
 
 
 def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
     arguments = ("flips", "--box", "chain-4", "--trials", 2, "--repetitions", 1, "--p", "0,0.4", "--out", tmp_path)
-
-    def begun(port):
-        process = start(*arguments, "--port", port)
-        return process, json.loads(process.stdout.readline())["url"]
 
     def ended(process, how):
         process.send_signal(how)
@@ -128,17 +93,17 @@ def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
             assert said.read() == ""
 
     async def visit():
-        process, url = begun(0)
+        process, url = start(*arguments, "--port", 0)
         one = Visitor(url, read_study(tmp_path), tmp_path)
-        await at_the_box(one, step=2)
+        await one.to_the_box(2)
         ended(process, signal.SIGINT)
-        process, again = begun(urlsplit(url).port)
+        process, again = start(*arguments, "--port", urlsplit(url).port)
         was = one.seen[-1]
         await one.open()
         assert (again, one.seen[-1]) == (url, was)
         await one.play()
         ended(process, signal.SIGTERM)
-        await one.close()
+        await one.http.close()
 
     asyncio.run(visit())
     assert len(load(tmp_path)) == 2
@@ -163,7 +128,7 @@ def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path
     door = Address(port=0, public="https://study.example.org")
 
     async def visit():
-        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), door) as (where, _):
+        async with opened(tmp_path, STUDY, experiment(), read_words("en"), door) as (where, _):
             wire = Wire(f"http://127.0.0.1:{where.port}")
             own = {"origin": "https://study.example.org", "sec-fetch-site": "same-origin"}
             named = await wire.post("/api/open", {}, headers=own | {"host": "study.example.org"})
