@@ -1,19 +1,20 @@
 """What is read is filled in and says what the experimenter wants said and no more; a box is shown as it was told."""
 
 import asyncio
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import pytest
 from seated import GO_ON, WORDS, parts, people_study, percept_of, under
 from seen import PhotographedPlant
 
 from lockprobe.interventions.asked_and_done import ASIDES
-from lockprobe.interventions.conditions import flips
+from lockprobe.interventions.conditions import flips, read_condition, shipped
 from lockprobe.people.diary import Answers, Attempt, Diary, Did, Joined, Slot
 from lockprobe.people.experiment import Experiment, read_words
-from lockprobe.people.scenes import Scenes
+from lockprobe.people.scenes import _KINDS, Scenes, deceptions
 from lockprobe.plants import catalogue
 from lockprobe.studies.running.paused_trial import PausedTrial
+from lockprobe.trial.condition import Condition, place_of
 
 SLOTS = tuple(Slot(condition="truth", repetition=1, trial=n) for n in (1, 2))
 JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.0, platform={}, slots=SLOTS, words="en 0")
@@ -260,3 +261,40 @@ def test_pictures_are_shown_as_they_are_and_say_themselves_what_happened(monkeyp
     dropped, _ = under_one(f"drop?p=1 + {modality}", [0, 1], plant="fast-twin")
     assert dropped.panel.pictures == ()
     assert dropped.panel.report == (f"You attempted {label}.", "Nothing was reported.")
+
+
+@pytest.mark.parametrize(
+    ("specs", "kinds"),
+    [
+        (["truth", "flip?p=0.4"], ["false"]), (["flip?p=0.4&only=moved + nudge"], ["false"]),
+        (["phantom?p=0.4"], ["false"]),
+        (["correction?p=0.4"], ["false"]), (["correction?p=0.4&first=truth&last=lie"], ["false"]),
+        (["flip?p=0.4 + rgb"], ["false"]), (["delay?lag=2"], ["late"]),
+        (["tremble?p=0.1"], ["another"]), (["warn"], ["warned"]),
+        (["warn?rate=0.4 + flip?p=0.4"], ["false"]), (["warn + tremble?p=0.1"], ["another", "warned"]),
+        (["tremble?p=0.1", "flip?p=0.4 + warn", "delay"], ["false", "late", "another"]),
+        *(([spec], []) for spec in (
+            "truth", "flip?p=0", "delay?lag=0", "drop?p=0.3", "nudge", "correction?p=1&first=truth&last=truth",
+            "remark", "distract?p=0.3", "nudge + tremble?p=0", "rgb?blur=8",
+        )),
+    ],
+)  # fmt: skip
+def test_what_changes_what_is_told_or_done_is_named_and_nothing_else(specs, kinds):
+    assert deceptions(map(read_condition, specs)) == tuple(kinds)
+
+
+def test_of_every_shipped_intervention_that_people_can_play_it_is_known_what_it_does():
+    named = {name for name, kind in shipped().items() if "?" not in name and place_of(kind) != "remembered"}
+    assert set(_KINDS) == named - {"prompt", "hypothesis"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hush:
+    """Somebody's own intervention."""
+
+    def perceive(self, percept, past, task, rng):
+        return percept
+
+
+def test_of_what_another_package_does_nothing_is_known():
+    assert deceptions([Condition(interventions=(Hush(),))]) == ("changed",)

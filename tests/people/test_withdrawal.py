@@ -10,9 +10,9 @@ from pathlib import Path
 from sqlite3 import connect
 
 import pytest
-from seated import GO_ON, Clock, Player, diary_of, flow, free, go_on, leaves, opened, people_study, short, take_part
+from seated import GO_ON, Clock, Player, diary_of, free, go_on, leaves, opened, people_study, short, take_part
 from stored import sql, timings
-from typed import typed
+from typed import in_process
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.database import Database
@@ -68,8 +68,7 @@ def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path)
             with pytest.raises(ActRefused) as refusal:
                 await reception.act(shown.token, 7, GO_ON, {})
             assert refusal.value.code == "stale"
-            progress, places = flow(reception), free(reception)
-            assert (progress.withdrawn, progress.consented, places) == (1, 3, [2, 2])
+            assert (withdrawn(tmp_path), len(read_diaries(tmp_path)), free(reception)) == (1, 2, [2, 2])
             assert left_of(tmp_path, of | {token.encode(), b"platformname"}) == set()
             assert load(tmp_path) == kept
             assert {diary.identity for diary in read_diaries(tmp_path)} == {one.identity for one in last}
@@ -86,23 +85,22 @@ def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path)
     assert left_of(tmp_path, {left.identity.encode(), b"platformname"}) == set()
 
 
-@pytest.mark.parametrize("when", ["in a box", "at the end", "by the experimenter"])
-def test_who_has_withdrawn_cannot_begin_again_under_the_same_platform_id(tmp_path, when):
-    until = in_the_second_box if when == "in a box" else lambda shown: False
-    (left,) = take_part(tmp_path, STUDY, short(), platform={"PROLIFIC_PID": "zq7name"}, until=until)
-    if when == "by the experimenter":
-        assert typed("withdraw", tmp_path, "zq7name").returncode == 0
+@pytest.mark.parametrize("by", ["the page", "the experimenter"])
+def test_who_has_withdrawn_cannot_begin_again_under_the_same_platform_id(tmp_path, by):
+    (left,) = take_part(tmp_path, STUDY, short(), platform={"PROLIFIC_PID": "zq7name"}, until=in_the_second_box)
+    if by == "the experimenter":
+        assert in_process("withdraw", tmp_path, "zq7name").exit_code == 0
 
     async def comes_back():
         async with opened(tmp_path, STUDY, short()) as reception:
-            if when != "by the experimenter":
+            if by == "the page":
                 await leaves(reception, left.token)
             for who, kind in (("zq7name", "closed"), ("other", "consent")):
                 shown = await reception.enter(None, {"PROLIFIC_PID": who})
                 assert shown.scene.kind == kind
                 shown = await reception.act(shown.token, 1, Agree(agreed=True), {"PROLIFIC_PID": who})
                 assert (shown.identity is None) == (who == "zq7name")
-            assert flow(reception).withdrawn == 1
+            assert withdrawn(tmp_path) == 1
 
     asyncio.run(comes_back())
     assert left_of(tmp_path, {b"zq7name"}) == set()
@@ -138,7 +136,7 @@ def withdraws_and_is_killed(directory, identity, after):
     return os.WIFSIGNALED(os.waitpid(child, 0)[1])
 
 
-MOMENTS = 12
+MOMENTS = 8
 """At how many moments of a withdrawal, one after the other, it is killed."""
 
 
