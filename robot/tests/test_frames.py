@@ -21,7 +21,7 @@ def exported(directory, out, *words):
 
 @pytest.fixture
 def study(tmp_path):
-    short = replace(small_study(["human-inspired"], p=(0.4,), repetitions=1, trials=1), max_steps=4)
+    short = replace(small_study(["human-inspired"], p=(0.4,), repetitions=1, trials=1), max_steps=2)
     return write_study(tmp_path / "study", short)
 
 

@@ -21,11 +21,10 @@ def told(trial):
     [
         ("rig?rung=scripted", ("truth", "verdict"), 20),
         (f"fast-twin?{SMALL}", ("camera",), 6),
-        (f"twin?{SMALL}", ("verdict",), 3),
     ],
 )
 def test_without_error_all_sources_tell_the_truth(plant, sources, steps):
-    """Flips act on what each of them says. On the twin the first attempts are blocked ones and a moved one."""
+    """Flips act on what each of them says."""
     one = {"agent": "human-inspired", "p": 0.4, "seed": 5, "max_steps": steps}
     ruled = told(run_trial(plant="symbolic", modality="symbolic", **one))
     for source in sources:

@@ -97,12 +97,6 @@ def test_with_noise_the_robot_still_judges_right_and_one_seed_is_one_course_bit_
     assert courses[0] == courses[1] != courses[2]
 
 
-def test_a_hand_that_misses_the_handle_believes_that_it_moved_and_truth_and_belief_part():
-    snapshot = twin(pose_error=0.03).attempt(FREE)
-    assert (snapshot.outcome, snapshot.configuration) == ("blocked", CHAIN.initial)
-    assert snapshot.sensed["verdict"] == "moved"
-
-
 def test_luck_does_not_depend_on_how_much_of_it_there_is(monkeypatch):
     """Where the robot errs is the same direction whatever the scale, and noise does not depend on the attempt before."""
     shifts, noises = [], []
@@ -152,9 +146,8 @@ def test_every_option_of_looks_is_seen():
     assert [name for name, value in LOOKS.items() if (seen(**{name: value}) == plain).all()] == []
 
 
-@pytest.mark.parametrize("tilt", [0, 75])
-def test_an_arm_at_home_hides_nothing_of_the_board_from_the_oblique_camera(tilt):
-    options = {"tilt": tilt, "viewpoint": "oblique", "width": 128, "height": 96}
+def test_an_arm_at_home_hides_nothing_of_the_board_from_the_oblique_camera():
+    options = {"tilt": 75, "viewpoint": "oblique", "width": 128, "height": 96}
     seen, plain = (plant.observe().look() for plant in (twin(**options), fast_twin(**options)))
     board = plain.camera.heights(plain.depth) > -0.002
     assert board.mean() > 0.1
@@ -181,7 +174,7 @@ def test_a_joint_left_between_its_ends_is_pushed_to_the_nearer_one(monkeypatch, 
     assert (seen.outcome, seen.sensed["nudged"], seen.sensed["verdict"]) == (outcome, True, "failed")
 
 
-def test_ones_own_hand_moves_a_free_joint_feels_a_locked_one_and_is_named_by_its_digest():
+def test_ones_own_hand_moves_a_free_joint_feels_a_locked_one_and_is_named_by_its_digest(tmp_path):
     plant = twin(hand=str(HAND))
     blocked, moved = plant.attempt(FIRST), plant.attempt(FREE)
     assert (blocked.outcome, blocked.sensed["verdict"]) == ("blocked", "blocked")
@@ -192,20 +185,17 @@ def test_ones_own_hand_moves_a_free_joint_feels_a_locked_one_and_is_named_by_its
     assert resolve_plant(spec).spec == spec
     with pytest.raises(BadFile, match="another model: its digest is"):
         twin(hand=str(HAND), hand_digest="0" * 16)
-
-
-def test_what_is_no_hand_is_refused_in_one_line(tmp_path):
     path = written(tmp_path, "<mujoco><worldbody><body><geom size='.01'/></body></worldbody></mujoco>")
     with pytest.raises(BadFile, match="no site 'tool' in a body, which is where the hand holds the top of a knob$"):
         twin(hand=str(path))
 
 
-def test_a_change_of_the_plant_plays_as_a_study_with_that_plant_does():
-    """The same luck, and the same step."""
+def test_a_hand_that_misses_believes_that_it_moved_whether_the_plant_or_a_condition_errs():
+    """Truth and belief part; the same luck, and the same step."""
     short = {"agent": "human-inspired", "max_steps": 1, "seed": 3}
     plain = run_trial(plant="twin?pose_error=0.03", **short)
     missing = run_trial(plant="twin", condition="plant?pose_error=0.03", **short)
     assert missing.steps == plain.steps
     assert (missing.plant, missing.doses) == (plain.plant, {"plant.pose_error": 0.03})
-    perfect = run_trial(plant="twin", **short)
-    assert [step.sensed for step in perfect.steps] != [step.sensed for step in plain.steps]
+    snapshot = twin(pose_error=0.03).attempt(FREE)
+    assert (snapshot.outcome, snapshot.configuration, snapshot.sensed["verdict"]) == ("blocked", CHAIN.initial, "moved")

@@ -60,7 +60,7 @@ def test_kinematics_limits_and_masses_are_the_published_ones():
         assert data.site("end").xmat.reshape(3, 3) == pytest.approx(wanted[:3, :3], abs=1e-12)
 
 
-@pytest.mark.parametrize(("tilt", "height"), [(0, 0.16), (20, 0.2), (45, 0.45), (80, 0.8)])
+@pytest.mark.parametrize(("tilt", "height"), [(0, 0.16), (45, 0.45), (80, 0.8)])
 @pytest.mark.parametrize(("forward", "left"), [(0.5, 0.0), (0.45, 0.3), (0.55, -0.3)])
 def test_the_tool_is_where_it_was_asked_to_be(model, forward, left, tilt, height):
     """What a steep panel needs is height: under it the wrist would have to bend further than it can."""

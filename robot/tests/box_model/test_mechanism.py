@@ -1,11 +1,15 @@
-"""Pins and blocks do what the interlock says, whatever is pushed, and nothing else moves."""
+"""Gates say what the interlock says, and pins and blocks do it, whatever is pushed, and nothing else moves."""
 
 import itertools
 
 import numpy as np
 import pytest
 from box_model.scenes import mechanism_of, two_joints
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lockprobe_robot.box_model.gates import gates_of
 
+from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import Recipe, box, generate
 from lockprobe.foundation.errors import PlantFault
 
@@ -68,3 +72,25 @@ def test_more_than_a_box_knows_is_a_fault_and_what_it_knows_is_not():
         PlantFault, match=r"more than 8% of its travel from its ends .*revolute-right 0\.40.*less friction"
     ):
         mechanism.configuration_after(3, before)
+
+
+NAMES = tuple("abcd")
+
+
+def clauses(joint):
+    others = [name for name in NAMES if name != joint]
+    return st.lists(st.dictionaries(st.sampled_from(others), st.booleans(), max_size=3), min_size=1, max_size=4)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.fixed_dictionaries({name: clauses(name) for name in NAMES}))
+def test_all_gates_stand_open_exactly_when_the_joint_may_move(interlock):
+    joints = tuple(Joint(name=name, kind="prismatic") for name in NAMES)
+    ruled = {name: tuple(found) for name, found in interlock.items()}
+    drawn = Lockbox(name="drawn", joints=joints, interlock=ruled, initial=(False,) * 4, target="a")
+    gates = gates_of(drawn)
+    for configuration in itertools.product((False, True), repeat=4):
+        for joint in range(4):
+            mine = [gate for gate in gates if gate.joint == joint]
+            is_open = all(any(configuration[j] == p for j, p in gate.literals) for gate in mine)
+            assert is_open == drawn.may_move(configuration, joint)

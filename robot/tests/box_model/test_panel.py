@@ -14,7 +14,7 @@ from lockprobe.boxes.families import STRUCTURES, Recipe, box, generate
 from lockprobe.foundation.errors import BadValue
 
 LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
-FEW = ("chain-2", "chain-4", "chain-8", "branched", "common-cause-4")
+FEW = ("chain-4", "branched")
 
 
 def drawn(layout):

@@ -4,12 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 from box_model.scenes import mechanism_of, scene_of
-from lockprobe_robot.box_model.appearance import appearance_of
-from lockprobe_robot.box_model.board_texture import PIXELS_PER_METRE, paint_board
 from lockprobe_robot.box_model.mounted_joint import KNOB_RADIUS, KNOB_TOP
-from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.geom_groups import ARM, CAMERA, HIDDEN, NOTHING, PANEL, SHOWN_GROUPS
-from lockprobe_robot.twin_settings import SceneSettings
 
 from lockprobe.boxes.families import box
 
@@ -59,33 +55,6 @@ def test_the_same_seed_gives_the_same_model_and_another_one_another_and_friction
     assert thrice == pytest.approx(3 * once)
 
 
-def pixel(panel, point):
-    column, row = ((np.array(point) * (1, -1) + np.array(panel.size) / 2) * PIXELS_PER_METRE).astype(int)
-    return row, column
-
-
-def test_a_track_is_dark_its_ends_are_told_apart_and_what_is_left_out_is_wood():
-    panel, labels = lay_out_panel(box("chain-4")), tuple("ABCD")
-    look = appearance_of(SceneSettings(), np.random.default_rng(1))
-
-    def painted(**settings):
-        return paint_board(panel, labels, look, SceneSettings(**settings), target=0).astype(int)
-
-    usual, without, bare = painted(), painted(discs=False), painted(board="bare", labels=False)
-    for mounted in panel.mounted_joints:
-        start, middle, end = (pixel(panel, mounted.knob(fraction)) for fraction in (0, 0.5, 1))
-        assert usual[start].sum() > 650
-        assert usual[middle].sum() < 120
-        assert usual[end].sum() < 120
-        assert (without[start] == without[end]).all()
-        assert bare[middle].sum() > 250
-    unlabelled = painted(labels=False)
-    for label in panel.labels:
-        row, column = pixel(panel, label)
-        letter = np.s_[row - 40 : row + 40, column - 40 : column + 40]
-        assert (usual[letter] != unlabelled[letter]).any()
-
-
 def in_picture(model, data, points):
     """Points of the world in the picture of the plant's camera of 4 by 3: -1 to 1 from left to right, and up."""
     eye = model.camera(CAMERA).id
@@ -95,7 +64,7 @@ def in_picture(model, data, points):
 
 
 @pytest.mark.parametrize("viewpoint", ["plain", "oblique"])
-@pytest.mark.parametrize(("name", "tilt"), [("chain-2", 0), ("chain-4", 20), ("chain-8", 60)])
+@pytest.mark.parametrize(("name", "tilt"), [("chain-4", 20), ("chain-8", 60)])
 def test_board_and_handles_are_in_the_picture_with_a_margin(name, tilt, viewpoint):
     scene, model, data = model_of(name, tilt=tilt, viewpoint=viewpoint)
     panel = scene.panel

@@ -174,11 +174,3 @@ def test_the_hold_out_error_grows_with_the_noise_and_is_no_smaller_than_the_erro
     seen = views(16)
     seen[5].hand[:3, 3] += (0.03, 0, 0)
     assert max(library._held_out(seen, tags)) > 20, "a single wrong view shows in the worst error"
-
-
-def test_views_that_contradict_each_other_have_no_pose():
-    seen = views()
-    for view, turn in zip(seen, Rotation.random(len(seen), random_state=0), strict=True):
-        view.board[:3, :3] = turn.as_matrix()
-    with pytest.raises(BadValue, match="tags in their places: no pose"):
-        solved(seen)

@@ -3,11 +3,11 @@
 import pytest
 from lockprobe_robot.hardware import sight
 from plants.person import Person, handles_text
-from typed import typed
+from typed import in_process
 
 from lockprobe.boxes.families import box
 from lockprobe.cli.run import run
-from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
@@ -40,10 +40,8 @@ def test_a_folder_is_played_and_the_study_is_that_of_the_spec(tmp_path):
         study("flips", **{**PLAYED, "p": [0.0], "shuffle": "trial"}, plant=spelled)
 
 
-def test_a_folder_without_places_of_handles_is_refused_in_one_line(tmp_path):
-    done = typed("run", "flips", "--agent", "random", "--plant", "manual?camera=shots", cwd=tmp_path)
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
-    assert done.stderr.startswith(
-        "lockprobe: shots/handles.toml: no such file; it says where pictures show the handles"
-    )
+def test_a_folder_without_places_of_handles_is_refused_in_one_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BadFile, match="^shots/handles.toml: no such file; it says where pictures show the handles.*$"):
+        in_process("run", "flips", "--agent", "random", "--plant", "manual?camera=shots")
     assert list(tmp_path.iterdir()) == []

@@ -95,13 +95,11 @@ def test_attempts_through_it_say_what_the_rules_say(arm, robot):
 def test_it_gives_way_by_force_over_stiffness(arm, robot):
     point = np.array([0.5, 0.2, 0.4])
     arm.reach(point, STRAIGHT)
-    assert robot.turn == pytest.approx([np.pi, 0, 0])
     arm.follow(point, np.zeros(3), stiffness=1000.0)
     robot.arm.force = lambda: np.array([4.0, 0.0, -6.0])  # the weight, and 4 N along x
     for _ in range(50):
         arm.follow(point, np.zeros(3), stiffness=1000.0)
     assert arm.position() == pytest.approx(point + np.array([0.004, 0, 0]), abs=1e-6)
     arm.reach(point, np.array([0.0, 0.6, -0.8]))
-    assert np.linalg.norm(robot.turn) > 0
     tool = Rotation.from_rotvec(robot.turn).as_matrix()
     assert tool[:, 2] == pytest.approx([0, 0.6, -0.8])
