@@ -5,7 +5,6 @@ Directories and files name code in every place that can name code. The code is a
 that leaves a file when it is imported, and a shell command that leaves one when it is called.
 """
 
-import io
 import json
 import re
 import shutil
@@ -22,16 +21,16 @@ import forked
 import pytest
 import strangers
 import typer
-from builders import play_study, small_study, write_study
+from builders import play_study, write_study
 from placeholders import undrawn
 from stored import rewrite
+from typed import typed_here
 
 from lockprobe.boxes.families import box
-from lockprobe.cli import build, every_command, main
+from lockprobe.cli import build, every_command
 from lockprobe.foundation import plugins
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.told import Drop
-from lockprobe.people.web import app
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.trial_json import trial_to_json
@@ -161,96 +160,72 @@ def placeholders():
 
 
 @pytest.fixture
-def lockprobe(tmp_path, monkeypatch, capfd):
-    """Runs a command in a directory with the canary; people's server stops as soon as people could come.
-
-    What commands of another test named may not run in this one.
-    """
+def here(tmp_path, monkeypatch):
+    """The working directory, with the canary. What commands of another test named may not run in this one."""
     text = f"import pathlib\npathlib.Path({str(tmp_path / SUNG)!r}).touch()\n{strangers.WORKING}"
     (tmp_path / f"{MODULE}.py").write_text(text, "utf-8")
     monkeypatch.setattr(plugins, "_named", set())
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
-
-    async def serve(directory, study, experiment, words, options, *, announce):
-        async with app.opened(directory, study, experiment, words, options) as (where, state):
-            announce(where, state)
-
-    monkeypatch.setattr(app, "serve", serve)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["lockprobe", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        out, err = capfd.readouterr()
-        return ended.value.code or 0, out, err
-
-    yield run
+    yield tmp_path
     sys.modules.pop(MODULE, None)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("command", TAKING)
-def test_no_command_runs_what_a_directory_or_a_file_names(tmp_path, lockprobe, command, kind):
+def test_no_command_runs_what_a_directory_or_a_file_names(here, command, kind):
     for number, line in enumerate(TAKING[command]):
-        if line[-1] == "mine" and not (tmp_path / "mine").exists():  # it could not be imported
+        if line[-1] == "mine" and not (here / "mine").exists():  # it could not be imported
             continue
-        files = study_files(tmp_path) if "FILE" in line else [tmp_path]
+        files = study_files(here) if "FILE" in line else [here]
         for file in files if kind == "agents" or len(files) == 1 else []:
             given = [one.replace("FILE", str(file)) for one in line]
             for name in ("DIR", "OTHER"):
                 if any(name in one for one in line):
-                    there = str(_directory(tmp_path / f"{name}-{number}", kind))
+                    there = str(_directory(here / f"{name}-{number}", kind))
                     given = [one.replace(name, there) for one in given]
-            status, out, err = lockprobe(*given)
-            assert not (tmp_path / SUNG).exists(), f"{' '.join(given)} ran it: {out}{err}"
-            assert "Traceback" not in err, err
+            done = typed_here(*given)
+            assert not (here / SUNG).exists(), f"{' '.join(given)} ran it: {done.stdout}{done.stderr}"
+            assert "Traceback" not in done.stderr
             assert MODULE not in sys.modules
-            assert str(tmp_path) not in sys.path
-            if status == 2:
-                assert err.splitlines()[-1].startswith("lockprobe: "), err
+            assert str(here) not in sys.path
+            assert done.returncode != 2 or done.stderr.splitlines()[-1].startswith("lockprobe: "), done.stderr
 
 
-def test_the_same_name_runs_when_it_is_named_in_the_command(tmp_path, lockprobe):
+def test_the_same_name_runs_when_it_is_named_in_the_command(here):
     """So that the canary is one: it sings where a person names it, and forks need the name."""
-    there = _directory(tmp_path / "there", "agents")
     spec = AGENTS[1]
-    status, _, err = lockprobe("branch", str(there), f"flips/{spec}/flip?p=0.4", "--at", "2")
-    assert status == 2
+    branch = ("branch", _directory(here / "there", "agents"), f"flips/{spec}/flip?p=0.4", "--at", "2")
+    done = typed_here(*branch)
     said = f"lockprobe: agent: got '{spec}', expected --allow with it in this command (in Python: "
-    assert err.startswith(said)
-    status, _, err = lockprobe("branch", str(there), f"flips/{spec}/flip?p=0.4", "--at", "2", "--allow", spec)
-    assert status == 1, err  # it plays, and not as the strategy did whose records these are
-    assert (tmp_path / SUNG).exists()
+    assert (done.returncode, done.stderr.startswith(said)) == (2, True)
+    done = typed_here(*branch, "--allow", spec)
+    assert done.returncode == 1, done.stderr  # it plays, and not as the strategy did whose records these are
+    assert (here / SUNG).exists()
 
 
-@pytest.mark.parametrize(("kind", "named"), [("agents", AGENTS[1]), ("plant", PLANT), ("condition", ACTING)])
-def test_one_s_own_study_is_resumed_by_the_command_that_began_it(tmp_path, lockprobe, kind, named):
-    option = {"agents": "--agent", "plant": "--plant", "condition": "--condition"}[kind]
-    rest = () if kind == "agents" else ("--agent", "random")
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize(("kind", "named"), [("agent", AGENTS[1]), ("plant", PLANT), ("condition", ACTING)])
+def test_one_s_own_study_is_resumed_by_the_command_that_began_it(kind, named):
+    rest = () if kind == "agent" else ("--agent", "random")
     short = ("--trials", "1", "--repetitions", "1", "--workers", "1", "--no-report", "--out", "mine")
-    begun = ("run", "flips", option, named, *rest, *short)
     for _ in range(2):
-        status, _, err = lockprobe(*begun)
-        assert status == 0, err
-    assert lockprobe("verify", "mine")[0] == 0
+        assert typed_here("run", "flips", f"--{kind}", named, *rest, *short).returncode == 0
+    assert typed_here("verify", "mine").returncode == 0
 
 
-def test_verify_runs_nothing_of_an_installed_package(tmp_path, monkeypatch, lockprobe):
-    (tmp_path / "installed").mkdir()
-    text = (tmp_path / f"{MODULE}.py").read_text("utf-8")
-    strangers.install(tmp_path / "installed", monkeypatch, text=text)
+def test_verify_runs_nothing_of_an_installed_package(here, monkeypatch):
+    (here / "installed").mkdir()
+    strangers.install(here / "installed", monkeypatch, text=(here / f"{MODULE}.py").read_text("utf-8"))
     line = ["run", "flips", "--agent", "first", "--condition", "hush", "--trials", "2", "--repetitions", "1"]
-    line += ["--workers", "1"]
-    assert lockprobe(*line, "--plant", "plain", "--out", "mine")[0] == 0
-    assert '"measures.untold"' in (tmp_path / "mine" / "results.json").read_text("utf-8")
-    (tmp_path / SUNG).unlink()
+    assert typed_here(*line, "--workers", "1", "--plant", "plain", "--out", "mine").returncode == 0
+    assert '"measures.untold"' in (here / "mine" / "results.json").read_text("utf-8")
+    (here / SUNG).unlink()
     monkeypatch.delitem(sys.modules, "strange")
-    status, said, _ = lockprobe("verify", "mine")
-    assert status == 0, said
-    assert "; 4 more need a plant or an intervention that does not ship, or a real box, and are not played" in said
-    assert not (tmp_path / SUNG).exists()
+    done = typed_here("verify", "mine")
+    assert done.returncode == 0, done.stdout
+    assert "; 4 more need a plant or an intervention that does not ship, or a real box, and are not" in done.stdout
+    assert not (here / SUNG).exists()
 
 
 NAMES = sorted(
@@ -268,43 +243,20 @@ main()
 """
 
 
-@pytest.fixture
-def archive(tmp_path):
-    """A directory with a study and a file of every name, each of which leaves a trace if it is imported."""
-    write_study(tmp_path / "st", small_study())
+def test_no_process_that_a_command_starts_runs_what_lies_there_but_what_a_person_names(tmp_path):
+    """The working directory has a file of every name, each of which leaves a trace if it is imported."""
+    sung = tmp_path / SUNG
     for name in NAMES:
-        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / SUNG)!r}, 'a').write('{name} ')\n", "utf-8")
-    return tmp_path
-
-
-def sung(archive):
-    trace = archive / SUNG
-    return trace.read_text() if trace.exists() else ""
-
-
-def test_no_process_that_a_command_starts_runs_what_lies_there(archive):
-    line = ("run", "flips", "--agent", "random", "--p", "0", "--trials", "9", "--repetitions", "1", "--workers", "2")
-    done = forked.run((*line, "--no-report", "--out", "st2"), script=AS_TYPED, cwd=archive)
-    assert (done.returncode, sung(archive)) == (0, ""), done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def test_the_files_would_run_where_python_looks_into_the_working_directory(archive):
-    subprocess.run([sys.executable, "-c", "import canary_of_spawn"], cwd=archive, capture_output=True)
-    assert "canary_of_spawn" in sung(archive)
-
-
-def test_what_a_person_names_still_runs_and_takes_nothing_else_along(archive):
-    (archive / "mine.py").write_text(
-        "import random, statistics\n"
-        "from lockprobe import Decision\n"
-        "class First:\n"
-        "    facts = {}\n    async def decide(self, situation, rng):\n"
-        "        return Decision(joint=situation.task.joints[0])\n"
+        (tmp_path / f"{name}.py").write_text(f"open({str(sung)!r}, 'a').write('{name} ')\n", "utf-8")
+    (tmp_path / "mine.py").write_text(
+        "import random, statistics\nfrom lockprobe import Decision\nclass First:\n    facts = {}\n"
+        "    async def decide(self, situation, rng):\n        return Decision(joint=situation.task.joints[0])\n"
     )
-    line = ("run", "flips", "--agent", "python:mine:First", "--p", "0", "--trials", "1", "--repetitions", "1")
-    done = forked.run((*line, "--no-report"), cwd=archive)
-    assert (done.returncode, sung(archive)) == (0, ""), done.stderr
+    line = ("run", "flips", "--agent", "python:mine:First", "--p", "0", "--trials", "9", "--repetitions", "1")
+    done = forked.run((*line, "--workers", "2", "--no-report", "--out", "st2"), script=AS_TYPED, cwd=tmp_path)
+    assert (done.returncode, sung.exists(), "Traceback" in done.stderr) == (0, False, False), done.stderr
+    subprocess.run([sys.executable, "-c", "import canary_of_spawn"], cwd=tmp_path, capture_output=True)
+    assert "canary_of_spawn" in sung.read_text()  # where Python looks into the working directory they do run
 
 
 def test_every_place_that_starts_an_interpreter_does_so_safely():

@@ -2,11 +2,9 @@
 
 import base64
 import contextlib
-import io
 import json
 import os
 import sqlite3
-import zipfile
 import zlib
 from collections import Counter
 from typing import ClassVar
@@ -16,8 +14,8 @@ import pytest
 from placeholders import undrawn
 from provider_server import completion, failure, here, names, truthful
 from stored import records
+from typed import typed_here
 
-from lockprobe.cli import main
 from lockprobe.foundation.errors import ModelFault, ReplyFault
 from lockprobe.foundation.redaction import without_secrets
 from lockprobe.studies.running.single import run_trial
@@ -56,16 +54,12 @@ def leaks(content):
 
 
 def everything(directory):
-    """Every file below a directory, those within archives too, and every value in a store."""
+    """Every file below a directory, and every value in a store."""
     for path in directory.rglob("*"):
         if path.is_file():
-            content = path.read_bytes()
-            yield str(path), content
+            yield str(path), (content := path.read_bytes())
             if content.startswith(b"SQLite format 3"):
                 yield from values(path)
-            if zipfile.is_zipfile(io.BytesIO(content)):
-                with zipfile.ZipFile(path) as archive:
-                    yield from ((f"{path}!{name}", archive.read(name)) for name in archive.namelist())
 
 
 def values(path):
@@ -101,13 +95,10 @@ def repeating(echo):
     return answer
 
 
-def command(capfd, *arguments):
+def command(*arguments):
     """What the command prints, to both streams."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sys.argv", ["lockprobe", *map(str, arguments)])
-        with pytest.raises(SystemExit):
-            main()
-    return "".join(capfd.readouterr())
+    done = typed_here(*arguments)
+    return done.stdout + done.stderr
 
 
 @pytest.fixture(autouse=True)
@@ -124,10 +115,7 @@ def no_other_keys(monkeypatch):
         ("Incorrect API key provided: sk-proj-****wxyz", "Incorrect API key provided: [secret]"),
         ("API key not valid: AIzaSyA1234567890abcdefg", "API key not valid: [secret]"),
         ("Authorization: Bearer abc.def-ghi", "Authorization: [secret]"),
-        (
-            "{'authorization': 'Basic YTpi', 'x-api-key': 'abc'}",
-            "{'authorization': '[secret]', 'x-api-key': '[secret]'}",
-        ),
+        ("{'authorization': 'Basic YTpi', 'x-api-key': 'a'}", "{'authorization': '[secret]', 'x-api-key': '[secret]'}"),
         ("sent bearer abcdef to us", "sent bearer [secret] to us"),
         ("no route to http://a:b@host:1/v1?k=v", "no route to http://[secret]@host:1/v1?[secret]"),
         ("Bearer token required", "Bearer token required"),
@@ -173,22 +161,20 @@ def test_whatever_agent_repeats_a_key_it_is_not_recorded(monkeypatch):
 
 
 @pytest.mark.parametrize(("answers", "ending"), [(True, "solved"), (False, "error")])
-def test_a_url_with_user_password_and_token_reaches_the_provider_and_no_file(
-    tmp_path, monkeypatch, capfd, answers, ending
-):
+def test_a_url_with_user_password_and_token_reaches_the_provider_and_no_file(tmp_path, monkeypatch, answers, ending):
     run = ["run", "flips", "--agent", "llm:openai-api/fake/model", "--p", "0", "--trials", "1", "--repetitions", "1"]
     with contextlib.ExitStack() as stack:
         server = stack.enter_context(here())
         monkeypatch.setenv("FAKE_BASE_URL", plant(monkeypatch, server.url))
         if not answers:
             stack.close()
-        printed = command(capfd, *run, "--retries", "0", "--no-report", "--out", tmp_path / "study")
+        printed = command(*run, "--retries", "0", "--no-report", "--out", tmp_path / "study")
     assert [one["ending"] for one in records(tmp_path / "study")] == [ending]
     assert leaks(printed.encode()) == set()
     assert {name: found for name, content in everything(tmp_path) if (found := leaks(content))} == {}
 
 
-def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch, capfd):
+def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch):
     study = tmp_path / "study"
     encoded = base64.b64encode(f"user:{PASSWORD}".encode()).decode()
     echo = (
@@ -196,17 +182,17 @@ def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch
         f"{quote(KEY, safe='')} http://user:{quote(PASSWORD)}@127.0.0.1/v1?token={TOKEN}"
     )
     run = ["run", "flips", "--agent", "llm:openai-api/fake/model", "--p", "0", "--trials", "2", "--repetitions", "1"]
-    printed = []
     with here(repeating(echo)) as server, undrawn():
         plant(monkeypatch, server.url)
         ways = (["--no-report"], ["--no-report", "--json"], [])
-        printed += [command(capfd, *run, "--connections", "2", "--out", study, *more) for more in ways]
+        printed = [command(*run, "--connections", "2", "--out", study, *more) for more in ways]
     assert any(KEY in line for line in server.headers)
-    printed += [command(capfd, "status", study), command(capfd, "status", study, "--json")]
-    for kind in ("csv", "jsonl"):
-        printed.append(command(capfd, "export", study, "--format", kind, "--out", tmp_path / f"export.{kind}"))
-    printed.append(command(capfd, "export", study, "--table", "records", "--format", "jsonl"))
-    printed.append(command(capfd, "replay", study, records(study)[-1]["key"]))
+    lines = (
+        ["status", study], ["status", study, "--json"], ["export", study, "--out", tmp_path / "export.csv"],
+        ["export", study, "--format", "jsonl", "--out", tmp_path / "export.jsonl"],
+        ["export", study, "--table", "records", "--format", "jsonl"], ["replay", study, records(study)[-1]["key"]],
+    )  # fmt: skip
+    printed += [command(*line) for line in lines]
     written = dict(everything(tmp_path))
     assert {"export.csv", "export.jsonl"} <= {path.name for path in tmp_path.iterdir()}
     assert {name: found for name, content in written.items() if (found := leaks(content))} == {}

@@ -1,9 +1,14 @@
 """A command as typed, in a process of its own or in this one."""
 
+import contextlib
+import io
+import subprocess
+
 import forked
+import pytest
 from typer.testing import CliRunner
 
-from lockprobe.cli import build
+from lockprobe.cli import build, main
 
 
 def typed(*arguments, **settings):
@@ -18,3 +23,26 @@ def in_process(*words, stdin=""):
     if done.exception and not isinstance(done.exception, SystemExit):
         raise done.exception
     return done
+
+
+def typed_here(*words):
+    """Runs ``lockprobe`` here as typed, without input: exit status, output and errors.
+
+    People's server stops as soon as people could come.
+    """
+    from lockprobe.people.web import app
+
+    async def serve(*asked, announce):
+        async with app.opened(*asked) as (where, state):
+            announce(where, state)
+
+    out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True) for _ in range(2))
+    arguments = ["lockprobe", *map(str, words)]
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        patch.setattr(app, "serve", serve)
+        patch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
+        patch.setattr("sys.argv", arguments)
+        with pytest.raises(SystemExit) as ended:
+            main()
+    said = (one.buffer.getvalue().decode() for one in (out, err))
+    return subprocess.CompletedProcess(arguments, ended.value.code or 0, *said)
