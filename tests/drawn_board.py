@@ -1,9 +1,9 @@
 """Drawn pictures of a board with handles: wood with a grain, dark ways, marks at their ends, shadows, noise."""
 
 import numpy as np
-from depth_pictures import depth_at
 
-from lockprobe.interventions.camera import encode
+from lockprobe.interventions.camera import HEIGHTS, encode
+from lockprobe.trial.pictures.frame import to_png, turbo
 from lockprobe.trial.pictures.picture import Picture
 
 WIDTH, HEIGHT = 320, 240
@@ -47,15 +47,11 @@ def depths(positions, seed=1, *, noise=0.0):
 
 def coloured(positions, seed=1, **looks):
     """The picture as a file."""
-    from lockprobe.trial.pictures.frame import to_png
-
     return Picture(kind="rgb", png=to_png(board(positions, seed, **looks)))
 
 
 def in_depth(positions, seed=1, *, noise=0.0):
     """Depth in colours, red is near, black is no reading, as a file."""
-    from lockprobe.trial.pictures.frame import to_png
-
     depth = depths(positions, seed, noise=noise)
     shown = encode(depth, "turbo", (0.5, 0.8), camera=None)
     return Picture(kind="depth", png=to_png(shown))
@@ -69,3 +65,21 @@ def deep(positions, camera):
         column, row = place[position]
         heights[(x - column) ** 2 + (y - row) ** 2 < 11**2] = 0.05
     return depth_at(camera, heights).astype(np.float32)
+
+
+def decode(image, kind, window, camera):
+    """The inverse of ``encode``, to within half a colour; 0 where there is no reading, or no colour of the scale."""
+    weights = np.array([65536, 256, 1])
+    colours, asked = turbo().astype(np.int64) @ weights, image.astype(np.int64) @ weights
+    order = np.argsort(colours)
+    level = order[np.clip(np.searchsorted(colours[order], asked), 0, 255)]
+    known = colours[level] == asked
+    first, last = HEIGHTS if kind == "height" else window[::-1]
+    values = first + level / 255 * (last - first)
+    return np.where(known, depth_at(camera, values) if kind == "height" else values, 0).astype(np.float32)
+
+
+def depth_at(camera, heights):
+    """The depth of points so high above the board: heights are linear in depth."""
+    at_zero, at_one = (camera.heights(np.full((camera.height, camera.width), depth)) for depth in (0.0, 1.0))
+    return (heights - at_zero) / (at_one - at_zero)

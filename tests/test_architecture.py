@@ -2,34 +2,16 @@
 
 import ast
 import importlib
-import pkgutil
 import re
 import tomllib
 from pathlib import Path
 
-import lockprobe_robot
 import pytest
-
-import lockprobe
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "lockprobe"
 ROBOT = ROOT / "robot" / "src" / "lockprobe_robot"
-FILES = sorted(
-    path.relative_to(source.parent).as_posix() for source in (SOURCE, ROBOT) for path in source.rglob("*.py")
-)
 ENGINES = ("lockprobe.agents.llm.client", "lockprobe.agents.llm.model", "lockprobe.__main__")
-MODULES = [
-    module.name
-    for package in (lockprobe, lockprobe_robot)
-    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
-    if module.name not in ENGINES
-]
-
-
-def text_of(name):
-    """A file by its name from the folder of its package on."""
-    return ((SOURCE if name.startswith("lockprobe/") else ROBOT).parent / name).read_text("utf-8")
 
 
 def test_the_map_is_short_and_its_floors_are_the_layers_that_are_enforced():
@@ -55,12 +37,7 @@ def test_a_recipe_names_places_that_exist(what, where):
     places = [place for place in re.findall(r"`([^`]+)`", where) if "/" in place or "." in place]
     assert places or "](docs/" in where or what == "a table", what
     for place in places:
-        assert (
-            (SOURCE / place).exists()
-            or (ROOT / place).exists()
-            or list(SOURCE.rglob(place))
-            or (ROBOT / place).exists()
-        ), place
+        assert any((at / place).exists() for at in (SOURCE, ROOT, ROBOT)) or list(SOURCE.rglob(place)), place
 
 
 def test_the_recipes_of_the_report_give_a_section_with_a_number_a_table_and_a_figure():
@@ -97,12 +74,8 @@ PROGRAMS = sorted(path for folder in ("benchmarks", "examples", "scripts") for p
 def test_what_programs_import_of_the_packages_is_there():
     imports = [(path, node) for path in PROGRAMS for node in ast.walk(ast.parse(path.read_text("utf-8")))]
     for path, node in imports:
-        if (
-            isinstance(node, ast.ImportFrom)
-            and (node.module or "").startswith("lockprobe")
-            and node.module not in ENGINES
-        ):
-            module = importlib.import_module(node.module)
+        name = (isinstance(node, ast.ImportFrom) and node.module) or ""
+        if name.startswith("lockprobe") and name not in ENGINES:
+            module = importlib.import_module(name)
             for one in node.names:
-                there = hasattr(module, one.name) or importlib.import_module(f"{node.module}.{one.name}")
-                assert there, f"{one.name} of {path.name}"
+                assert hasattr(module, one.name) or importlib.import_module(f"{name}.{one.name}"), path.name

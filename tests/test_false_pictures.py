@@ -7,8 +7,6 @@ import mujoco
 import numpy as np
 import pytest
 from drawn_board import HANDLES, HEIGHT, WIDTH, board, deep
-from lockprobe_robot.twin import Twin
-from lockprobe_robot.twin_settings import TwinSettings
 from seen import PhotographedPlant
 
 from lockprobe.agents.catalogue import resolve
@@ -56,8 +54,7 @@ def lived(trial):
 @pytest.mark.parametrize(
     ("told", "modality", "seed"),
     [
-        ("flip?p=0.4", "rgb", 1), ("flip?p=0.5&others=kept", "rgb", 4), ("flip?p=0.5", "rgbd", 4),
-        ("drop?p=0.4", "rgb", 2), ("delay?lag=2", "rgb", 3),
+        ("flip?p=0.5&others=kept", "rgb", 4), ("flip?p=0.5", "rgbd", 4), ("drop?p=0.4", "rgb", 2), ("delay?lag=2", "rgb", 3),
     ],
 )  # fmt: skip
 def test_who_sees_well_plays_as_its_strategy_does_that_is_told_the_same_states(told, modality, seed):
@@ -80,36 +77,27 @@ def test_pictures_that_are_not_false_are_those_of_the_truth():
 
 
 @pytest.mark.parametrize("plant", ["fast-twin", "twin"])
-def test_drawing_what_is_not_changes_nothing_that_is(plant):
-    source = resolve_plant(f"{plant}?width=96&height=72")
-    one = source.make(box(), tuple("ABCD"), np.random.default_rng(5))
-    for joint in (None, 3):
-        seen = one.observe() if joint is None else one.attempt(joint)
-        before = whole_state(one)
-        first, false = seen.look(), seen.render(tuple(not position for position in seen.configuration))
-        assert whole_state(one) == before
-        assert (first.rgb != false.rgb).any()
-        np.testing.assert_array_equal(first.handles, false.handles)
-        np.testing.assert_array_equal(first.depth, seen.render(seen.configuration).depth)
+def test_a_false_picture_is_that_of_its_configuration_and_changes_nothing_that_is(plant):
+    one = resolve_plant(f"{plant}?width=96&height=72").make(box(), tuple("ABCD"), np.random.default_rng(5))
+    start = one.observe()
+    before, false = whole_state(one), start.render((False, False, False, True))
+    first = start.look()
+    assert whole_state(one) == before
+    np.testing.assert_array_equal(first.depth, start.render(start.configuration).depth)
+    seen = one.attempt(3)
+    assert seen.configuration == (False, False, False, True)
+    true = seen.look()
+    assert (first.rgb != true.rgb).any()
+    np.testing.assert_array_equal(first.handles, false.handles)
+    assert (np.abs(false.rgb.astype(int) - true.rgb).max(axis=2) > 40).mean() < 0.01
     one.close()
 
 
 def whole_state(plant):
-    model, data = plant._mechanism.model, plant._mechanism.data
-    everything = mujoco.mjtState.mjSTATE_INTEGRATION
+    model, everything = plant._mechanism.model, mujoco.mjtState.mjSTATE_INTEGRATION
     state = np.empty(mujoco.mj_stateSize(model, everything))
-    mujoco.mj_getState(model, data, state, everything)
+    mujoco.mj_getState(model, plant._mechanism.data, state, everything)
     return state.tobytes()
-
-
-def test_a_false_picture_is_the_picture_of_that_configuration_and_the_arm_stays():
-    settings = TwinSettings(width=160, height=120)
-    plant = Twin(box(), labels=tuple("ABCD"), settings=settings, rng=np.random.default_rng(2))
-    false = plant.observe().render((False, False, False, True)).rgb.astype(int)
-    plant.put((False, False, False, True))
-    true = plant.observe().look().rgb.astype(int)
-    plant.close()
-    assert (np.abs(false - true).max(axis=2) > 40).mean() < 0.002
 
 
 def test_a_plant_that_shows_only_what_is_says_so():

@@ -4,7 +4,6 @@ import re
 import subprocess
 import sys
 import tomllib
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -23,12 +22,6 @@ def test_every_name_is_there_and_only_once_thought_of():
         assert home.startswith("lockprobe")
         assert not any(part.startswith("_") for part in home.split("."))
     assert set(lockprobe.__all__) <= set(dir(lockprobe))
-
-
-def test_names_are_those_of_their_modules():
-    assert lockprobe.box is import_module("lockprobe.boxes.families").find_box
-    assert lockprobe.Plant is import_module("lockprobe.trial.protocols").Plant
-    assert lockprobe.tidy is import_module("lockprobe.interfaces.export").tidy
 
 
 def test_the_door_is_quick():
@@ -54,31 +47,19 @@ def test_a_box_is_had_by_name_path_or_object(tmp_path):
 
 
 MISTAKES = [
-    (
-        lambda: lockprobe.run_trial(agent="participant"),
-        "agent: got 'participant', expected one that is called: people join",
-    ),
     (lambda: lockprobe.run_trial(agent="mcp:x"), "agent: got 'mcp:x', expected one that is called: people join"),
     (lambda: lockprobe.run_trial(agent="random?x=1"), "no option of random is called 'x'; there are: none"),
     (lambda: lockprobe.study(3), "study: got 3, expected options, the path of a TOML file, or one of flips, "),
     (lambda: lockprobe.study(Path("none.toml")), "none.toml: cannot be read"),
-    (
-        lambda: lockprobe.run_study("flips", "directory"),
-        "study: got 'flips', expected a study, as lockprobe.study makes",
-    ),
-    (lambda: lockprobe.tidy("directory"), "trials: got 'directory', expected a trial or several"),
+    (lambda: lockprobe.run_study("flips", "d"), "study: got 'flips', expected a study, as lockprobe.study makes"),
     (lambda: lockprobe.tidy(None), "trials: got None, expected a trial or several"),
     (lambda: lockprobe.propagate(p="0.4"), "flip rate p: got '0.4', expected a number"),
-    (lambda: lockprobe.propagate(p=None), "flip rate p: got None, expected a number"),
     (lambda: lockprobe.propagate(modality=5), "modality: got 5, expected a text"),
     (lambda: lockprobe.propagate(max_steps="20"), "max_steps: got '20', expected a whole number from 1 to 10000"),
     (lambda: lockprobe.propagate(max_steps=10**10), "expected a whole number from 1 to 10000"),
     (lambda: lockprobe.population(trials=1.5), "trials: got 1.5, expected a whole number from 1"),
     (lambda: lockprobe.population(repetition="x"), "repetition: got 'x', expected a whole number from 1"),
-    (
-        lambda: lockprobe.population(flip=None),
-        "flip: got None, expected one of transient, sticky, outcome-only, memoryless, latched, independent, re-observed, integrated",
-    ),
+    (lambda: lockprobe.population(flip=None), "flip: got None, expected one of transient, sticky, outcome-only, mem"),
     (lambda: lockprobe.population(p=[0, 0.4]), "p: got \\[0, 0.4\\], expected a number"),
     (lambda: box_of(initial="00"), "initial: got '00', expected positions True \\(open\\) and False"),
     (lambda: box_of(interlock={"a": {"b": True}}), "interlock of a: got {'b': True}, expected a tuple of clauses"),
@@ -88,9 +69,8 @@ MISTAKES = [
 
 def box_of(**wrong):
     joints = tuple(lockprobe.Joint(name=name, kind="prismatic") for name in "ab")
-    return lockprobe.Lockbox(
-        **{"name": "x", "joints": joints, "interlock": {}, "initial": (False,) * 2, "target": "a"} | wrong
-    )
+    usual = {"name": "x", "joints": joints, "interlock": {}, "initial": (False,) * 2, "target": "a"}
+    return lockprobe.Lockbox(**usual | wrong)
 
 
 @pytest.mark.parametrize(("ask", "said"), MISTAKES)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from depth_pictures import decode
+from drawn_board import decode
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.camera import CameraChannel
