@@ -6,7 +6,6 @@ import os
 import pickle
 import signal
 from contextlib import ExitStack
-from functools import cache
 from pathlib import Path
 
 import forked
@@ -35,13 +34,8 @@ gc.disable()  # until all is collected
 
 ROOMS = Path(__file__).parent
 
-QUICK = ("boxes", "foundation", "interventions", "trial")
+QUICK = tuple(f"tests/{room}/" for room in ("boxes", "foundation", "interventions", "trial"))
 """Rooms of logic alone: no server, no browser, no model, no simulation. ``pytest -m quick`` runs these."""
-
-
-@cache
-def _is_quick(path):
-    return path.is_relative_to(ROOMS) and path.relative_to(ROOMS).parts[:1] in [(room,) for room in QUICK]
 
 
 def pytest_configure(config):
@@ -61,9 +55,10 @@ def pytest_ignore_collect(collection_path, config):
     """
     if not collection_path.is_file():
         return None
-    if config.option.markexpr == "quick" and not _is_quick(collection_path):
+    name = collection_path.relative_to(ROOMS.parent).as_posix()
+    if config.option.markexpr == "quick" and not name.startswith(QUICK):
         return True
-    if collection_path.suffix == ".py" and not collection_path.is_relative_to(ROOMS):
+    if name.endswith(".py") and not name.startswith("tests/"):
         return ">>>" not in collection_path.read_text("utf-8") or None
     return None
 
@@ -90,15 +85,14 @@ def pytest_collect_file(file_path):
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Tests in a browser come first: they mostly wait, and at the end nothing else would be left to do meanwhile."""
-    items.sort(key=lambda item: not item.path.is_relative_to(ROOMS / "people" / "web"))
+    items.sort(key=lambda item: not item.nodeid.startswith("tests/people/web/"))
     for item in items:
-        if _is_quick(item.path):
+        if item.nodeid.startswith(QUICK):
             item.add_marker(pytest.mark.quick)
 
 
 def pytest_collection_finish():
     """What was imported and collected stays to the end: the collector need not look through it again and again."""
-    gc.collect()
     gc.freeze()
     gc.enable()
     gc.set_threshold(50_000, 20, 20)  # thousands of trials are made here, and few objects in circles

@@ -228,11 +228,6 @@ def test_verify_runs_nothing_of_an_installed_package(here, monkeypatch):
     assert not (here / SUNG).exists()
 
 
-NAMES = sorted(
-    name for name in {*sys.stdlib_module_names, *packages_distributions(), "canary_of_spawn"} if name.isidentifier()
-)
-"""Every module that somebody may expect to be another one."""
-
 AS_TYPED = """
 import sys
 del sys.path[0]  # as with the command
@@ -245,8 +240,8 @@ main()
 
 def test_no_process_that_a_command_starts_runs_what_lies_there_but_what_a_person_names(tmp_path):
     """The working directory has a file of every name, each of which leaves a trace if it is imported."""
-    sung = tmp_path / SUNG
-    for name in NAMES:
+    sung, names = tmp_path / SUNG, {*sys.stdlib_module_names, *packages_distributions(), "canary_of_spawn"}
+    for name in filter(str.isidentifier, names):
         (tmp_path / f"{name}.py").write_text(f"open({str(sung)!r}, 'a').write('{name} ')\n", "utf-8")
     (tmp_path / "mine.py").write_text(
         "import random, statistics\nfrom lockprobe import Decision\nclass First:\n    facts = {}\n"
