@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from itertools import product
 
 import pytest
 from latecomer.late import Late
@@ -21,7 +20,6 @@ from lockprobe.testing import (
     play_trials,
 )
 
-AGENTS = ("human-inspired", "cognitive:perseverant")
 CONDITIONS = ["truth", "late?lag=1", "late?lag=2"]
 
 
@@ -81,16 +79,15 @@ def test_a_study_is_played_with_them(tmp_path):
 
 def test_a_sweep_over_the_lag_is_reported_with_all_of_them(tmp_path):
     out = tmp_path / "study"
-    command("run", "flips", *(f"--agent={name}" for name in AGENTS), "--plant", "weighed", "--sweep", "late?lag=0,1,2",
-            "--trials", "12", "--repetitions", "1", "--no-report", "--out", str(out))  # fmt: skip
+    command("run", "flips", "--agent", "human-inspired", "--plant", "weighed", "--sweep", "late?lag=0,1,2",
+            "--trials", "12", "--repetitions", "1", "--out", str(out))  # fmt: skip
     found = lockprobe.results(out)
-    assert [row.condition for row in found.where("success", agent="human-inspired", axis="", of="")] == CONDITIONS
+    assert [row.condition for row in found.where("success", axis="", of="")] == CONDITIONS
     (axis,) = found.design.axes
     assert (axis.axis.key, list(axis.axis.doses.values())) == ("late lag", [0, 1, 2])
     compared = found.where("success_difference", control="truth", axis="late lag", of="")
-    assert [(row.agent, row.condition) for row in compared] == [*product(AGENTS, CONDITIONS[1:])]
-    assert "higher doses of late" in found.answer
+    assert [row.condition for row in compared] == CONDITIONS[1:]
+    assert found.answer.startswith("Higher doses of late")
     shares = [row.value for row in found.where("measures.untold")]
     assert shares[0] == 0 < shares[1] < shares[2]
-    command("report", str(out))
     assert "come from lockprobe-latecomer 0.1.0" in command("verify", str(out))
