@@ -10,6 +10,7 @@ import csv
 import json
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -94,18 +95,12 @@ class Table:
             Missing: If Parquet is asked for and pyarrow is not installed.
             BadFile: If a file cannot be written, or is no regular file.
         """
-        beside = path.parent / f"{path.name}-metadata.json"
-        described = [
-            {
-                "name": column,
-                "titles": column,
-                "dc:description": facts["meaning"],
-                "datatype": _DATATYPES[facts["kind"]]
-                | {bound: facts[bound] for bound in ("minimum", "maximum") if bound in facts},
-            }
-            | ({"schema:unitText": facts["unit"]} if "unit" in facts else {})
-            for column, facts in self.columns.items()
-        ]
+        beside, described = path.parent / f"{path.name}-metadata.json", list[dict[str, Any]]()
+        for column, facts in self.columns.items():
+            bounds = {bound: facts[bound] for bound in ("minimum", "maximum") if bound in facts}
+            unit = {"schema:unitText": facts["unit"]} if "unit" in facts else {}
+            kept = {"name": column, "titles": column, "dc:description": facts["meaning"]} | unit
+            described.append(kept | {"datatype": _DATATYPES[facts["kind"]] | bounds})
         dictionary = {
             "@context": "http://www.w3.org/ns/csvw",
             "url": path.name,
@@ -114,11 +109,22 @@ class Table:
         }
         with atomic_files(beside, path) as (beside_draft, draft):
             beside_draft.write_text(f"{json.dumps(dictionary, indent=2, ensure_ascii=False)}\n", "utf-8")
-            if kind == "parquet":
-                self._write_parquet(draft)
-            else:
+            if kind != "parquet":
                 with draft.open("w", encoding="utf-8", newline="") as file:
                     self.write_text(file, kind)
+                return [path, beside]
+            try:
+                arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
+            except ImportError:
+                raise Missing("Parquet needs the package pyarrow", "pip install 'lockprobe[parquet]'") from None
+            kinds = {"integer": arrow.int64(), "number": arrow.float64(), "string": arrow.string()}
+            typed = {one["name"]: one["datatype"]["base"] for one in described}
+            rows = [
+                {column: None if cell == "" and typed[column] != "string" else cell for column, cell in row.items()}
+                for row in self.rows()
+            ]
+            schema = arrow.schema([(column, kinds[base]) for column, base in typed.items()])
+            parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), draft)
         return [path, beside]
 
     def write_text(self, file: IO[str], kind: Literal["csv", "jsonl"]) -> None:
@@ -136,24 +142,6 @@ class Table:
         kinds = [facts["kind"] for facts in self.columns.values()]
         writer.writerows(map(_for_csv, kinds, row.values()) for row in self.rows())
 
-    def _write_parquet(self, draft: Path) -> None:
-        try:
-            arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
-        except ImportError:
-            raise Missing("Parquet needs the package pyarrow", "pip install 'lockprobe[parquet]'") from None
-        kinds = {"integer": arrow.int64(), "number": arrow.float64(), "string": arrow.string()}
-        bases = {column: _DATATYPES[facts["kind"]]["base"] for column, facts in self.columns.items()}
-        rows = [
-            {column: None if cell == "" and bases[column] != "string" else cell for column, cell in row.items()}
-            for row in self.rows()
-        ]
-        parquet.write_table(
-            arrow.Table.from_pylist(
-                rows, schema=arrow.schema([(column, kinds[base]) for column, base in bases.items()])
-            ),
-            draft,
-        )
-
 
 def _cell(value: Any) -> Cell:
     if isinstance(value, str):
@@ -167,13 +155,10 @@ def _for_csv(kind: str, cell: Cell) -> Cell:
     if not isinstance(cell, str):
         return cell
     plain = cell.replace("\r\n", "\n").replace("\r", "\n")
-    if not plain.startswith(_FORMULA):
-        return plain
-    try:
+    with suppress(ValueError):  # a number is none, and anything else that begins so is
         float(plain)
-    except ValueError:
-        return f"'{plain}"
-    return plain
+        return plain
+    return f"'{plain}" if plain.startswith(_FORMULA) else plain
 
 
 def steps_table(trials: Sequence[Trial], acts: Mapping[tuple[str, int], Did] = _NONE) -> Table:
@@ -299,7 +284,21 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
         BadFile: If a file is damaged, a diary and a record disagree, or the table is of people and nobody took part.
     """
     if name == "calls":
-        return Table("calls", lambda: _calls(directory))
+        return Table(
+            "calls",
+            lambda: (
+                {
+                    "key": call.key,
+                    "agent": call.agent,
+                    "step": call.step,
+                    "call": call.turn,
+                    "input_tokens": call.usage.input_tokens,
+                    "output_tokens": call.usage.output_tokens,
+                    "call_seconds": call.seconds,
+                }
+                for call in read_calls(directory)
+            ),
+        )
     study, trials = read_study(directory), load(directory)
     diaries = [kept.without_identity(platform=platform_ids) for kept in read_diaries(directory)]
     acts = acts_of_steps(study, {trial.key: trial for trial in trials}, diaries, directory)
@@ -318,19 +317,6 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
         f"platform_{name}": {"meaning": f"{name}, as the recruitment platform gave it in the URL."} for name in named
     }
     return Table("participants", lambda: map(_participant, diaries), platform)
-
-
-def _calls(directory: Path) -> Iterator[Row]:
-    for call in read_calls(directory):
-        yield {
-            "key": call.key,
-            "agent": call.agent,
-            "step": call.step,
-            "call": call.turn,
-            "input_tokens": call.usage.input_tokens,
-            "output_tokens": call.usage.output_tokens,
-            "call_seconds": call.seconds,
-        }
 
 
 def _participant(kept: Diary) -> Row:

@@ -133,7 +133,7 @@ class EnvironmentSettings:
         self.space: spaces.Space[Any]
         if self.shown == "symbolic":
             gaps = any(isinstance(one, Channel) and not InterventionTraits.of(one).always_tells for one in self.chain)
-            told = [2 + gaps] * joints if self.positions else []
+            told = [2 + gaps] * joints * self.positions
             self.space = spaces.MultiDiscrete([joints, joints + 1, 3 if self.outcomes else 1, *told])
             return
         if source.picture_size is None:
@@ -159,7 +159,10 @@ class PlainEpisode:
     Attributes:
         ending: How the trial ended; None before.
         actions: The joints attempted so far, by their number in the listing.
+        info: Nothing: the report says it all.
     """
+
+    info: ClassVar[dict[str, Any]] = {}
 
     def __init__(self, settings: EnvironmentSettings, key: EpisodeKey) -> None:
         self.ending: Ending | None = None
@@ -196,13 +199,6 @@ class PlainEpisode:
         attempted = self.actions[-1] + 1 if self.actions else 0
         told = [self._told >> i & 1 for i in range(len(self._listing))] if self._settings.positions else ()
         return np.array((self._target, attempted, self._outcome, *told), dtype=np.int64)
-
-    def info(self) -> dict[str, Any]:
-        """Nothing: the report says it all."""
-        return {}
-
-    def close(self) -> None:
-        """Do nothing: it holds nothing open."""
 
 
 class HeldEpisode:
@@ -272,6 +268,7 @@ class HeldEpisode:
         metres = seen["depth16"].astype(np.float32)[..., None] / np.float32(1000)
         return {"rgb": rgb, "depth": np.where(metres <= _FARTHEST, metres, np.float32(0))}
 
+    @property
     def info(self) -> dict[str, Any]:
         """With pictures the task, which they do not show."""
         if self._settings.shown == "symbolic":
@@ -350,7 +347,7 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         self.close()
         self._next = begun._replace(trial=begun.trial + 1)
         self._episode = (HeldEpisode if self.settings.flips is None else PlainEpisode)(self.settings, begun)
-        return self._episode.observation(), self._episode.info()
+        return self._episode.observation(), dict(self._episode.info)
 
     def step(self, action: np.int64 | int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Attempt a joint.
@@ -366,14 +363,13 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         if not self.action_space.contains(action):
             raise BadValue("action", action, f"a whole number from 0 to {self.settings.box.joints - 1}")
         episode.attempt(int(action))
-        ending = episode.ending
-        if ending is not None:
+        if episode.ending is not None:
             self._finished = episode
-        solved = ending == "solved"
-        return episode.observation(), float(solved), solved, ending == "budget", episode.info()
+        solved = episode.ending == "solved"
+        return episode.observation(), float(solved), solved, episode.ending == "budget", dict(episode.info)
 
     def close(self) -> None:
         """Drop the unfinished trial and its plant."""
-        if self._episode is not None:
+        if isinstance(self._episode, HeldEpisode):
             self._episode.close()
         self._episode = None
