@@ -138,8 +138,6 @@ QUOTED = [
      lambda: [100 * course("random").success, 100 * course("random-no-repeat").success]),
     ("docs/agents.md", "(8 of 10 has a 95 % interval of {:.2f} to {:.2f})",
      lambda: [proportion(8, 10).low, proportion(8, 10).high]),
-    ("docs/agents.md", "0.1, 0.2 and 0.3 `target-first` reaches 80 % by step {}, {} and {}.",
-     lambda: [course(f"human-inspired?lapse={lapse}").by(0.8) for lapse in (0.1, 0.2, 0.3)]),
     ("docs/agents.md", "solves the box at *every* flip rate, within {} steps", lambda: [doubter_is_done_by()]),
     ("docs/agents.md", "an observer that believes them needs {} steps (80 % by step {}, all by {})",
      lambda: pace("ideal-observer?noise=naive")),
