@@ -155,7 +155,7 @@ TAKE_LONG = ("all four readings", "forty detect it", "solves the box at *every*"
 
 PRESETS = ("target-last", "target-any", "proximity", "target-first-per-configuration")
 HARD = {
-    "optimum": "", "optimal_plans": "", "random_success": ".3f", "random_no_repeat_success": ".3f", "cycle_success": ".3g",
+    "optimum": "", "optimal_plans": "", "cycle_success": ".3g",
 }  # fmt: skip
 ROWS = [
     *(("docs/agents.md", f"`{name}`", lambda name=name: pace(f"human-inspired:{name}")) for name in PRESETS[:3]),
