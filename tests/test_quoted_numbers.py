@@ -123,7 +123,6 @@ QUOTED = [
     ("docs/readings.md", "is {:.2f} without false reports", lambda: [course("cognitive:perseverant").success]),
     ("README.md", "solves the default box, `chain-4`, in 20 steps with probability {}.", lambda: success("random", 0)),
     ("README.md", "reference curve: 80 % by step {}, all by step 20.", lambda: [course().by(0.8)]),
-    ("docs/commands.md", "how often a blind agent loops: {:.4f}; also", lambda: [chance_level(20).probability]),
     ("README.md", 'holds an "action loop" with probability {:.4f}.', lambda: [chance_level(20).probability]),
     ("docs/limits.md", "holds an action loop with probability {:.4f}.", lambda: [chance_level(20).probability]),
     ("docs/teaching.md", "The truth is 0.4, and the best of seven is {:.2f} on average.", lambda: [best_of(7, 30, 0.4)]),
