@@ -140,8 +140,6 @@ QUOTED = [
     ("docs/agents.md", "(8 of 10 has a 95 % interval of {:.2f} to {:.2f})",
      lambda: [proportion(8, 10).low, proportion(8, 10).high]),
     ("docs/agents.md", "solves the box at *every* flip rate, within {} steps", lambda: [doubter_is_done_by()]),
-    ("docs/agents.md", "an observer that believes them needs {} steps (80 % by step {}, all by {})",
-     lambda: pace("ideal-observer?noise=naive")),
     ("docs/agents.md", "is a chain needs {} steps (80 % by step {}, all by {})",
      lambda: pace("ideal-observer?noise=naive&prior=chains")),
     ("benchmarks/README.md", "For 0 of 30 000 pushes the 95 % interval is 0 to {:.3f} %", lambda: [100 * both(0, 30_000)[1]]),
