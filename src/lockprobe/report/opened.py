@@ -6,7 +6,7 @@ Trials stand by agent and condition (cells), and by agent over the doses of an a
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -25,7 +25,7 @@ from lockprobe.studies import PEOPLE_DIRECTORY
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.decisions import Decision, answers_by_agent, block_orders, broken_by_agent, counted, planned_now
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.read_records import load, replaced_records
+from lockprobe.studies.records.read_records import played, records_of, replaced_records
 from lockprobe.studies.records.store import holds
 from lockprobe.studies.study import Study, design_of
 from lockprobe.trial.record import Trial
@@ -73,7 +73,8 @@ class OpenedStudy:
     Attributes:
         directory: The directory, for messages.
         study: The same as a study.
-        trials: All, by agent in the order of the settings, then by condition.
+        trials: All without their words, by agent in the order of the settings, then by condition.
+        results_hash: The hash of their records.
         replaced: Number of records of trials that were played again after an error.
         diaries: What participants did, in the order in which they joined.
         withdrawn: Number of participants who withdrew.
@@ -84,11 +85,16 @@ class OpenedStudy:
     directory: Path
     study: Study
     trials: tuple[Trial, ...]
+    results_hash: str
     replaced: int
     diaries: tuple[Diary, ...]
     withdrawn: int
     forks: tuple[Trial, ...] = ()
     measured: Sequence[Row] | None = None
+
+    def records(self, trials: Iterable[Trial]) -> Iterator[Trial]:
+        """The records of these trials, words and all, one after the other."""
+        return records_of(self.directory, (trial.key for trial in trials))
 
     @cached_property
     def every_look(self) -> EveryLook:
@@ -217,11 +223,12 @@ def open_study(directory: Path) -> OpenedStudy:
 
         diaries, gone = read_diaries(directory), withdrawn(directory)
     study = read_study(directory)
-    trials = sorted(load(directory, study), key=study.place_of)
+    trials, hashed = played(directory, study)
     return OpenedStudy(
         directory=directory,
         study=study,
-        trials=tuple(trials),
+        trials=tuple(sorted(trials, key=study.place_of)),
+        results_hash=hashed,
         replaced=len(replaced_records(directory)),
         diaries=tuple(diaries),
         withdrawn=gone,

@@ -16,7 +16,6 @@ from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.rows import Condition, Design, DoseAxis, Estimate, Player, Results, Row
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.every_look import E_PROCESS
-from lockprobe.studies.records.read_records import in_order, results_hash
 from lockprobe.studies.study import settings_of
 
 ONE_THREAD = 1
@@ -37,7 +36,7 @@ def results_of(numbers: OpenedStudy) -> Results:
         lockprobe=version("lockprobe"),
         study=settings | {"agents": list(study.labels)},  # what pages call them: specs may say more than is shown
         settings_hash=study.settings_hash,
-        results_hash=results_hash(study, in_order(numbers.trials)),
+        results_hash=numbers.results_hash,
         progress=numbers.progress,
         design=_design(numbers),
     ).with_rows(rows)

@@ -36,7 +36,7 @@ from lockprobe.studies.decisions import due
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Facts, facts_said, note
-from lockprobe.studies.records.read_records import contradictions, in_order, results_hash
+from lockprobe.studies.records.read_records import contradictions
 from lockprobe.studies.records.store import ALBUM, STORE, read
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.pictures.picture import Picture
@@ -112,7 +112,7 @@ class _PlayedAgain:
         self.owed = {plan.key: plan for plan in plans if plan.key not in finished}
         self.again, kept = list[ReplayedTrial](), kept_replies(read_calls(self.directory))
         with asyncio.Runner() as runner:
-            for done, trial in enumerate(opened.trials, 1):
+            for done, trial in enumerate(opened.records(opened.trials), 1):
                 condition = self.study.labelled(trial.condition)
                 plan = self.study.plan(trial.agent, condition, trial.repetition, trial.trial)
                 self.again.append(runner.run(played_again(plan, trial, kept.get(trial.key, ()))))
@@ -151,7 +151,7 @@ def _settings(of: _PlayedAgain) -> Iterator[Check]:
             if (found := InterventionTraits.of(made).doses) != doses:
                 failed.append(f"{condition.label}: the doses of {spec} are {found}, not {doses}")
     yield Check("settings", f"all {len(of.trials)} trials are of seed {own.seed} and of these settings", failed)
-    hashes = {"settings": own.settings_hash, "results": results_hash(own, in_order(of.opened.trials))}
+    hashes = {"settings": own.settings_hash, "results": of.opened.results_hash}
     for what, published in of.published.items():
         if published is not None:
             same = published.strip().lower() == hashes[what]
@@ -249,7 +249,7 @@ def _attempts(of: _PlayedAgain) -> Iterator[Check]:
     held = [one for one in of.opened.trials if spec_kind(one.agent) == MCP or (one.player and diaries)]
     if held or logged or diaries:
         failed = list[str]()
-        for one in held:
+        for one in of.opened.records(held):
             pairs = [(step.told, step.decision) for step in one.steps]
             done = [RecordedAttempt(said.joint, said.claimed, told, said.hypothesis) for told, said in pairs]
             if done != [*logged.pop(one.key, ())] and not one.owed_again:  # of a box that broke the log starts anew
@@ -274,7 +274,8 @@ def _forks(of: _PlayedAgain) -> Iterator[Check]:
             name = fork.fork
             try:
                 assert name is not None
-                plan = fork_plan(own, of.trials[name.parent], name)
+                (parent,) = opened.records([of.trials[name.parent]])
+                plan = fork_plan(own, parent, name)
             except (UserMistake, ValueError, KeyError, StopIteration):  # an unknown arm; a trial of another condition
                 failed.append(f"{fork.key}: it is a fork of no trial on record")
                 continue

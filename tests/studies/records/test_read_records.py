@@ -19,9 +19,9 @@ from lockprobe.studies.records import store
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import (
     contradictions,
-    in_order,
     load,
     on_record,
+    played,
     replaced_records,
     results_hash,
     stored_records,
@@ -32,8 +32,14 @@ from lockprobe.studies.records.store import keep_picture, read
 from lockprobe.studies.running.runner import run
 from lockprobe.studies.study import settings_of
 from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.record import Decision
+from lockprobe.trial.trial_json import trial_to_json
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
+
+
+def in_order(trials):
+    return map(trial_to_json, sorted(trials, key=lambda trial: trial.key))
 
 
 def named(label, spec):
@@ -171,6 +177,7 @@ def test_what_is_counted_in_the_store_is_what_is_loaded(tmp_path):
 OTHER = {
     "agent": "'human-inspired'", "player": "'participant:aaaa'", "condition": "'flip?p=0.3'", "repetition": "2",
     "trial": "2", "fork": "'lie'", "ending": "'solved'", "owed": "1", "steps": "19", "boundary": "'model'",
+    "kind": "7", "shorthand": "'0000 0 A00-0000'",
 }  # fmt: skip
 
 
@@ -210,3 +217,50 @@ def test_the_same_study_twice_has_the_same_hashes_and_every_record_counts(tmp_pa
     changed = [replace(one[0], changed_steps=9), *one[1:]]
     others = {results_hash(planned(), in_order(found)) for found in (one[1:], changed)}
     assert len(others | {first, results_hash(planned(seed=2), in_order(one))}) == 4
+
+
+WORDLESS = {"labels": (), "listing": (), "opening": ""}
+
+
+def without_words(trial):
+    steps = [
+        replace(one, told="", remark="", decision=Decision(joint="", claimed=one.decision.claimed))
+        for one in trial.steps
+    ]
+    return replace(trial, steps=tuple(steps), **WORDLESS)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {
+            "agent": ["random", "ideal-observer", "cognitive:careful"],
+            "p": [0, 0.4],
+            "box": ["chain-4", "fork"],
+            "trials": 2,
+        },
+        {
+            "agent": ["human-inspired"],
+            "condition": ["correction?p=0.5", "drop?p=0.5", "tremble?p=0.3"],
+            "trials": 3,
+        },
+        {"agent": ["human-inspired"], "modality": ["symbolic", "symbolic?tell=outcome"], "p": [0, 1], "trials": 2},
+    ],
+)
+def test_numbers_are_made_of_what_the_records_say(tmp_path, more):
+    """Of each trial all but words; of one whose record says more, such as a correction, the whole record."""
+    planned = study("flips", repetitions=2, max_steps=8, **more)
+    whole = run_study(planned, tmp_path)
+    found, hashed = played(tmp_path, planned)
+    assert hashed == results_hash(planned, in_order(whole))
+    short = [without_words(one) != one and two == without_words(one) for one, two in zip(whole, found, strict=True)]
+    assert [two if is_short else one for one, two, is_short in zip(whole, found, short, strict=True)] == found
+    assert sum(short) > len(found) / 4
+
+
+def test_a_damaged_shorthand_is_named(tmp_path):
+    write_study(tmp_path, STUDY, [make_trial([0] * 20, trial=number) for number in (1, 2)])
+    for damage in ("0000", "0000 0,0,0 A00-", "0000 0 Z00-", "0000 0 A"):
+        sql(tmp_path, f"update trial set shorthand = '{damage}' where id = 2")
+        with pytest.raises(BadFile, match="trial=2: its shorthand is damaged"):
+            played(tmp_path, STUDY)

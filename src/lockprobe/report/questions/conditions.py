@@ -123,11 +123,12 @@ def measure_rows(numbers: OpenedStudy) -> Iterator[Row]:
         yield from numbers.measured
         return
     described: dict[str, Fact] = {}
-    for cell, name in product(numbers.cells, plugin_names("measure")):
+    names = plugin_names("measure")
+    for cell, name in product(numbers.cells if names else (), names):
         plugin = find_plugin("measure", name)
         source, quantity = plugin.package if plugin else name, f"{MEASURES}.{name}"
         try:
-            (found,) = measured(cell.trials, [find_measure(name)])
+            (found,) = measured([*numbers.records(cell.trials)], [find_measure(name)])
         except UserMistake as error:
             yield cell.estimate(quantity, n=0, unit="", note=str(error), source=source)
         else:

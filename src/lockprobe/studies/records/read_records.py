@@ -10,18 +10,20 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
+from operator import itemgetter
 from pathlib import Path
 from sys import intern
 from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.storage.database import Database
+from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies import SETTINGS
 from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.shorthand import ShorthandReader
 from lockprobe.studies.records.store import COLUMNS, OnRecord, read, row_of, trial_in, trials_in, unpacked
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial, TrialName
-from lockprobe.trial.trial_json import TrialReader, trial_to_json
+from lockprobe.trial.trial_json import TrialReader
 
 
 def load(directory: Path | str, study: Study | None = None) -> list[Trial]:
@@ -37,6 +39,42 @@ def load(directory: Path | str, study: Study | None = None) -> list[Trial]:
     with read(directory) as store:
         tally(store, study)
         return [*trials_in(store, "current")]
+
+
+def played(directory: Path | str, study: Study) -> tuple[list[Trial], str]:
+    """The trials of :func:`load` as numbers are made of them, without their words, and the hash of all records.
+
+    They are in the order in which they were finished. One record after the other is read and dropped.
+
+    Raises:
+        BadFile: If there is no study, or a record is damaged or of another study.
+    """
+    short, whole, found = ShorthandReader(), TrialReader(), list[tuple[int, Trial]]()
+    columns = "id, key, repetition, trial, ending, kind, shorthand, record"
+
+    def records(store: Database) -> Iterator[bytes]:
+        select = f"select {columns} from trial where current order by key"  # noqa: S608 - our own columns
+        for row, key, repetition, number, ending, kind, written, record in store.rows(select):
+            try:
+                trial = short.read(kind, written, key=key, repetition=repetition, trial=number, ending=ending)
+            except (ValueError, LookupError) as error:
+                raise Damaged(store.path, f"{key}: its shorthand is damaged") from error
+            if trial is None:
+                short.learn(kind, trial := trial_in(store, whole, key, record))
+            found.append((row, trial))
+            yield unpacked(store, key, record)
+
+    with read(directory) as store:
+        tally(store, study)
+        hashed = results_hash(study, records(store))
+    return [trial for _, trial in sorted(found, key=itemgetter(0))], hashed
+
+
+def records_of(directory: Path | str, keys: Iterable[str]) -> Iterator[Trial]:
+    """The trials of these keys, read one after the other."""
+    with read(directory) as store:
+        for key in keys:
+            yield from trials_in(store, "current and key = ?", key)
 
 
 def replaced_records(directory: Path | str) -> list[Trial]:
@@ -131,11 +169,6 @@ def stored_records(store: Database) -> Iterator[bytes]:
     """The records of a store that count as JSON, in the order of their keys: what the hash covers."""
     for key, record in store.rows("select key, record from trial where current and fork is null order by key"):
         yield unpacked(store, key, record)
-
-
-def in_order(trials: Iterable[Trial]) -> Iterator[bytes]:
-    """The records of trials in the order of their keys, as :func:`stored_records` gives them."""
-    return map(trial_to_json, sorted(trials, key=lambda trial: trial.key))
 
 
 def results_hash(study: Study, records: Iterable[bytes]) -> str:

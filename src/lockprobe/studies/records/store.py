@@ -1,6 +1,7 @@
 """``study.db``: everything that is recorded of a study beside its settings, in one SQLite file.
 
-A finished trial is a row with what is asked for without its steps, beside its record (JSON, compressed). A trial that
+A finished trial is a row with what numbers are made of (its steps in :mod:`~.shorthand`), beside its record (JSON,
+compressed). A trial that
 was owed again keeps its earlier rows; the one that counts is ``current``. Calls, attempts and what people did are on
 disk before anybody relies on them.
 """
@@ -18,6 +19,7 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import LARGEST_INPUT, check_regular, is_there
 from lockprobe.foundation.storage.atomic_file import atomic_files, make_directory, writing
 from lockprobe.foundation.storage.database import Damaged, Database
+from lockprobe.studies.records.shorthand import kind_of, shorthand
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import TrialReader, trial_to_json
@@ -44,6 +46,8 @@ create table trial (
   steps int not null,
   seconds real not null,
   identity text not null,
+  kind int not null,
+  shorthand text not null,
   current int not null default 1,
   record blob not null
 ) strict;
@@ -75,7 +79,7 @@ create table note (name text primary key, value any not null) strict, without ro
 
 COLUMNS = (
     *("key", "agent", "player", "condition", "repetition", "trial", "fork", "ending", "boundary", "owed", "steps"),
-    *("seconds", "identity", "record"),
+    *("seconds", "identity", "kind", "shorthand", "record"),
 )
 """What a trial has in its row, in the order of :func:`row_of`."""
 
@@ -144,7 +148,8 @@ def row_of(trial: Trial, seconds: float, identity: str, record: bytes | None = N
         *(trial.key, trial.spec, trial.player, trial.condition, trial.repetition, trial.trial),
         None if trial.fork is None else trial.fork.arm,
         *(trial.ending, "" if trial.error is None else trial.error.boundary, trial.owed_again, len(trial.steps)),
-        *(round(seconds, 6), identity, packed(trial) if record is None else record),
+        *(round(seconds, 6), identity, kind_of(trial), shorthand(trial)),
+        packed(trial) if record is None else record,
     )
 
 

@@ -1,0 +1,94 @@
+"""A trial in shorthand: what was attempted, what happened, and what was told and claimed of it, in a few characters.
+
+Numbers are made of it, so that a million trials fit into memory; who shows words reads the record. A trial whose record
+says more (of a person, pictures, what was sensed, replies of a model, a correction, an error) has none, and is read
+whole. What else a record holds is the same in all trials of one *kind*, of which one record is read.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import replace
+
+from lockprobe.interventions.words import CORRECTION
+from lockprobe.statistics.rules import state_after
+from lockprobe.trial.record import Decision, Outcome, Step, Trial
+from lockprobe.trial.trial_json import trial_to_json
+
+_MARKS = {None: "-", True: "1", False: "0", "moved": "1", "blocked": "0"}
+_TOLD: dict[str, bool | None] = {"-": None, "1": True, "0": False}
+_CLAIMED: dict[str, Outcome | None] = {"-": None, "1": "moved", "0": "blocked"}
+
+_FIRST = ord("A")
+"""The letter of the first joint on the panel."""
+
+
+def kind_of(trial: Trial) -> int:
+    """The CRC-32 of what a record says beside its place, its words and what happened."""
+    return zlib.crc32(trial_to_json(_bare(trial)))
+
+
+def shorthand(trial: Trial) -> str:
+    """The first state, the steps that were changed, and of each step joint, moved, told, claimed and told positions.
+
+    Empty where the record says more.
+    """
+    if trial.player or trial.error or trial.fork or trial.opening_pictures or trial.opening_sensed or not trial.steps:
+        return ""
+    letters, state, marks = {joint: chr(_FIRST + i) for i, joint in enumerate(trial.joints)}, trial.steps[0].state, []
+    for step in trial.steps:
+        said = step.decision
+        replied = said.hypothesis or said.replies or said.served or said.tidied or said.usage
+        if step.sensed or step.pictures or step.chosen or replied or CORRECTION in step.told or step.state != state:
+            return ""
+        told = _MARKS[step.moved], _MARKS[step.told_moved], _MARKS[said.claimed], step.told_state or ""
+        marks.append(letters[step.joint] + "".join(told))
+        state = state_after(trial, step)
+    changed = ",".join(map(str, (trial.changed_steps, *trial.changed.values())))
+    return " ".join((trial.steps[0].state, changed, *marks))
+
+
+def _bare(trial: Trial) -> Trial:
+    """What trials of one kind have in common."""
+    return replace(
+        trial, key="", repetition=1, trial=1, labels=(), listing=(), opening="", steps=(), ending="budget", error=None,
+        changed=dict.fromkeys(trial.changed, 0), changed_steps=0,
+    )  # fmt: skip
+
+
+class ShorthandReader:
+    """Reads many trials in shorthand, without their words; equal parts of them are one object."""
+
+    def __init__(self) -> None:
+        self._kinds = dict[int, Trial]()
+        self._changed = dict[tuple[int, str], tuple[int, dict[str, int]]]()
+        self._steps = dict[tuple[str, ...], dict[tuple[int, str, str], tuple[Step, str]]]()
+
+    def learn(self, kind: int, trial: Trial) -> None:
+        """Keep what all trials of its kind have in common."""
+        self._kinds.setdefault(kind, _bare(trial))
+
+    def read(self, kind: int, written: str, **place: object) -> Trial | None:
+        """The trial in a place (key, repetition, trial, ending); None if its record has to be read.
+
+        Raises:
+            ValueError, LookupError: If that is no shorthand.
+        """
+        if not written or (like := self._kinds.get(kind)) is None:
+            return None
+        state, counts, *marks = written.split(" ")
+        if (changed := self._changed.get((kind, counts))) is None:
+            together, *each = map(int, counts.split(","))
+            changed = self._changed[kind, counts] = together, dict(zip(like.changed, each, strict=True))
+        known, steps = self._steps.setdefault(like.joints, {}), list[Step]()
+        for number, mark in enumerate(marks, 1):
+            if (found := known.get((number, state, mark))) is None:
+                step = Step(
+                    step=number, state=state, joint=like.joints[ord(mark[0]) - _FIRST], moved=mark[1] == "1",
+                    told_moved=_TOLD[mark[2]], told_state=mark[4:] or None, told="",
+                    decision=Decision(joint="", claimed=_CLAIMED[mark[3]]),
+                )  # fmt: skip
+                found = known[number, state, mark] = step, state_after(like, step)
+            step, state = found
+            steps.append(step)
+        return replace(like, steps=tuple(steps), changed_steps=changed[0], changed=changed[1], **place)  # type: ignore[arg-type]
