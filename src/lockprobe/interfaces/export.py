@@ -25,7 +25,7 @@ from lockprobe.statistics.loops import cover
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.read_records import load
+from lockprobe.studies.records.read_records import played
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA, VERDICT
@@ -202,12 +202,11 @@ def steps_table(trials: Sequence[Trial], acts: Mapping[tuple[str, int], Did] = _
 
 def trials_table(trials: Sequence[Trial], seconds: Mapping[str, float] = _NONE) -> Table:
     """A row per finished trial, also of those that broke before their first step; ``seconds`` of people, by key."""
-    rows = list[Row]()
-    for trial in trials:
-        loops, said = cover(trial.actions), claims(trial)
-        rows.append(
-            _of_trial(trial)
-            | {
+
+    def rows() -> Iterator[Row]:
+        for trial in trials:
+            loops, said = cover(trial.actions), claims(trial)
+            yield _of_trial(trial) | {
                 "ending": trial.ending,
                 "solved": None if trial.error else trial.solved,
                 "steps": len(trial.steps),
@@ -221,8 +220,8 @@ def trials_table(trials: Sequence[Trial], seconds: Mapping[str, float] = _NONE) 
                 "error": trial.error.boundary if trial.error else None,
                 "trial_seconds": seconds.get(trial.key),
             }
-        )
-    return Table("trials", lambda: rows)
+
+    return Table("trials", rows)
 
 
 def _of_trial(trial: Trial) -> Row:
@@ -299,7 +298,8 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
                 for call in read_calls(directory)
             ),
         )
-    study, trials = read_study(directory), load(directory)
+    study = read_study(directory)
+    trials, _ = played(directory, study)
     diaries = [kept.without_identity(platform=platform_ids) for kept in read_diaries(directory)]
     acts = acts_of_steps(study, {trial.key: trial for trial in trials}, diaries, directory)
     if name == "steps":

@@ -29,11 +29,12 @@ def kind_of(trial: Trial) -> int:
 
 
 def shorthand(trial: Trial) -> str:
-    """The first state, the steps that were changed, and of each step joint, moved, told, claimed and told positions.
+    """The first state, the labels, how many steps were changed, and each step: joint, moved, told, claimed, positions.
 
     Empty where the record says more.
     """
-    if trial.player or trial.error or trial.fork or trial.opening_pictures or trial.opening_sensed or not trial.steps:
+    more = trial.player or trial.error or trial.fork or trial.opening_pictures or trial.opening_sensed
+    if more or not trial.steps or any(len(label) > 1 or label.isspace() for label in trial.labels):
         return ""
     letters, state, marks = {joint: chr(_FIRST + i) for i, joint in enumerate(trial.joints)}, trial.steps[0].state, []
     for step in trial.steps:
@@ -45,7 +46,7 @@ def shorthand(trial: Trial) -> str:
         marks.append(letters[step.joint] + "".join(told))
         state = state_after(trial, step)
     changed = ",".join(map(str, (trial.changed_steps, *trial.changed.values())))
-    return " ".join((trial.steps[0].state, changed, *marks))
+    return " ".join((trial.steps[0].state, "".join(trial.labels), changed, *marks))
 
 
 def _bare(trial: Trial) -> Trial:
@@ -61,6 +62,7 @@ class ShorthandReader:
 
     def __init__(self) -> None:
         self._kinds = dict[int, Trial]()
+        self._labels = dict[str, tuple[str, ...]]()
         self._changed = dict[tuple[int, str], tuple[int, dict[str, int]]]()
         self._steps = dict[tuple[str, ...], dict[tuple[int, str, str], tuple[Step, str]]]()
 
@@ -76,7 +78,7 @@ class ShorthandReader:
         """
         if not written or (like := self._kinds.get(kind)) is None:
             return None
-        state, counts, *marks = written.split(" ")
+        state, labels, counts, *marks = written.split(" ")
         if (changed := self._changed.get((kind, counts))) is None:
             together, *each = map(int, counts.split(","))
             changed = self._changed[kind, counts] = together, dict(zip(like.changed, each, strict=True))
@@ -91,4 +93,7 @@ class ShorthandReader:
                 found = known[number, state, mark] = step, state_after(like, step)
             step, state = found
             steps.append(step)
-        return replace(like, steps=tuple(steps), changed_steps=changed[0], changed=changed[1], **place)  # type: ignore[arg-type]
+        return replace(
+            like, labels=self._labels.setdefault(labels, tuple(labels)), steps=tuple(steps),
+            changed_steps=changed[0], changed=changed[1], **place,  # type: ignore[arg-type]
+        )  # fmt: skip
