@@ -251,10 +251,8 @@ def test_a_server_that_refuses_long_trials_leaves_no_share_that_misses_the_truth
 @pytest.mark.parametrize("boundary", ["reply", "model"])
 def test_whatever_breaks_every_number_is_there_and_within_its_interval(tmp_path, boundary):
     """Every third trial of a kept study breaks, and all of some conditions; for good (reply), or owed again."""
-    whole, rng = (
-        open_study(unpacked("one-rate-broken" if boundary == "reply" else "crossed", tmp_path)),
-        np.random.default_rng(3),
-    )
+    whole = open_study(unpacked("one-rate-broken" if boundary == "reply" else "crossed", tmp_path))
+    rng = np.random.default_rng(3)
     chance = {
         cell: rng.choice([0.1, 0.3, 1.0]) for cell in sorted({(one.group, one.condition) for one in whole.trials})
     }
@@ -264,7 +262,9 @@ def test_whatever_breaks_every_number_is_there_and_within_its_interval(tmp_path,
         error = TrialError(boundary="model", message="it broke", step=end + 1)
         return replace(trial, steps=trial.steps[:end], ending="error", error=error, changed={}, changed_steps=0)
 
-    trials = [breaks(one) if rng.random() < chance[one.group, one.condition] else one for one in whole.trials]
+    trials = [
+        breaks(one) if rng.random() < chance[one.group, one.condition] else one for one in whole.records(whole.trials)
+    ]
     found = results(write_study(tmp_path / "broken", whole.study, trials))
     assert found.progress.every_look == ""
     assert found.sections_left_out == ()

@@ -76,19 +76,6 @@ def test_an_interval_holds_the_means_that_no_look_has_rejected(seed):
         assert (held == kept[:, at]).all()
 
 
-def test_intervals_lie_within_those_before_and_do_not_depend_on_what_comes_later():
-    values = np.random.default_rng(5).choice([-1, 0, 1], size=240)
-    lows, highs = confidence_sequence(values, LIMIT, **PAIRS)
-    assert (np.diff(lows) >= 0).all()
-    assert (np.diff(highs) <= 0).all()
-    assert (lows < highs).all()
-    assert highs[-1] - lows[-1] < 0.5 < highs[20] - lows[20]
-    for n in (1, 50, 150):
-        part = confidence_sequence(values[:n], LIMIT, **PAIRS)
-        assert part[0] == pytest.approx(lows[: len(part[0])])
-        assert part[1] == pytest.approx(highs[: len(part[1])])
-
-
 def test_an_interval_that_would_leave_nothing_is_left_out():
     lows, highs = confidence_sequence([1] * 30 + [0] * 400, LIMIT)
     assert (lows < highs).all()

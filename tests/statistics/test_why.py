@@ -230,19 +230,6 @@ def test_the_decision_is_that_of_the_outcomes_in_any_order(trials, solved):
     assert found[-1].claims == ("last",)
 
 
-def test_intervals_hold_whatever_became_of_broken_trials(trials, solved):
-    """Of false reports every fourth trial broke: the ends are those of all of these unsolved, and all solved."""
-    broke = np.arange(BLOCKS) % 4 == 1
-    broken = [replace(one, ending="error") if one.condition == "lie" and one.trial % 4 == 2 else one for one in trials]
-    ((*_, found),) = whys_of(broken, AGENT)
-    ends = (solved | {"lie": np.where(broke, end, solved["lie"])} for end in (0.0, 1.0))
-    failed, opened = (decide(end) for end in ends)
-    assert found.total.low == min(failed.total.low, opened.total.low)
-    assert found.total.high == max(failed.total.high, opened.total.high)
-    assert found.total.value == (solved["lie"] - solved["truth"])[~broke].mean()
-    assert found.total.clusters == BLOCKS - broke.sum()
-
-
 @pytest.mark.parametrize("missing", PLANNED)
 def test_without_trials_in_a_planned_arm_there_is_no_answer(trials, missing):
     assert whys_of([one for one in trials if one.condition != missing], AGENT) == ()

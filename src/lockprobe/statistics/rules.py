@@ -7,6 +7,7 @@ Such an attempt says nothing of the agent that chose it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from itertools import zip_longest
 from typing import NamedTuple
 
@@ -71,5 +72,9 @@ def unbroken(trial: Trial, judged: Sequence[Judged]) -> int:
 
 def state_after(trial: Trial, step: Step) -> str:
     """The configuration after a step if it moved no other joint, a bit string in panel order."""
-    place = trial.joints.index(step.joint)
-    return f"{step.state[:place]}{int(step.state[place]) ^ step.moved}{step.state[place + 1 :]}"
+    return _turned(step.state, trial.joints.index(step.joint)) if step.moved else step.state
+
+
+@lru_cache(maxsize=1 << 16)
+def _turned(state: str, place: int) -> str:
+    return f"{state[:place]}{1 - int(state[place])}{state[place + 1 :]}"
