@@ -33,7 +33,7 @@ def status(directory: Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study."""
     study, logged = read_study(directory), read_calls(directory)
     found = standing(directory, study)
-    trials = load(directory, study) if study.until else []
+    trials = load(directory) if study.until else []
     report, flow = read_result(directory), flow_of(read_diaries(directory), withdrawn(directory))
     kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in found.over}
     begun = {call.key for call in logged if call.broken_off and call.key not in found.over} | kept.keys()

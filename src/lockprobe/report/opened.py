@@ -25,8 +25,8 @@ from lockprobe.studies import PEOPLE_DIRECTORY
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.decisions import Decision, answers_by_agent, block_orders, broken_by_agent, counted, planned_now
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.read_records import played, records_of, replaced_records
-from lockprobe.studies.records.store import holds
+from lockprobe.studies.records.read_records import played, replaced_records
+from lockprobe.studies.records.store import holds, read, trials_in
 from lockprobe.studies.study import Study, design_of
 from lockprobe.trial.record import Trial
 
@@ -94,7 +94,9 @@ class OpenedStudy:
 
     def records(self, trials: Iterable[Trial]) -> Iterator[Trial]:
         """The records of these trials, words and all, one after the other."""
-        return records_of(self.directory, (trial.key for trial in trials))
+        with read(self.directory) as store:
+            for trial in trials:
+                yield from trials_in(store, "current and key = ?", trial.key)
 
     @cached_property
     def every_look(self) -> EveryLook:

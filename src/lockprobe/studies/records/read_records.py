@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
+from functools import partial
 from operator import itemgetter
 from pathlib import Path
 from sys import intern
@@ -26,16 +27,15 @@ from lockprobe.trial.record import Trial, TrialName
 from lockprobe.trial.trial_json import TrialReader
 
 
-def load(directory: Path | str, study: Study | None = None) -> list[Trial]:
+def load(directory: Path | str) -> list[Trial]:
     """Load the trials of a study directory, in the order in which they were finished.
 
-    Where a trial was played again after an error, the last record counts. ``study`` is that of the directory, if it was
-    read already.
+    Where a trial was played again after an error, the last record counts.
 
     Raises:
         BadFile: If there is no study, or a record is damaged or of another study.
     """
-    study = study or read_study(directory)
+    study = read_study(directory)
     with read(directory) as store:
         tally(store, study)
         return [*trials_in(store, "current")]
@@ -49,32 +49,24 @@ def played(directory: Path | str, study: Study) -> tuple[list[Trial], str]:
     Raises:
         BadFile: If there is no study, or a record is damaged or of another study.
     """
-    short, whole, found = ShorthandReader(), TrialReader(), list[tuple[int, Trial]]()
+    short, reader, found = ShorthandReader(), TrialReader(), list[tuple[int, Trial]]()
     columns = "id, key, repetition, trial, ending, kind, shorthand, record"
 
     def records(store: Database) -> Iterator[bytes]:
         select = f"select {columns} from trial where current order by key"  # noqa: S608 - our own columns
         for row, key, repetition, number, ending, kind, written, record in store.rows(select):
+            place = {"key": key, "repetition": repetition, "trial": number, "ending": ending}
+            whole = partial(trial_in, store, reader, key, record)
             try:
-                trial = short.read(kind, written, key=key, repetition=repetition, trial=number, ending=ending)
+                found.append((row, short.read(kind, written, whole, **place)))
             except (ValueError, LookupError) as error:
                 raise Damaged(store.path, f"{key}: its shorthand is damaged") from error
-            if trial is None:
-                short.learn(kind, trial := trial_in(store, whole, key, record))
-            found.append((row, trial))
             yield unpacked(store, key, record)
 
     with read(directory) as store:
         tally(store, study)
         hashed = results_hash(study, records(store))
     return [trial for _, trial in sorted(found, key=itemgetter(0))], hashed
-
-
-def records_of(directory: Path | str, keys: Iterable[str]) -> Iterator[Trial]:
-    """The trials of these keys, read one after the other."""
-    with read(directory) as store:
-        for key in keys:
-            yield from trials_in(store, "current and key = ?", key)
 
 
 def replaced_records(directory: Path | str) -> list[Trial]:

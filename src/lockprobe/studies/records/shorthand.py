@@ -8,7 +8,9 @@ whole. What else a record holds is the same in all trials of one *kind*, of whic
 from __future__ import annotations
 
 import zlib
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from lockprobe.interventions.words import CORRECTION
 from lockprobe.statistics.rules import state_after
@@ -61,27 +63,22 @@ class ShorthandReader:
     """Reads many trials in shorthand, without their words; equal parts of them are one object."""
 
     def __init__(self) -> None:
-        self._kinds = dict[int, Trial]()
-        self._labels = dict[str, tuple[str, ...]]()
-        self._changed = dict[tuple[int, str], tuple[int, dict[str, int]]]()
+        self._kinds, self._labels = dict[int, Trial](), dict[str, tuple[str, ...]]()
+        self._changed = dict[tuple[int, str], dict[str, int]]()
         self._steps = dict[tuple[str, ...], dict[tuple[int, str, str], tuple[Step, str]]]()
 
-    def learn(self, kind: int, trial: Trial) -> None:
-        """Keep what all trials of its kind have in common."""
-        self._kinds.setdefault(kind, _bare(trial))
-
-    def read(self, kind: int, written: str, **place: object) -> Trial | None:
-        """The trial in a place (key, repetition, trial, ending); None if its record has to be read.
+    def read(self, kind: int, written: str, record: Callable[[], Trial], **place: Any) -> Trial:
+        """The trial in a place (key, repetition, trial, ending), from its record if that is the first of its kind.
 
         Raises:
             ValueError, LookupError: If that is no shorthand.
         """
         if not written or (like := self._kinds.get(kind)) is None:
-            return None
+            self._kinds.setdefault(kind, _bare(trial := record()))
+            return trial
         state, labels, counts, *marks = written.split(" ")
-        if (changed := self._changed.get((kind, counts))) is None:
-            together, *each = map(int, counts.split(","))
-            changed = self._changed[kind, counts] = together, dict(zip(like.changed, each, strict=True))
+        together, *each = map(int, counts.split(","))
+        changed = self._changed.setdefault((kind, counts), dict(zip(like.changed, each, strict=True)))
         known, steps = self._steps.setdefault(like.joints, {}), list[Step]()
         for number, mark in enumerate(marks, 1):
             if (found := known.get((number, state, mark))) is None:
@@ -93,7 +90,5 @@ class ShorthandReader:
                 found = known[number, state, mark] = step, state_after(like, step)
             step, state = found
             steps.append(step)
-        return replace(
-            like, labels=self._labels.setdefault(labels, tuple(labels)), steps=tuple(steps),
-            changed_steps=changed[0], changed=changed[1], **place,  # type: ignore[arg-type]
-        )  # fmt: skip
+        names = self._labels.setdefault(labels, tuple(labels))
+        return replace(like, labels=names, steps=tuple(steps), changed_steps=together, changed=changed, **place)
