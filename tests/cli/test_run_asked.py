@@ -108,7 +108,7 @@ def test_a_run_until_it_is_decided_and_its_status_say_what_is(lockprobe):
     status, said, _ = lockprobe(*asked, "--until", "decided")
     assert status == 0
     said = said.splitlines()
-    (first,) = [line for line in said if line.startswith("1 of 1 difference decided")]
+    (first,) = [line for line in said if line.startswith("1 of 1 difference between conditions decided")]
     (each,) = [line for line in said if line.startswith("  careful, flip?p=0.9: an effect (block ")]
     assert first.endswith("of at most 80 trials")
     assert "until decided, at most 40 trials per condition, looking after every 5 blocks, of 20 steps" in said[0]
@@ -125,7 +125,7 @@ def test_a_run_until_it_is_decided_and_its_status_say_what_is(lockprobe):
     assert facts["done"] == facts["trials"] == 2 * one["blocks"]
     lines = lockprobe(*asked, "--until", "decided", "--json")[1].splitlines()
     (event,) = [one for line in lines if (one := json.loads(line))["event"] == "decided"]
-    assert event["message"].startswith("1 of 1 difference decided")
+    assert event["message"].startswith("1 of 1 difference between conditions decided")
     assert event["answers"][0]["verdict"] == "effect"
 
 

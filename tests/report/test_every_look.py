@@ -76,7 +76,9 @@ def test_what_holds_at_every_look_is_wider_and_no_other_test_has_a_p_value(pages
 def test_an_extension_and_a_plan_to_stop_are_told_and_when_each_difference_was_decided(pages):
     told, found = said(pages["extended"], "every_look"), pages["until"]
     assert told.startswith("Trials were added to this study after it had begun. Success and")
-    assert said(found, "every_look").startswith("1 of 1 difference decided, with 40 of at most 80 trials.")
+    assert said(found, "every_look").startswith(
+        "1 of 1 difference between conditions decided, with 40 of at most 80 trials."
+    )
     assert found.progress.planned == found.progress.finished == 40
     assert not found.progress.partial
     (decided,) = found.where("decided_at_block")
@@ -85,7 +87,7 @@ def test_an_extension_and_a_plan_to_stop_are_told_and_when_each_difference_was_d
     assert decided.note == "an effect"
     assert curve.high[at] < 0 <= curve.high[at - 1]
     (part,) = SECTIONS[0].show(found)
-    assert part.answer == "1 of 1 differences are decided."
+    assert part.answer == "1 of 1 differences between conditions are decided."
 
 
 def test_what_is_shown_to_be_small_goes_by_the_words_of_its_condition(pages):

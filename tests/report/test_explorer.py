@@ -115,7 +115,8 @@ def test_the_explorer_opens_steps_and_compares(page):
     assert steps.input_value() == str(parted)  # the last step that they share: never one before any report
     assert f"Both play alike up to step {parted}; there one is told that" in page.inner_text("#say")
     assert re.search(
-        r"Of 6 pairs, \d opened the box only with flip rate 0.4, \d only when told the truth",
+        r"In \d of 6 pairs of trials with the same random numbers the box was opened only with flip rate 0.4, in \d only "
+        "when told the truth",
         page.inner_text("#pairs"),
     )
     page.focus(".strip button")

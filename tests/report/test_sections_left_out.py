@@ -49,13 +49,10 @@ def report_of(monkeypatch, directory, missing=()):
 
 
 def bundles(names):
-    """Names that lie far apart together; what holds others, whose failure would hide theirs, fails alone."""
-    held = [name for name in names if name.startswith(("All numbers", "Page "))]
-    asked = {
-        name for name in names if name.endswith("?") or name.startswith("One trial")
-    }  # headings, which fail alone where their section is made
-    free = [name for name in names if name not in held and name not in asked]
-    return [*({name} for name in held), asked, *({*free[start::6]} for start in range(6))]
+    """Names that lie far apart together; headings fail alone, where their section is made."""
+    asked = {name for name in names if name.endswith("?") or name.startswith("One trial")}
+    free = [name for name in names if name not in asked]
+    return [asked, *({*free[start::6]} for start in range(6))]
 
 
 def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, tmp_path):

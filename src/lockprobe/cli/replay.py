@@ -58,7 +58,8 @@ def _story(trial: Trial) -> Iterator[str]:
     A remark says which source made a report false, and what arm or camera took a step for if that was not the truth.
     """
     labels = ", ".join(f"{j}={label}" for j, label in zip(trial.joints, trial.labels, strict=True))
-    yield f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}"
+    told = f"{trial.ending} after {len(trial.steps)} steps"
+    yield f"{trial.key}: {told}; box {trial.box}, target {trial.target}, labels {labels}"
     yield "step  state  joint             truth         told                   then said of it"
     outcomes = {VERDICT: (outcomes_by(VERDICT, trial), "failed"), CAMERA: (outcomes_by(CAMERA, trial), "unclear")}
     source = source_of(trial.modality)

@@ -31,6 +31,8 @@ _LARGEST = 2**28
 _LINES = 6
 """Lines on trials that broke, and on differences of an agent; the others are in the report."""
 
+_WIDER = "  Intervals hold at every look, so they are wider than those of one look."
+
 Said = tuple[list[str], dict[str, object]]
 """Lines for people, and the same as facts for programs."""
 
@@ -81,6 +83,7 @@ def found(results: Results, directory: Path) -> Said:
     broke = [f"{agent}: {said}" for agent, said in known_of_broken(results)]
     numbers = [f"  {line}" for line in (*said_lines(primary), *broke[:_LINES])]
     numbers += [f"  and {len(broke) - _LINES} more, in the report"] * (len(broke) > _LINES)
+    numbers += [_WIDER] * bool(primary and results.progress.every_look)
     widest = max(map(len, steps), default=0)
     following = [f"{'' if i else 'Next:':6}{one:{widest}}  {shows}" for i, (one, shows) in enumerate(steps.items())]
     lines = [f"Answer: {results.answer}", *numbers, *following] if results.answer else following

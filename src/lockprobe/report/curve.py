@@ -72,9 +72,9 @@ def curve_figure(found: Results, *, wide: bool) -> Any:
     random = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
     paper = zip((0.0, PEAK), SOLVED, strict=True) if courses[0].axis == "flip rate" and doses[0] == 0 else ()
     values = {
-        "size": (880 if wide else 358, bottom + 72),
+        "size": (880 if wide else 358, bottom + 56),
         "wide": wide,
-        "names": _names(courses, lines, doses[-1], (top, bottom), right + shift[-1] + 10),
+        "names": _names(courses, lines, doses[-1], (top, bottom), right + shift[-1] + 18),
         "apart": _APART,
         "dose": courses[0].name,
         "left": left - 40,

@@ -20,7 +20,7 @@ from typing import Any
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interventions.words import CORRECTION
 from lockprobe.report.primary import primary_lines
-from lockprobe.report.prose import condition_words
+from lockprobe.report.prose import condition_words, who
 from lockprobe.report.rows import Results
 from lockprobe.statistics.loops import cover
 from lockprobe.statistics.modalities import spoken
@@ -65,7 +65,7 @@ def explorer_data(trials: Sequence[Trial], found: Results) -> str:
         if (line.agent, line.modality) in agents and {*line.conditions} <= {*conditions}
     ]
     data = {
-        "agents": [_text(f"{agent} ({spoken(modality)})" if several else agent) for agent, modality in agents],
+        "agents": [_text(who(agent, spoken(modality) if several else "")) for agent, modality in agents],
         "conditions": [_text(called.get(condition, condition)) for condition in conditions],
         "boxes": [{"name": _text(name), "joints": [_text(str(one)) for one in own]} for name, own in joints.items()],
         **_there(budget=int(found.study.get("max_steps", 0)), start=start[0] if start else ()),

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import quote
 
 from threadpoolctl import threadpool_limits
@@ -36,20 +36,14 @@ from lockprobe.report.questions.trials import embedded
 from lockprobe.report.rendering import own_markup, rendered
 from lockprobe.report.results import ONE_THREAD, results_of
 from lockprobe.report.rows import Results
-from lockprobe.report.section import Block, Figure, Part, Section, Table, Template
+from lockprobe.report.section import Block, Figure, Part, Table, Template
 from lockprobe.studies import PAGE, RESULTS
-
-File = tuple[str, str | bytes | None]
-"""A file by its path in the directory, with its content; None for one that is removed."""
-
-Told = Callable[[str], None]
-"""Told what a report is at, since it takes some seconds."""
 
 
 def write_report(
     directory: Path | str,
     *,
-    tell: Told = lambda said: None,
+    tell: Callable[[str], None] = lambda said: None,
     left_out: Callable[[LeftOutSection], None] = lambda section: None,
 ) -> Path:
     """Write ``results.json``, ``figures/``, ``tables/``, and the page into a study directory.
@@ -86,9 +80,12 @@ def write_report(
 
 
 def report_files(
-    opened: OpenedStudy, *, tell: Told, left_out: Callable[[LeftOutSection], None] = lambda section: None
-) -> Iterator[File]:
-    """Every file of a report of these records, the page last; like :func:`write_report`."""
+    opened: OpenedStudy,
+    *,
+    tell: Callable[[str], None],
+    left_out: Callable[[LeftOutSection], None] = lambda section: None,
+) -> Iterator[tuple[str, str | bytes | None]]:
+    """Every file of a report of these records by its path, the page last; None for one that is removed."""
     many = len(opened.trials)
     tell(f"testing {many} trial{'s' * (many != 1)}")
     with leaving_out() as failed:
@@ -121,20 +118,14 @@ def drawn_figure(found: Results, figure: Figure) -> bytes:
     return b"" if made is None else render(made, "svg")
 
 
-class Image(NamedTuple):
-    """A figure as a page embeds it: a data URI, and its width in pixels."""
-
-    source: str
-    width: int
-
-
-def image(svg: bytes) -> Image:
-    """A figure of Matplotlib for a page, without what only a file of its own needs; to a hundredth of a point."""
+def image(svg: bytes) -> Any:
+    """A figure of Matplotlib as the attributes of an image, without what only a file needs; to .01 points."""
     small = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->|<\?xml.*?\?>|<!DOCTYPE.*?>", "", svg.decode(), flags=re.DOTALL)
     wide = re.search(r'width="([\d.]+)pt"', small)
     text = re.sub(r"(?<!scale\()(\b\d+\.\d\d)\d+", r"\1", re.sub(r"\s+", " ", small)).replace('"', "'")
-    source = quote(text, safe=" !$&'()*+,-./:;=?@[]^_`{|}~")
-    return Image(f"data:image/svg+xml,{source}", round(float(wide[1]) * 96 / 72) if wide else 0)
+    source = quote(text, safe=" !$'()*+,-./:;=?@[]^_`{|}~")
+    pixels = round(float(wide[1]) * 96 / 72) if wide else 0
+    return own_markup(f'src="data:image/svg+xml,{source}" width="{pixels}"')
 
 
 @dataclass
@@ -143,14 +134,14 @@ class Page:
 
     Attributes:
         found: The results.
-        drawn: Figure -> how the page embeds it.
+        drawn: Figure -> the attributes of its image.
         photographs: Pictures that agents saw, by the names of their files.
         trials: The data of the trial explorer.
         made: When it was made, of a study with open trials.
     """
 
     found: Results
-    drawn: Mapping[str, Image] = field(default_factory=dict)
+    drawn: Mapping[str, Any] = field(default_factory=dict)
     photographs: Mapping[str, str] = field(default_factory=dict)
     trials: str = ""
     made: str = ""
@@ -161,21 +152,17 @@ class Page:
         """Its parts."""
         return parts_of(self.found)
 
-    def files(self) -> list[File]:
+    def files(self) -> list[tuple[str, str | bytes | None]]:
         """The files of numbers, and the page."""
         tables = {one.name: self.cells(one) for of in all_sections() for one in of.tables}
         written = [(f"tables/{name}.csv", as_csv(table) if table else None) for name, table in tables.items()]
         return [(RESULTS, results_text(self.found)), *written, (PAGE, self.text())]
 
     def text(self) -> str:
-        """The page, with our one script and its hash; if even its frame cannot be made, one that says so."""
+        """The page, with our one script and its hash."""
         script = files("lockprobe.report").joinpath("templates/report.js").read_text(encoding="utf-8")
         digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-        return section(
-            "Page report.html",
-            lambda: rendered("report", found=self.found, page=self, script=script, script_hash=f"sha256-{digest}"),
-            lambda: rendered("left_out", found=self.found, page="report"),
-        )
+        return rendered("report", found=self.found, page=self, script=script, script_hash=f"sha256-{digest}")
 
     def cells(self, table: Table) -> Sequence[Sequence[Entry]]:
         """The rows of a table, made once."""
@@ -196,13 +183,10 @@ class Page:
 
 def parts_of(found: Results) -> list[Part]:
     """The parts of the page, each named after its section."""
-    return [part for one in all_sections() for part in section(one.title, partial(_shown, one, found), list[Part])]
-
-
-def _shown(one: Section, found: Results) -> list[Part]:
     return [
         replace(part, name=part.name or one.name, blocks=section(one.title, partial(list, part.blocks), list[Block]))
-        for part in one.show(found)
+        for one in all_sections()
+        for part in section(one.title, lambda one=one: list(one.show(found)), list[Part])  # type: ignore[misc]
     ]
 
 

@@ -45,40 +45,31 @@ _TABLE1 = "Misinterpretations as in Table 1 of Zenkri and Brock: mean rate per t
 
 def write_paper(found: Results, directory: Path) -> Path:
     """Write the files into the directory of a study, and return the directory that holds them."""
-    make_directory(directory / PAPER)
-    for name, content in paper_files(found):
-        write_file(directory / PAPER / name, content)
-    return directory / PAPER
-
-
-def paper_files(found: Results) -> Iterator[tuple[str, str | bytes]]:
-    """Every file, by its name in the directory."""
     from lockprobe.report.figures.drawing import render
 
-    shown = list[str]()
+    written, shown = dict[str, str | bytes](), list[str]()
     for name, figure in figures_of(parts_of(found)).items():
         made = section(f"Figure {name}", partial(figure.draw, found), lambda: None) if figure.applies(found) else None
         if made is None:
             continue
-        yield f"{name}.pdf", render(made, "pdf")
-        yield f"{name}.png", render(made, "png")
-        said = figure.caption_of(found)
+        written |= {f"{name}.pdf": render(made, "pdf"), f"{name}.png": render(made, "png")}
+        said = figure.caption(found)
         text = " ".join(one.striptags() if isinstance(one, Markup) else one for one in (said.shown, said.computed))
         inside = rf"\includegraphics[width=\linewidth]{{{name}.pdf}}"
         shown.append(_float("figure" + "*" * bool(made.get_figwidth() > _COLUMN), inside, text))
     tables = {"results": results_tex(found)}
     if table := texts(cells_of(TABLE1, found)):
         tables["table1"] = _tabular(table, _TABLE1)
-    yield from ((f"{name}.tex", content) for name, content in tables.items())
-    yield "methods.tex", methods_tex(found)
-    yield "references.bib", _template("references.bib").replace("VERSION", found.lockprobe)
     inputs = [rf"\input{{{name}}}" for name in tables]
     results = "\n\n".join([tex_text(found.answer), *shown, *inputs, ""])
-    yield "example.tex", _template("example.tex").replace("RESULTS", results)
-
-
-def _template(name: str) -> str:
-    return files("lockprobe.report").joinpath("templates", name).read_text(encoding="utf-8")
+    templates = files("lockprobe.report") / "templates"
+    for name, kept, value in (("references.bib", "VERSION", found.lockprobe), ("example.tex", "RESULTS", results)):
+        written[name] = (templates / name).read_text(encoding="utf-8").replace(kept, value)
+    written |= {f"{name}.tex": content for name, content in tables.items()} | {"methods.tex": methods_tex(found)}
+    make_directory(directory / PAPER)
+    for name, content in written.items():
+        write_file(directory / PAPER / name, content)
+    return directory / PAPER
 
 
 def _float(kind: str, inside: str, caption: str) -> str:

@@ -50,15 +50,17 @@ def false_reports(options: str) -> str:
 
 def condition_words(found: Results) -> dict[str, str]:
     """What a reader calls the conditions: told the truth, flip rate 0.4; others than flips by their names."""
-    words = {TRUTH: "told the truth"}
+    words, ways = {TRUTH: "told the truth"}, {one.modality for one in found.design.conditions}
     for one in found.design.conditions:
+        acts, _, shown = one.name.partition(" + ")
         if not one.specs and one.modality not in PLAIN_WORDS:
             words[one.name] = spoken(one.modality)
         if found.several_p and one.p == 0:
             words[one.name] = "told the truth"
-        if [spec_name(spec) for spec in one.specs] == ["flip"] and one.specs == (one.name,):
-            rate, _, options = one.name.partition("?p=")[2].partition("&")
-            words[one.name] = f"flip rate {rate}" + f", {false_reports(options)}" * bool(options)
+        if spec_name(acts) == "flip" and one.specs == (acts,) and shown in ("", one.modality):
+            rate, _, options = acts.partition("?p=")[2].partition("&")
+            seen = f", {spoken(shown)}" * (bool(shown) and len(ways) > 1)
+            words[one.name] = f"flip rate {rate}" + f", {false_reports(options)}" * bool(options) + seen
     return {one.name: words.get(one.name, one.name) for one in found.design.conditions}
 
 

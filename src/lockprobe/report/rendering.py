@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from typing import Any
 
 from lockprobe.foundation.formatting import end_of, p_cell, points
@@ -55,7 +55,10 @@ def _templates() -> Any:
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
-    environment.filters |= {"breakable": _breakable, "points": points, "end": end_of, "p": _small, "entry": entry_text}
+    # a spec that a line may end in, after the marks between its parts
+    breakable = partial(re.sub, r"(:|(?<!<)/|\?|&amp;)(?=\w)", r"\1<wbr>")
+    environment.filters["breakable"] = lambda name: own_markup(breakable(str(_shown(name))))
+    environment.filters |= {"points": points, "end": end_of, "p": _small, "entry": entry_text}
     environment.filters["reach"] = _reach
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
@@ -72,12 +75,7 @@ def _escaped(value: str) -> Any:
     from markupsafe import escape
 
     text = str(escape(printable(re.sub(r"\s", " ", value))))
-    return own_markup(re.sub(r"\bP(?= (?:=|&lt;) )", "<i>P</i>", text))
-
-
-def _breakable(name: str) -> Any:
-    """A spec that a line may end in, after the marks between its parts."""
-    return own_markup(re.sub(r"(:|(?<!<)/|\?|&amp;)(?=\w)", r"\1<wbr>", str(_shown(name))))
+    return own_markup(re.sub(r"\bP(?= (?:=|&lt;) )", "<i>P</i>", text).replace(" %", "&nbsp;%"))
 
 
 def _small(value: float | None) -> str:

@@ -20,6 +20,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from lockprobe.foundation.errors import LockprobeError, Missing
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import LeftOutSection
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.statistics.design import FLIPS, Axis
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.trial.condition import Contrast
@@ -192,7 +193,8 @@ class Player(Part):
     @property
     def label(self) -> str:
         """What tables call it."""
-        return f"{self.agent} ({self.shown})" if self.shown else self.agent
+        name = "people" if self.agent == PEOPLE else self.agent
+        return f"{name} ({self.shown})" if self.shown else name
 
     @property
     def named(self) -> dict[str, Any]:

@@ -90,7 +90,7 @@ class Figure:
     Attributes:
         name: Name of its file.
         alt: What it shows, for people who do not see it.
-        caption: Its caption, or what makes it from the results.
+        caption: Makes its caption from the results.
         draw: Draws it from the results with what it imports itself: a figure of Matplotlib, or None without anything
             to draw.
         applies: Whether there is something to draw.
@@ -99,13 +99,9 @@ class Figure:
     block: ClassVar[str] = "figure"
     name: str
     alt: str
-    caption: Note | Callable[[Results], Note]
+    caption: Callable[[Results], Note]
     draw: Callable[[Results], Any]
     applies: Callable[[Results], bool] = lambda found: True
-
-    def caption_of(self, found: Results) -> Note:
-        """Its caption for these results."""
-        return self.caption if isinstance(self.caption, Note) else self.caption(found)
 
 
 @dataclass(frozen=True, slots=True)

@@ -172,7 +172,7 @@ def _complete(of: _PlayedAgain) -> Iterator[Check]:
 _ASKED: Mapping[AgentKind, str] = {
     "strategy": "of strategies, which are asked again",
     "local": "of local models, by their recorded probabilities",
-    "own": "of your own agents, which cannot be recomputed",
+    "own": "of your own agents cannot be held against anything",
 }
 """Kind of agent -> how its choices are held."""
 
@@ -188,7 +188,8 @@ def _luck(of: _PlayedAgain) -> Iterator[Check]:
     yield Check("luck", said, [f"{one.key}: {one.luck}" for one in of.again if one.luck])
     counts = Counter(one.kind for one in of.again if not one.unplayed or one.kind == "own")
     held = [f"{counts[kind]} trials {said}" for kind, said in _ASKED.items() if counts[kind]]
-    said = f"all are those that their agents make: {', '.join(held) or 'of none'}"
+    which = "those that can be recomputed" if counts["own"] else "all"
+    said = f"{which} are as their agents make them: {', '.join(held) or 'none is of such an agent'}"
     other = [f"{one.key}: {one.choices}" for one in of.again if one.choices and one.kind != "hosted"]
     yield Check("choices", said, other)
 

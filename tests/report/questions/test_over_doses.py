@@ -63,7 +63,7 @@ def test_the_interval_has_to_lie_outside_both_levels_of_chance(tmp_path, loops, 
     played = [[0, 1, 2] * 4 if i < loops else [0] * 5 + [1] * 5 + [0] * 2 for i in range(12)]
     trials = [make_trial(one, agent="llm:x", trial=i, budget=12) for i, one in enumerate(played, 1)]
     found = found_in(tmp_path, replace(small_study(("llm:x",), (0.0,), 1, 12), max_steps=12), trials)
-    assert f", by chance 31 to 48 % ({said})" in Page(found=found).text()
+    assert f", by chance 31 to 48&nbsp;% ({said})" in Page(found=found).text()
 
 
 PLANNED = small_study(["cognitive:perseverant", "random"], (0.0, 0.2, 0.4), 2, 8)

@@ -78,7 +78,7 @@ def test_who_left_early_counts_as_every_person_does(tmp_path):
     assert found.one("success", **THEIRS, of="every person alike").value == pytest.approx((1 + 0.5 + 0) / 3)
     positions = [found.one("success", **THEIRS, of=f"position={i}") for i in (1, 2)]
     assert [(one.count, one.n) for one in positions] == [(1, 3), (2, 2)]
-    assert "with every person counted alike it is 50 %." in Page(found=found).text()
+    assert "with every person counted alike it is 50&nbsp;%." in Page(found=found).text()
     assert "Of their first boxes they opened 1 of 3 (" in Page(found=found).text()
 
 

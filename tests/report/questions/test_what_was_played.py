@@ -108,7 +108,7 @@ def test_the_rate_is_the_mean_over_trials_and_misread_is_pooled_over_claims(tmp_
     assert cell.value("misread") == 0.25
     assert cell.value("misinterpretations", "rate") == 0.5
     assert cell.value("misinterpretations", "SD of rates") == pytest.approx(0.5**0.5)
-    assert "25 % of the claims contradict the report" in Page(found=found).text()
+    assert "25&nbsp;% of the claims contradict the report" in Page(found=found).text()
     assert part(Page(found=found_in(tmp_path / "b", planned, silent)).text(), "misreading") == ""
 
 

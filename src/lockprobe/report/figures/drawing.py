@@ -314,6 +314,9 @@ COLUMN = 3.5
 _EDGE, _BETWEEN = 0.06, 0.14
 """Room at the edges of a picture and a panel, and between rows of axes, in inches."""
 
+_MOST = 6
+"""Panels of a picture, which a page has room for; it says how many there are."""
+
 _NOTE, _LINE = 45, 0.165
 """Characters in a line of a note, and its height in inches."""
 
@@ -348,7 +351,7 @@ def sheet(
     """A picture of panels, two beside each other, with one legend for all; None if there is nothing to show.
 
     Args:
-        shown: What a panel shows each, such as the courses of agents.
+        shown: What a panel shows each, such as the courses of agents; the first few are drawn.
         draw: Draws on a panel's axes.
         height: Of the axes, in inches.
         note: A text below all panels; above the legend, where there is one.
@@ -356,6 +359,8 @@ def sheet(
     """
     if not shown:
         return None
+    note += f" The first {_MOST} of {len(shown)} are drawn." * (len(shown) > _MOST)
+    shown = shown[:_MOST]
     columns, rows, note = min(2, len(shown)), -(-len(shown) // min(2, len(shown))), textwrap.fill(note, _NOTE)
     figure = Figure(figsize=(width * columns, height * rows), dpi=DPI)
     FigureCanvasAgg(figure)  # it measures texts once; without a canvas a figure makes one whenever it measures

@@ -56,7 +56,7 @@ def _show(found: Results) -> Iterator[Part]:
     if len(over) > MOST_NAMED:
         said = f"{range_of(min(over.values()), max(over.values()))} for {len(over)} agents"
     where = under.pop() if len(under) == 1 else "under the first condition of each"
-    answer = f"Optimal, {where}: {said}." if said else ""
+    answer = f"Share of actions that an ideal observer would have chosen too, {where}: {said}." if said else ""
     yield Part("How many actions are optimal?", answer, [note])
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.foundation.formatting import capital, end_of, listed, p_value
+from lockprobe.foundation.formatting import end_of, listed, p_value
 from lockprobe.report.opened import OpenedStudy, PlayedCell
 from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.rows import Estimate, Results, Row, measured_row
@@ -61,16 +61,17 @@ def boxes_said(found: Results) -> str:
     k = len(names)
     if k == 1:
         return f"All trials are of {names[0]}. Intervals are for more trials on this box; other boxes may differ."
+    these = f"The boxes are {listed(names, named=_NAMED)}. Intervals"
     if k < FEWEST:
-        few = f"{capital(_NUMBERS[k])} are too few to speak of boxes like these"
-        return f"Intervals are for more trials on these {_NUMBERS[k]} boxes. {few}."
+        return f"{these} are for more trials on these {_NUMBERS[k]}, which are too few to speak of boxes like these."
     shares = "" if k >= FEWEST_BOXES else f", and those of single shares for these {k}"
     drawn = all(re.fullmatch(r"random-[2-8]-\d+", name) for name in names)
     taken = "" if drawn else ", if these are taken as a sample"
-    return f"Intervals of changes are for boxes like these {k}{taken}{shares}; every box counts alike."
+    return f"{these} of changes are for boxes like these {k}{taken}{shares}; every box counts alike."
 
 
-_NUMBERS = {2: "two", 3: "three", 4: "four"}
+_NUMBERS, _NAMED = {2: "two", 3: "three", 4: "four"}, 4
+"""Numbers as words; boxes that a sentence names."""
 
 
 def _lines(found: Results) -> list[Line]:

@@ -319,10 +319,7 @@ def _table(found: Results) -> Lines:
 
 def _measured(found: Results) -> Lines:
     """What was measured of the claims, as the page shows it: without the reanalysis of the paper and the tests."""
-    yield ["place", "quote", "paper", "agent", "this study", "verdict", "P"]
-    for claim, one in _every_judged(found):
-        if one.here:
-            yield [claim.place, claim.quote, claim.value, one.agent, one.here, one.verdict, p_cell(one.p_value)]
+    yield from ([row[i] for i in (0, 1, 2, 4, 5, 6, 8)] for row in _table(found) if row[5])
 
 
 _CLAIMS = Table("claims", _table, 8)

@@ -94,16 +94,16 @@ def _table(found: Results) -> Lines:
         change, acted = changes.get((cell.agent, cell.condition)), cell.get("steps", "changed")
         broke = cell.get("against_rules")
         yield [
-            cell.agent, under, str(cell.trials), cell.get("success"), change,
+            cell.label, under, str(cell.trials), cell.get("success"), change,
             p_cell(change.p_value if change else None), cell.get("mean_steps_all"), cell.get("loop_rate"),
             chance_said(cell), alone(cell.get("misread")),
             alone(cell.get("optimal_actions", "naive")),
             percent((acted.value or 0.0) / acted.n) if acted and acted.n else None,
-            count_of(broke) if broke and broke.count else None, f"{cell.value('broken') or 0:g}", cell.modality,
+            count_of(broke) if broke and broke.count else None, f"{cell.value('broken') or 0:g}",
         ]  # fmt: skip
 
 
-_RARE = ("misread", "optimal", "acted in", "against the rules", "broken", "modality")
+_RARE = ("misread", "optimal", "acted in", "against the rules", "broken")
 
 
 def _measures(found: Results) -> Lines:

@@ -8,13 +8,13 @@ from typing import Any
 
 from lockprobe.agents.catalogue import description
 from lockprobe.foundation.formatting import capital, count, listed
-from lockprobe.foundation.spec import spec_name
+from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.report.answer import AnswerList, beside_said, broken_said, headline, known_of_broken, solved_said
 from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import Line, primary_lines
-from lockprobe.report.prose import at_dose, cause
+from lockprobe.report.prose import at_dose, cause, who
 from lockprobe.report.questions import speed, stopping, why
 from lockprobe.report.questions.boxes import boxes_said, differ_said
 from lockprobe.report.questions.conditions import EFFECTS
@@ -62,14 +62,10 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     yield from (Fact(about=_WHO, name=label, text=what) for label, what in _who(numbers))
 
 
-def _asks_why(design: Design) -> bool:
-    return any(map(arms_of, design.shown.values()))
-
-
 def _question(study: Study, design: Design) -> str:
     """What the study asks, in one line."""
     box = study.boxes_in_words
-    if _asks_why(design):
+    if any(map(arms_of, design.shown.values())):
         return f"Why do false reports change how agents open {box}?"
     misread = [name for name, one in study.contrasts.items() if one.measure == "misreading"]
     if misread and next(iter(study.contrasts)) == misread[0]:
@@ -95,7 +91,7 @@ def _trial(study: Study, design: Design) -> str:
         told = "it is shown, or told, how the joints stand"
     said = f"An agent has {count(steps, 'step')} to open a box whose joints lock each other. After each step {told}."
     if any(one.p for one in study.flip_axis):
-        what = "and some corrected" if _asks_why(design) else "as often as the flip rate says"
+        what = "and some corrected" if any(map(arms_of, design.shown.values())) else "as often as the flip rate says"
         return f"{said} Some reports are false, {what}."
     acting = dict.fromkeys(spec_name(spec) for one in study.conditions for spec in one.specs)
     return f"{said} What acts under the conditions: {listed([*acting], named=4)}." if acting else said
@@ -117,10 +113,10 @@ def _changed_nothing(numbers: OpenedStudy) -> Iterator[str]:
     rates = {one.label: at_dose(one.p) for one in numbers.study.flip_axis if one.p}
     for condition, agents in whole.items():
         every = len(agents) == len(numbers.subjects)
-        who = " for any agent" * (len(agents) > 1) if every else f" for {listed([*agents], named=3)}"
+        whom = " for any agent" * (len(agents) > 1) if every else f" for {listed([*agents], named=3)}"
         rate = rates.get(condition)
         said = f"{capital(rate)} no report was false" if rate else f"{condition} changed nothing"
-        yield f"{said}{who} (0 of {sum(agents.values())} steps), so nothing is concluded from it."
+        yield f"{said}{whom} (0 of {sum(agents.values())} steps), so nothing is concluded from it."
 
 
 def _who(numbers: OpenedStudy) -> Iterator[tuple[str, str]]:
@@ -133,8 +129,10 @@ def _who(numbers: OpenedStudy) -> Iterator[tuple[str, str]]:
         agent = numbers.study.label_of(spec)
         if agent in facts:
             known = [(name, facts[agent][name]) for name in _MODEL if facts[agent].get(name)]
+            if agent == PEOPLE:
+                known = [("people", f"{len({trial.agent for trial in numbers.trials if trial.player})} who took part")]
             model = ", ".join(f"temperature {said}" if name == "temperature" else str(said) for name, said in known)
-            yield agent, model or description(spec)
+            yield who(agent), model or description(spec)
 
 
 def answer_of(found: Results) -> str:
@@ -196,8 +194,9 @@ def _show(found: Results) -> Iterator[Part]:
         return
     listing = AnswerList(found)
     drawn = [] if found.where("false_report_effect") or found.design.contrasts else drawable(found)
-    tested = [line.change for line in listing.lines if line.change]
-    who = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
+    compared = max((line.change.corrected_for for line in listing.lines if line.change), default=1)
+    which = "each contrast" if any(line.cause for line in listing.lines) else "each condition with its control"
+    introduced = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
     box = found.boxes[0] if len(found.boxes) == 1 and 0 < len(found.boxes[0].get("joints", ())) <= _JOINTS else {}
     figures, tables = [one for one in _FIGURES if one.applies(found)], _CHANGES[: 2 if listing.many else 3]
     said |= {"boxes": f"{differ_said(found)} {boxes_said(found)}".strip()} if len(found.boxes) > 1 else {}
@@ -208,8 +207,8 @@ def _show(found: Results) -> Iterator[Part]:
         "notes": [said[kind] for kind in _NOTES if said.get(kind) and said[kind] not in found.answer],
         "listing": listing,
         "broke": known_of_broken(found),
-        "compared": max((row.corrected_for for row in tested), default=1),
-        "who": list(who.items()) if len(who) <= _WHO_MOST else [],
+        "compared": f"{compared} comparisons ({which}, for each agent)" if compared > 1 else "",
+        "who": list(introduced.items()) if len(introduced) <= _WHO_MOST else [],
         "panel": Template("panel", {"box": box, "chain": _chain(box)}) if box else None,
         "chain": bool(_chain(box)),
         "curve": curve_figure(found, wide=True) if drawn else "",

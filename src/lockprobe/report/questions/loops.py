@@ -167,7 +167,7 @@ _FIGURES = (
     Figure(
         "fig5a",
         "Loop rate against success",
-        Note(
+        lambda found: Note(
             "Share of trials with an action loop against success, one dot per repetition and flip rate (the paper's "
             "Fig. 5a), with the least-squares line and r.",
             LENGTHS,

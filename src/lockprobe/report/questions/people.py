@@ -140,6 +140,7 @@ def draw(found: Results) -> Any:
     """Success of people and of agents beside them, a group of rows for each condition; None without people."""
     from lockprobe.report.figures import drawing as figures
 
+    many = len(found.design.players)
     players = sorted(found.design.players, key=lambda one: (one.agent != PEOPLE, not one.subject))[:_MOST]
     shown = [(one.agent, one.modality) for one in players]
     cells = sorted(
@@ -165,8 +166,9 @@ def draw(found: Results) -> Any:
         for player in players:
             style = next(figures.style_of(cell) for cell in cells if cell.agent == player.agent)
             axes.plot([], [], label=figures.agent_label(player), **style.line)
+        beside = "agents" if len(players) == many else f"{len(players) - 1} of {many - 1} agents"
         said = count(int(everyone.value or 0), *_WHO)
-        figures.title(axes, f"{said} beside agents; bars: 95 % intervals")
+        figures.title(axes, f"{said} beside {beside}; bars: 95 % intervals")
 
     height = sum(_HEAD + _ROW * len(rows) for rows in groups.values())
     return figures.sheet(found.where("people", agent=PEOPLE, of="", modality=""), on, height=height, width=5.0)
@@ -175,7 +177,7 @@ def draw(found: Results) -> Any:
 _FIGURE = Figure(
     "people",
     "Success under each condition: people, models and strategies",
-    Note(
+    lambda found: Note(
         "Success by condition: people, then agents on the same boxes. People play several boxes and may learn from one "
         "to the next; agents keep nothing.",
         "Bars are 95 % intervals, clustered by person and block for people. Baselines are thin.",

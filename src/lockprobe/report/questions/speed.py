@@ -87,12 +87,12 @@ def _said(found: Results) -> str:
         change = course.get("steps_difference", _HIGHER)
         means.append(f"{said}, {entry_text(change)} {more} ({p_value(change.p_value)})" if change else said)
     plan = found.get("optimum")
-    least = f" (shortest plan: {plan.value:g})" if plan else ""
+    least = f" (at best {plan.value:g}; an unsolved trial counts all its steps)" if plan else ""
     said = "; ".join(means)
     if len(means) > MOST_NAMED:
         over = sorted(course.played[0].value("mean_steps_all") or 0.0 for course in shown)
         said = f"{over[0]:.1f} to {over[-1]:.1f} for {len(over)} agents"
-    return f"Mean steps {at_lowest(found)}{least}: {said}." if means else "No trial has ended."
+    return f"Mean steps to open a box {at_lowest(found)}{least}: {said}." if means else "No trial has ended."
 
 
 def draw(found: Results) -> Any:
@@ -116,7 +116,9 @@ def draw(found: Results) -> Any:
         if (plan := found.get("optimum")) is not None and plan.value is not None:
             label = f"shortest plan: {plan.value:g} steps"
             axes.axvline(plan.value, color=figures.INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1, label=label)
-        figures.published(axes, [(step, 0.8) for step in _stars([cell for _, cell, _, _ in drawn], budget)])
+        if {cell.p for _, cell, _, _ in drawn} == {0.0}:  # told the truth, as the paper's agents were
+            steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
+            figures.published(axes, [(step, 0.8) for step in steps if step <= budget])
         figures.share_axis(axes, "solved by this step")
         axes.set_xlim(0, budget + figures.BEYOND)
         figures.whole_axis(axes, budget, "number of interactions")
@@ -149,15 +151,10 @@ def _by_rate(courses: Sequence[Course]) -> bool:
     return len(courses) == 1 and len(courses[0].played) > 1 and not courses[0].blind
 
 
-def _stars(cells: Sequence[Cell], budget: int) -> list[int]:
-    """The steps by which the paper's agents had solved 80 %, if these were told the truth."""
-    steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
-    return [step for step in steps if step <= budget] if {cell.p for cell in cells} == {0.0} else []
-
-
 def _caption(found: Results) -> Note:
     courses = [course for course in found.courses() if course.played]
-    lines = "each flip rate" if _by_rate(courses) else f"each agent and modality {at_lowest(found)}"
+    some = f"{_MOST} of {len(courses)} agents" if len(courses) > _MOST else "each agent and modality"
+    lines = "each flip rate" if _by_rate(courses) else f"{some} {at_lowest(found)}"
     broke = "; where trials broke, the middle of the bounds" * any(cell.value("broken") for cell in found.cells)
     stars = (
         "Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (positions in "

@@ -17,7 +17,7 @@ from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.studies.decisions import Decision
 from lockprobe.studies.study import Study
 
-_HOLDS = "Success and differences in success are shown as they hold at every look"
+_HOLDS = "Success and its differences hold at every look, so their intervals are wider than those of one look"
 
 _ONE_LOOK = "as it holds for one look, at a number of people that was fixed before"
 
@@ -50,7 +50,7 @@ def every_look_said(study: Study, kind: str, answers: _Answers, played: int) -> 
         return f"{progress_said(study, answers, played)}. {_HOLDS}.{people}"
     if kind == "extended":
         return f"Trials were added to this study after it had begun. {_HOLDS}.{people}"
-    return f"{_HOLDS}, so that reading them now and playing on is valid.{people}" if kind else ""
+    return f"{_HOLDS}; reading them now and playing on is valid.{people}" if kind else ""
 
 
 def progress_said(study: Study, answers: _Answers, played: int) -> str:
@@ -58,8 +58,8 @@ def progress_said(study: Study, answers: _Answers, played: int) -> str:
     found = [one for own in answers.values() for one in own]
     assert study.until is not None
     what = "decided" if study.until.rule == "decided" else f"known to {study.until} points"
-    done = f"{sum(one.at is not None for one in found)} of {count(len(found), 'difference')} {what}"
-    return f"{done}, with {played} of at most {study.size} trials"
+    done = f"{sum(one.at is not None for one in found)} of {count(len(found), 'difference')} between conditions"
+    return f"{done} {what}, with {played} of at most {study.size} trials"
 
 
 def small_said(found: Results) -> str:
@@ -91,9 +91,6 @@ def _table(found: Results) -> Lines:
         yield [row.agent, row.of, str(row.n), row, *said]
 
 
-_MOST = 6
-"""Panels that are drawn: total effects first, then the differences of agents that the study is about."""
-
 _REACH = 60
 """The widest interval that is drawn to its ends, in points."""
 
@@ -124,15 +121,15 @@ def draw(found: Results) -> Any:
         figures.title(axes, figures.safe_name(curve.agent, 38), figures.safe_name(curve.of, 38), said)
 
     curves = [one for one in found.curves if one.quantity == "difference_by_block" and len(one.x) > 1]
-    curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))
+    curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))  # of many the first are drawn
     wide, high = (5.6, 2.3) if len(curves) == 1 else (3.2, 1.45)
-    return figures.sheet(curves[:_MOST], on, height=high, width=wide)
+    return figures.sheet(curves, on, height=high, width=wide)
 
 
 FIGURE = Figure(
     "stopping",
     "Estimate and interval after every block, a panel for each difference",
-    Note(
+    lambda found: Note(
         "Success under each condition minus success under the control after every block, with the interval that holds "
         "at every look. The vertical line marks the block with which it was decided, dotted is the margin.",
         "Intervals are confidence sequences of the mean by betting; several differences of an agent are corrected by "
@@ -154,7 +151,7 @@ _NOTE = Note(
 
 def _show(found: Results) -> Iterator[Part]:
     if rows := found.where("difference_by_block"):
-        said = f"{len(found.where('decided_at_block'))} of {len(rows)} differences are decided."
+        said = f"{len(found.where('decided_at_block'))} of {len(rows)} differences between conditions are decided."
         yield Part("Differences block by block", said, [FIGURE, _TABLE, _NOTE])
 
 

@@ -25,6 +25,8 @@ from lockprobe.trial.record import PLAIN_WORDS
 
 _NOTHING = "Nothing could be compared."
 
+_ALIKE = "Agents that play alike whatever they are told have no panel beside others."
+
 
 def fit_rows(quantity: str, of: Quantity, course: Course) -> Iterator[Row]:
     """The paper's second-order least-squares fit over repetitions."""
@@ -78,9 +80,8 @@ def _show(found: Results) -> Iterator[Part]:
         called = capital(false_reports(dose.options)) if dose.of_flips and dose.options else called
         pictured = f", shown as {dose.modality}" if dose.modality not in PLAIN_WORDS else ""
         what = headline(dose_lines(found, axis), cause(dose)) or _NOTHING
-        said = f"Share of trials solved by {dose.name}, with the exact success of random agents."
-        caption = Note(said, f"Intervals are {interval_kind(found)}.")
-        figure = Figure(f"series-{i}-success", f"Success by {dose.name}", caption, partial(draw, axis=axis))
+        caption, drawn = partial(_dose_caption, dose=dose.name), partial(draw, axis=axis)
+        figure = Figure(f"series-{i}-success", f"Success by {dose.name}", caption, drawn)
         yield Part(f"{called}{pictured}", what, [figure, _note(found)], "doses" if i == 1 else f"doses-{i}")
 
 
@@ -102,6 +103,11 @@ def _note(found: Results) -> Note:
     )
 
 
+def _dose_caption(found: Results, dose: str) -> Note:
+    said = f"Share of trials solved by {dose}, with the exact success of random agents. {_ALIKE}"
+    return Note(said, f"Intervals are {interval_kind(found)}.")
+
+
 def _caption(found: Results) -> Note:
     shown = [course for course in found.courses() if course.subject]
     stars = {0.0: "23.3 % at a flip rate of 0", PEAK: "20 of 30 at 0.4, 2.85 times the success at 0"}
@@ -111,17 +117,18 @@ def _caption(found: Results) -> Note:
     return Note(
         f"The paper's Fig. 4: success by flip rate.{f' Hollow stars: values in its text, {drawn}.' * bool(drawn)}",
         f"Dots are repetitions, markers their means with {interval_kind(found)}.{fit}",
-        "Grey: exact success of random agents with and without immediate repeats.",
+        f"Grey: exact success of random agents with and without immediate repeats. {_ALIKE}",
     )
 
 
 def draw(found: Results, axis: DoseAxis | None = None) -> Any:
-    """Success by dose, a panel for each agent that the study is about; by flip rate without an axis."""
+    """Success by dose, a panel for each agent that does not play alike at all; by flip rate without an axis."""
     from lockprobe.report.figures.drawing import sheet
 
     played = [course for course in found.courses(axis) if course.played and (axis or course.subject)]
-    shown = played if axis else [one for one in played if len(one.played) > 1 and not one.blind] or played
-    note = capital(false_reports(axis.axis.options)) if axis and axis.axis.of_flips and axis.axis.options else ""
+    heed = [one for one in played if len(one.played) > 1 and not one.blind]
+    shown = sorted(heed or played, key=lambda one: not one.subject)
+    note = f"{capital(false_reports(axis.axis.options))}." if axis and axis.axis.of_flips and axis.axis.options else ""
     return sheet(shown, _panel, note=note)
 
 

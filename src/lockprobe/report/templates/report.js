@@ -57,7 +57,7 @@
   };
   const conditions = (a) => [...new Set(data.trials.filter((one) => one.a === a).map((one) => one.c))].sort((x, y) => x - y);
   const under = (c) => (data.conditions[c] === "told the truth" ? "when told the truth" : `with ${data.conditions[c]}`);
-  const key = (one) => `${one.r} ${one.n} ${one.person ?? ""}`;
+  const key = (one) => `${one.r} ${one.n}`;
 
   // Pairs of trials of equal luck: one agent under two conditions, or, of a single condition, each trial alone.
   let pairs = [], pair = [], parted = 0;
@@ -76,7 +76,7 @@
     fill(which, pairs.map((_, i) => i), pairs.map(([one]) => number(one)));
     which.value = pairs.indexOf(start);
     $("pairs").textContent = pairs[0].length > 1
-      ? `Of ${pairs.length} pairs${data.of ? " on this page" : ""}, ${only[1].length} opened the box only ${under(d)}, ${only[0].length} only ${under(c)}. Shown: one of usual length.`
+      ? `In ${only[1].length} of ${pairs.length} pairs of trials with the same random numbers${data.of ? ", a sample of all," : ""} the box was opened only ${under(d)}, in ${only[0].length} only ${under(c)}. Shown: a pair of usual length.`
       : `Of ${pairs.length} trials, one of usual length stands first.`;
     show();
   };
