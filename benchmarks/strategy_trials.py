@@ -26,7 +26,7 @@ from tempfile import TemporaryDirectory
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
-from lockprobe.cli.progress import Progress
+from lockprobe.cli.run_study import Progress
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal

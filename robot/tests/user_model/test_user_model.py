@@ -20,7 +20,7 @@ from lockprobe.boxes.solve import space_of
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.records.directory import claim
+from lockprobe.studies.records.journal import Journal
 from lockprobe.trial.protocols import Plant
 
 SPEC = f"twin?model={OWN}"
@@ -244,10 +244,15 @@ def test_a_study_does_not_go_on_with_another_model(tmp_path):
     path = written(tmp_path, OWN.read_text("utf-8"))
     planned = lockprobe.study("flips", plant=f"twin?model={path}", **options)
     write_study(tmp_path / "S", planned, [make_trial([0], study="flips")])
-    claim(tmp_path / "S", lockprobe.study("flips", plant=f"twin?model={path}", **options))
+    with Journal.open(tmp_path / "S", lockprobe.study("flips", plant=f"twin?model={path}", **options)):
+        pass
     path.write_text(OWN.read_text("utf-8").replace("0.62", "0.6"), "utf-8")
-    with pytest.raises(SettingsChanged, match=r"plant is 'twin\?model=.*digest="):
-        claim(tmp_path / "S", lockprobe.study("flips", plant=f"twin?model={path}", **options))
+    changed = lockprobe.study("flips", plant=f"twin?model={path}", **options)
+    with (
+        pytest.raises(SettingsChanged, match=r"plant is 'twin\?model=.*digest="),
+        Journal.open(tmp_path / "S", changed),
+    ):
+        pass
     with pytest.raises(BadFile, match="another model: its digest is [0-9a-f]{16}, [0-9a-f]{16} was asked for"):
         resolve_plant(planned.plant).check(planned.box)
     path.unlink()
