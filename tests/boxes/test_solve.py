@@ -1,4 +1,4 @@
-"""What a box takes, against brute force, definitions, and the published figures of the default box."""
+"""The laws of the puzzle; what a box takes, against brute force and published figures; what cannot be played."""
 
 import itertools
 
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.boxes.sketch import interlock_lines
-from lockprobe.boxes.solve import difficulty, optimum, random_curve
+from lockprobe.boxes.solve import difficulty, fault_of, optimum, random_curve
 
 
 def solves(puzzle, attempts):
@@ -20,6 +20,48 @@ def solves(puzzle, attempts):
         if moved and joint == puzzle.target_index:
             return True
     return False
+
+
+@settings(max_examples=25)
+@given(st.data())
+def test_attempts_in_every_configuration(boxes, data):
+    """A joint moves if any clause holds entirely. Nothing else changes, and a second attempt undoes the first."""
+    drawn = data.draw(boxes)
+    for configuration, joint in itertools.product(itertools.product((False, True), repeat=4), range(4)):
+        after, moved = drawn.attempt(configuration, joint)
+        assert all(after[other] == configuration[other] for other in range(4) if other != joint)
+        assert moved == (after[joint] != configuration[joint])
+        assert drawn.attempt(after, joint)[0] == configuration
+        state = dict(zip(drawn.names, configuration, strict=True))
+        clauses = drawn.interlock.get(drawn.names[joint], ({},))
+        expected = any(set(clause.items()) <= set(state.items()) for clause in clauses)
+        assert drawn.may_move(configuration, joint) == moved == expected
+
+
+@pytest.mark.parametrize(
+    ("interlock", "reason"),
+    [
+        (
+            {"a": ({"b": True},), "b": ({"c": True},), "c": ({"a": True},)},
+            "unsolvable: nothing moves, every joint is locked at the start",
+        ),
+        ({"a": ({"b": True},), "b": ({"a": True},)}, "unsolvable: no sequence of attempts moves a"),
+        (
+            {"a": ({"b": True}, {"c": True, "b": False}), "c": ({"b": True},), "b": ({"c": False},)},
+            "contradictory: {c = 1, b = 0} of target a holds in no configuration that can be reached",
+        ),
+        ({}, "too short: solved in 1 of at least 2 steps"),
+        ({"a": ({"b": True},)}, None),
+    ],
+)
+def test_what_cannot_be_played_is_said_with_the_reason(interlock, reason):
+    joints = tuple(Joint(name=name, kind="revolute") for name in "abc")
+    drawn = Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * 3, target="a")
+    assert fault_of(drawn, shortest=2) == reason
+    if reason and reason.startswith("unsolvable"):
+        found = difficulty(drawn)
+        assert (found.optimum, found.optimal_plans, found.plans, found.distractors) == (None, 0, (), ())
+        assert (found.random_success, found.cycle_success) == (0, 0)
 
 
 @pytest.mark.parametrize("joints", [2, 3])
@@ -55,14 +97,6 @@ def test_optimal_plans_are_all_shortest_sequences_that_solve_and_distractors_the
         assert all(len(plan) == steps for plan in order)
     else:
         assert set(order) == {one for one in itertools.product(range(4), repeat=steps) if solves(puzzle, one)}
-
-
-def test_a_box_that_nothing_opens():
-    joints = tuple(Joint(name=name, kind="revolute") for name in "abc")
-    interlock = {"a": ({"b": True},), "b": ({"a": True},)}
-    shut = Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * 3, target="a")
-    found = difficulty(shut)
-    assert (found.optimum, found.optimal_plans, found.random_success, found.cycle_success) == (None, 0, 0, 0)
 
 
 def test_an_interlock_in_words():

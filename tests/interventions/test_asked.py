@@ -1,6 +1,5 @@
 """What an agent is asked, remembers and does: instructions, remarks, late and lost reports, short memories, slips."""
 
-import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -111,20 +110,36 @@ def test_nudge_and_remark_are_as_long_said_at_the_same_steps_and_change_no_blind
     assert abs(len(NUDGE) - len(REMARK)) <= 4
 
 
-def asides(p, **settings):
-    return [step.remark for step in played(f"distract?p={p}", **settings).steps]
+HITS = {
+    "flip": lambda step: step.told_falsely,
+    "correction": lambda step: "Correction:" in step.told,
+    "drop": lambda step: (step.told_moved, step.told_state, step.told) == (None, None, ""),
+    "distract": lambda step: step.remark in ASIDES,
+    "tremble": lambda step: step.chosen is not None,
+}
+"""What shows that an intervention hit a step."""
 
 
-def test_irrelevant_sentences_come_at_rate_p_nested_and_leave_reports_as_they_are():
-    none, few, many, (first, *always) = map(asides, (0, 0.3, 0.7, 1))
-    assert set(none) == {first} == {""}
-    assert set(always) <= set(ASIDES)
-    assert len(set(always)) > 2
-    assert all(a in ("", b) for a, b in zip(few, many, strict=True))
-    assert few != many
+@pytest.mark.parametrize("name", HITS)
+def test_what_is_hit_at_a_smaller_dose_is_hit_at_a_larger_whatever_else_acts(name):
+
+    def hit(spec):
+        return {step.step for step in played(spec, max_steps=12, modality="symbolic").steps if HITS[name](step)}
+
+    none, few, many, every = (hit(f"{name}?p={p}") for p in (0, 0.3, 0.7, 1))
+    assert none == set() < few < many < every >= {*range(2, 13)}
+    assert hit(f"warn + {name}?p=0.3 + nudge?after=3") == few
+    after = name == "distract"  # a sentence comes with the report, before the next step
+    assert hit(f"{name}?p=1&at=3;5") == {3 + after, 5 + after}
+
+
+def test_an_irrelevant_sentence_and_a_lost_report_leave_all_else_as_it_is():
     for agent in ("human-inspired", "ideal-observer"):
         plain, distracted = (run_trial(agent=agent, p=0.3, condition=c) for c in ("", "distract?p=1"))
         assert [(s.told, s.decision) for s in plain.steps] == [(s.told, s.decision) for s in distracted.steps]
+    lost = played("drop?p=1", "random")
+    assert {step.decision.claimed for step in lost.steps} == {None}
+    assert lost.opening  # the first look is no report
 
 
 @pytest.mark.parametrize("lag", [1, 2, 5])
@@ -138,27 +153,9 @@ def test_every_late_report_is_the_truth_of_some_attempts_ago(lag):
     assert {(step.told_moved, step.told) for step in trial.steps[:lag]} == {(None, "")}
 
 
-def test_nothing_is_told_of_an_attempt_whose_report_is_lost_and_it_is_lost_at_a_larger_dose_too():
-    doses = [played(f"drop?p={p}", max_steps=30) for p in (0.0, 0.3, 0.7, 1.0)]
-    lost = [{step.step for step in trial.steps if step.told_moved is None} for trial in doses]
-    assert all(few <= many for few, many in itertools.pairwise(lost))
-    assert [len(steps) for steps in lost][0::3] == [0, 30]
-    trial = played("drop?p=1", "random")
-    assert {(step.told_moved, step.told_state, step.told) for step in trial.steps} == {(None, None, "")}
-    assert {step.decision.claimed for step in trial.steps} == {None}
-    assert trial.opening  # the first look is no report
-
-
 TURNS = tuple(Turn(percept=Percept(text=str(i)), decision=Decision(joint="A")) for i in range(5))
 
 
 @pytest.mark.parametrize(("last", "left"), [(0, ()), (2, TURNS[3:]), (5, TURNS), (9, TURNS)])
 def test_the_newest_exchanges_are_left(last, left):
     assert History(last=last).recall(TURNS, (), None, None) == left
-
-
-def test_one_step_is_the_experimenter_s_and_all_others_are_the_agent_s():
-    trial, plain = (played(condition, seed=2) for condition in ("tremble?p=1&at=3", ""))
-    assert [step.step for step in trial.steps if step.chosen is not None] == [3]
-    assert trial.actions[:2] == plain.actions[:2]
-    assert trial.steps[2].chosen == plain.actions[2]

@@ -18,7 +18,6 @@ from lockprobe.interventions.conditions import (
     shipped_as,
     sweep,
 )
-from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_intervention
 from lockprobe.trial.condition import Condition, Recorded, place_of, spec_of
 
@@ -127,17 +126,6 @@ def test_a_stranger_s_class_is_named_by_its_module():
     assert made == Louder(marks=3)
     assert spec_of(made) == f"python:{__name__}:Louder?marks=3"
     check_intervention(made)
-
-
-def test_one_intervention_has_the_same_luck_whatever_else_acts_and_whatever_its_dose():
-    alone, beside, more = (
-        run_trial(agent="random", condition=spec)
-        for spec in ("tremble?p=0.5", "drop?p=0.9 + tremble?p=0.5", "tremble?p=0.9")
-    )
-    assert alone.actions == beside.actions
-    few, many = ({step.step for step in trial.steps if step.chosen} for trial in (alone, more))
-    assert few
-    assert {step for step in few if step <= len(more.steps)} <= many
 
 
 @pytest.mark.parametrize(

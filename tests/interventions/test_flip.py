@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.conditions import interventions_of
@@ -73,18 +71,6 @@ def test_every_flip_has_one_spec_and_a_name(spec, canonical, reading):
     assert READINGS[flip.inverts, flip.others] in reading
     with pytest.raises(BadValue, match="^flip: got 'sometimes', expected one of transient, sticky, outcome-only, mem"):
         flip_of("sometimes")
-
-
-@given(st.integers(0, 10_000), st.floats(0, 1), st.floats(0, 1))
-def test_the_flips_at_a_smaller_p_are_a_subset_of_those_at_a_larger(seed, one, other):
-    low, high = sorted((one, other))
-
-    def flips(p):
-        rng = np.random.default_rng(seed)
-        channel = OutcomeFlip(p=p)
-        return [channel.perceive(TRUTH, (), TASK, rng).outcome == "blocked" for _ in range(20)]
-
-    assert all(not at_low or at_high for at_low, at_high in zip(flips(low), flips(high), strict=True))
 
 
 def lies(condition, agent="round-robin", **settings):
@@ -189,14 +175,11 @@ def jumped(p, seed=1, truth=TRUTH, reports=1_000):
     return np.array(found)
 
 
-def test_a_share_p_of_reports_has_one_joint_that_jumps_each_other_equally_likely_and_nested():
+def test_a_share_p_of_reports_has_one_joint_that_jumps_each_other_equally_likely():
     share = jumped(0.4)
     assert set(share.sum(axis=1)) == {0, 1}
     assert share.mean(axis=0) == pytest.approx([0.2, 0, 0.2], abs=0.05)
-    fewer, more, every = (jumped(p, reports=200) for p in (0.2, 0.5, 1))
-    assert (fewer <= more).all()
-    assert (more <= every).all()
-    assert (every.sum(axis=1) == 1).all()
+    assert (jumped(1, reports=200).sum(axis=1) == 1).all()
     alone = Percept(joint="A", outcome="blocked", positions=(False,))
     task = Task(joints=("A",), target="A", budget=2)
     assert Phantom(p=1.0).perceive(alone, (), task, np.random.default_rng(1)) == alone

@@ -116,23 +116,6 @@ def test_blind_agents_have_the_curves_of_the_box(name):
     assert propagate("random").success == pytest.approx(0.392655, abs=5e-7)
 
 
-@pytest.mark.parametrize(
-    ("agent", "mean", "eighty", "last"),
-    [
-        ("human-inspired", 8.5, 9, 10),
-        ("human-inspired:target-last", 5.5, 6, 7),
-        ("human-inspired:target-any", 7.0, 8, 10),
-        ("human-inspired:proximity", 5.5, 7, 7),
-        ("human-inspired:target-first-per-configuration", 9.75, 11, 13),
-        ("round-robin", 8.5, 10, 13),
-    ],
-)
-def test_strategies_have_their_figures_on_chain_4(agent, mean, eighty, last):
-    course = propagate(agent)
-    assert course.steps == pytest.approx(mean)
-    assert (course.by(0.8), course.by(1)) == (eighty, last)
-
-
 class OneWithoutMemory:
     facts = MappingProxyType({})
 

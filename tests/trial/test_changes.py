@@ -23,14 +23,6 @@ class OutcomeAlone:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TextBefore:
-    """Says something before the words are made."""
-
-    def perceive(self, percept, past, task, rng):
-        return replace(percept, text="Well.")
-
-
-@dataclass(frozen=True, kw_only=True)
 class Rebuilt:
     """Remembers an equal past, made anew."""
 
@@ -58,7 +50,7 @@ def played(condition, **options):
     [
         "flip?p=0", "flip?p=1&at=12", "flip?p=1&from=13", "flip?p=1&only=moved&at=1", "drop?p=0.5&at=12", "tremble?p=0",
         "history?last=50", "history?last=12", "nudge?after=9", "hypothesis?ask=before", "flip?p=1 + flip?p=1",
-        [OutcomeAlone()], [TextBefore()], [Rebuilt()],
+        [OutcomeAlone()], [Rebuilt()],
     ],
 )  # fmt: skip
 def test_what_changes_nothing_is_counted_as_nothing(condition):
