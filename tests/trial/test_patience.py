@@ -3,21 +3,20 @@
 import asyncio
 import os
 import re
-from dataclasses import replace
 
 import pytest
 
+from lockprobe import run_trial
 from lockprobe.foundation.plugins import allow
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.executor import Limits
-from lockprobe.studies.running.runner import run, run_study
+from lockprobe.studies.running.runner import run_study
 from lockprobe.trial import patience
 
 AGENTS = """\
 import asyncio, time
+from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.trial import patience
 from lockprobe.trial.record import Decision
 
@@ -42,10 +41,14 @@ class Sleeps(Loops):
     async def decide(self, situation, rng):
         time.sleep(self.seconds)
         return Decision(joint=situation.task.joints[0])
-    seconds = 0.8
+    seconds = 0.6
 
 class Dead(Sleeps):
     seconds = 600
+
+class Box(SymbolicPlant):
+    def __init__(self, box, labels, rng):
+        super().__init__(box)
 """
 
 
@@ -61,41 +64,28 @@ def agents(tmp_path, monkeypatch):
     monkeypatch.setattr(patience, "_LOOK", 0.05)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
     monkeypatch.syspath_prepend(tmp_path)
-    allow(*(f"python:hangs:{name}" for name in ("Loops", "Awaits", "Sleeps", "Dead")))
+    allow("python:hangs:Box", *(f"python:hangs:{name}" for name in ("Loops", "Awaits", "Sleeps", "Dead")))
 
 
-def planned(*names):
-    agents = [f"python:hangs:{name}" for name in names]
-    return study(StudyOptions(agent=[*agents, "random"], p=[0], trials=2, repetitions=1))
-
-
-def test_what_loops_or_awaits_for_ever_ends_its_trial_in_a_notebook_too(tmp_path):
+@pytest.mark.parametrize(("name", "line", "step"), [("Loops", "sum(", 3), ("Awaits", "Event", 1)])
+def test_what_loops_or_awaits_for_ever_ends_its_trial_in_a_notebook_too(name, line, step):
     async def cell():
-        return run_study(planned("Loops", "Awaits"), tmp_path / "s")
+        return run_trial(agent=f"python:hangs:{name}")
 
-    trials = asyncio.run(cell())
-    for trial, step, said in zip(
-        trials[:4], (3, 3, 1, 1), (*[hangs("Loops", "sum(")] * 2, *[hangs("Awaits", "Event")] * 2), strict=True
-    ):
-        assert (trial.error.boundary, trial.error.step) == ("model", step)
-        assert re.match(said, trial.error.message)
-    assert all(trial.owed_again for trial in trials[:4])
-    assert not any(trial.error for trial in trials[4:])
+    trial = asyncio.run(cell())
+    assert (trial.error.boundary, trial.error.step, trial.owed_again) == ("model", step, True)
+    assert re.match(hangs(name, line), trial.error.message)
 
 
-def test_a_call_that_does_not_come_back_is_named_while_it_hangs(tmp_path, capsys):
-    trials = run_study(planned("Sleeps"), tmp_path / "s")
-    assert [trial.error.boundary for trial in trials[:2]] == ["model", "model"]
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 2
-    assert re.match("lockprobe: " + hangs("Sleeps", "time.sleep", r"0\.[2-7]\d*"), lines[0])
-    assert lines[0].endswith("nothing finished is lost by Ctrl-C, twice if need be")
+def test_a_call_that_does_not_come_back_is_named_while_it_hangs(capsys):
+    assert run_trial(agent="python:hangs:Sleeps").error.boundary == "model"
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.match("lockprobe: " + hangs("Sleeps", "time.sleep", r"0\.[2-6]\d*"), line)
+    assert line.endswith("nothing finished is lost by Ctrl-C, twice if need be")
 
 
 def test_a_worker_in_which_an_agent_hangs_is_replaced(tmp_path):
-    dead = replace(planned("Dead"), plant="fast-twin", agents=("python:hangs:Dead",), trials=1)
-    with Journal.open(tmp_path / "s", dead) as journal:
-        run(dead, journal, limits=Limits(workers=2))
-    trials = load(tmp_path / "s")
-    assert [trial.error.boundary for trial in trials] == ["model"]
-    assert all(re.match(hangs("Dead", "time.sleep", r"[\d.]+"), one.error.message) for one in trials)
+    options = StudyOptions(agent=["python:hangs:Dead"], plant="python:hangs:Box", p=[0], trials=1, repetitions=1)
+    (trial,) = run_study(study(options), tmp_path / "s", limits=Limits(workers=2))
+    assert trial.error.boundary == "model"
+    assert re.match(hangs("Dead", "time.sleep", r"[\d.]+"), trial.error.message)
