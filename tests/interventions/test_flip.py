@@ -7,8 +7,7 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.conditions import interventions_of
-from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
-from lockprobe.interventions.misread_flip import MisreadFlip
+from lockprobe.interventions.flip import READINGS, MisreadFlip, OutcomeFlip, flip_of
 from lockprobe.interventions.told import Phantom
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of

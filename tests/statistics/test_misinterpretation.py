@@ -4,7 +4,7 @@ from collections import Counter
 
 from builders import make_trial
 
-from lockprobe.interventions.misread_flip import misread_rates
+from lockprobe.interventions.flip import misread_rates
 from lockprobe.statistics.misinterpretation import Claim, claim_counts, claims
 
 

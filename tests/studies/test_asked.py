@@ -20,7 +20,7 @@ from lockprobe.boxes.solve import optimum
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
 from lockprobe.interventions.asked_and_done import Tremble
 from lockprobe.interventions.conditions import interventions_in
-from lockprobe.interventions.misread_flip import misread_rates, rates_of
+from lockprobe.interventions.flip import misread_rates, rates_of
 from lockprobe.report.verify import verify
 from lockprobe.statistics.design import ARMS, CROSSED
 from lockprobe.statistics.misinterpretation import claim_counts

@@ -30,8 +30,7 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.validation import AS_WRITTEN, Text, plain
 from lockprobe.interventions.conditions import flip_alone, tells_positions
-from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.misread_flip import with_rates
+from lockprobe.interventions.flip import OutcomeFlip, with_rates
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.design import Design, SeriesArm
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in

@@ -25,8 +25,7 @@ from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.plugins import allow, plugin_name_of
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name, split_specs
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, shipped, sweep
-from lockprobe.interventions.flip import DEFAULT, OutcomeFlip, flip_of
-from lockprobe.interventions.misread_flip import MisreadFlip, entries_of, misread_rates
+from lockprobe.interventions.flip import DEFAULT, MisreadFlip, OutcomeFlip, entries_of, flip_of, misread_rates
 from lockprobe.interventions.told import Correction
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.statistics.misinterpretation import claim_counts
