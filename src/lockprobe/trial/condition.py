@@ -74,16 +74,6 @@ class Recorded:
     def __post_init__(self) -> None:
         if len(split_specs(self.spec)) != 1:
             raise BadValue("intervention", self.spec, "one")
-        options = Spec.parse(self.spec, "intervention").options
-        for dose in self.doses[:1]:
-            _check_dose(f"dose {dose} of {self.spec}", options.get(dose, ""))
-
-
-def _check_dose(what: str, text: str) -> None:
-    try:
-        float(text)
-    except ValueError:
-        raise BadValue(what, text, "a number among its options") from None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,10 +92,6 @@ class PlantChange:
 
     options: Mapping[Text, Annotated[str, Field(max_length=1000)]] = field(default_factory=dict)
     own: Mapping[Text, Annotated[float, Field(allow_inf_nan=False)]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for option in self.own:
-            _check_dose(f"dose {option} of the plant", self.options.get(option, ""))
 
     @property
     def spec(self) -> str:
@@ -215,15 +201,15 @@ class Condition:
         not act.
         """
         found, seen = dict[str, float](), Counter[str]()
-        for spec, options in (part for part in self.parts if part[1]):
-            seen[first := f"{spec.full_name}.{options[0]}"] += 1
-            name = spec.full_name + f"#{seen[first]}" * (seen[first] > 1)
-            try:
+        try:
+            for spec, options in (part for part in self.parts if part[1]):
+                seen[first := f"{spec.full_name}.{options[0]}"] += 1
+                name = spec.full_name + f"#{seen[first]}" * (seen[first] > 1)
                 given = {option: dose_of(spec, option, options[0]) for option in options}
-            except ValueError:
-                raise BadValue("dose", str(spec), "a number; --sweep takes several") from None
-            if given[options[0]]:
-                found |= {f"{name}.{option}": dose for option, dose in given.items() if dose}
+                if given[options[0]]:
+                    found |= {f"{name}.{option}": dose for option, dose in given.items() if dose}
+        except ValueError:
+            raise BadValue("dose", self.spec, "a number; --sweep takes several") from None
         return found
 
     @property
@@ -235,7 +221,7 @@ class Condition:
     def does_nothing(self) -> bool:
         """Whether it equals the truth: no intervention or doses of 0, and the study's own plant."""
         told = self.parts[: len(self.interventions)]
-        return not self.plant.options and all(doses and float(spec.options[doses[0]]) == 0 for spec, doses in told)
+        return not self.plant.options and all(doses and dose_of(spec, doses[0], doses[0]) == 0 for spec, doses in told)
 
 
 def place_of(kind: type[Any]) -> str:
