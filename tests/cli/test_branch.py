@@ -3,8 +3,7 @@
 import json
 
 import pytest
-from builders import small_study, write_study
-from typed import typed as run
+from typed import in_process as run
 
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.run_study import BUDGET_REACHED
@@ -17,14 +16,13 @@ STUDY = ["--agent", "cognitive:insistent", "--p", "0,0.4", "--trials", "4", "--r
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
     where = tmp_path_factory.mktemp("branch") / "study"
-    assert run("run", "flips", *STUDY, "--out", where).returncode == 0
+    assert run("run", "flips", *STUDY, "--out", where).exit_code == 0
     return where
 
 
 def test_it_prints_a_row_for_every_place_and_arm_and_resumes(directory):
     command = ("branch", directory, "--at", "3,onset", "--told", "lie,lie-truth", "--times", "2")
     first = run(*command)
-    assert first.returncode == 0
     assert "after 3, onset; arms truth, lie, lie-truth; 2 continuations each" in first.stdout
     rows = [line.split() for line in first.stdout.splitlines() if line.startswith("cognitive:insistent  ")]
     assert {(row[1], row[2], row[3]) for row in rows if "trials" not in row[1]} >= {
@@ -61,33 +59,9 @@ def test_the_estimate_plays_nothing(lockprobe, directory):
     assert load(directory / "forks") == before
 
 
-def test_mistakes_are_one_line(lockprobe, directory, tmp_path):
-    empty = write_study(tmp_path / "none", small_study(["random"], [0.0]), [])
-    for asked, said in (
-        ((directory, "--at", "25"), "at: got '25', expected a place after which a trial goes on"),
-        ((directory, "--then", "later"), "--then"),
-        ((empty, "--at", "2"), "at: got '2', expected a place after which a trial goes on"),
-    ):
-        status, _, error = lockprobe("branch", *asked)
-        assert (status, error.count("\n"), said in error) == (2, 1, True)
-
-
 SPEC = "llm:openai-api/fake/model"
 A_CALL = (11 * 100 + 5 * 1000) / 1e6
 """US dollars of each call, as the server counts tokens."""
-
-
-@pytest.fixture
-def model_study(lockprobe, provider, prices, tmp_path):
-    """Plays the study of a model of known prices at a flip rate; gives the command that forks its trials."""
-
-    def play(p):
-        prices(100, 1000)
-        study = ("run", "flips", "--agent", SPEC, "--p", p, "--trials", 3, "--repetitions", 1, "--max-steps", 6)
-        assert lockprobe(*study, "--out", tmp_path / "study")[0] == 0
-        return "branch", tmp_path / "study", "--at", "1", "--connections", 1, "--retries", 0
-
-    return play
 
 
 def owed(asked):
@@ -95,9 +69,14 @@ def owed(asked):
     return 6 - sum(trial.ending != "error" for trial in load(asked[1] / "forks"))
 
 
-def test_a_budget_stops_forks_cleanly_and_a_larger_one_goes_on(lockprobe, model_study, provider):
+def test_a_budget_stops_forks_cleanly_a_larger_one_goes_on_and_status_shows_the_cost(
+    lockprobe, provider, prices, tmp_path
+):
     server, _ = provider
-    asked = (*model_study(1), "--then", "truth")  # later reports were false: no arm repeats the calls of the study
+    prices(100, 1000)
+    study = ("run", "flips", "--agent", SPEC, "--p", 1, "--trials", 3, "--repetitions", 1, "--max-steps", 6)
+    assert lockprobe(*study, "--out", tmp_path / "study")[0] == 0
+    asked = ("branch", tmp_path / "study", "--at", "1", "--connections", 1, "--retries", 0, "--then", "truth")
     before = server.account()["replied"]
     status, said, _ = lockprobe(*asked, "--budget", 0.4)
     assert status == BUDGET_REACHED
@@ -114,23 +93,5 @@ def test_a_budget_stops_forks_cleanly_and_a_larger_one_goes_on(lockprobe, model_
     assert f"{6 - left} of 6 forks are done already" in said
     replies = [call for call in read_calls(asked[1] / "forks") if call.reply is not None]
     assert len(replies) == server.account()["replied"] - before  # what was begun went on from its replies
-
-
-def test_status_shows_what_forks_cost_beside_their_study_and_counts_no_reply_twice(lockprobe, model_study, provider):
-    server, _ = provider
-    asked = model_study(1)
-    before = server.account()["replied"]
-    assert lockprobe(*asked)[0] == 0
-    both = server.account()["replied"]
-
-    def costs(*directory):
-        return json.loads(lockprobe("status", *directory, "--json")[1])
-
-    study, forks = costs(asked[1]), costs(asked[1] / "forks")
-    assert (study["calls"], study["dollars"]) == (before, pytest.approx(before * A_CALL))
-    assert study["spent_on_forks"]["calls"] == forks["calls"] == both - before
-    assert study["spent_on_forks"]["dollars"] == forks["dollars"] == pytest.approx((both - before) * A_CALL)
-    assert study["forks"] == 6
-    rows = [line.rsplit(maxsplit=1) for line in lockprobe("status", asked[1])[1].splitlines()]
-    shown = {row[0].split("  ")[0]: row[1] for row in rows if len(row) == 2}
-    assert shown["forks"] == money(forks["dollars"])
+    facts = json.loads(lockprobe("status", asked[1], "--json")[1])
+    assert (facts["forks"], facts["calls"], facts["spent_on_forks"]["calls"]) == (6, before, len(replies))

@@ -52,26 +52,8 @@ def test_what_is_unfinished_or_differs_is_said_before_the_numbers(lockprobe, lab
     numbers = next(i for i, line in enumerate(lines) if "success" in line and "agent" in line)
     assert f"Partial: 12 of {other.size} trials of half are finished." in lines[:numbers]
     assert "Different settings: cognitive:careful: noise is None in a, 0.25 in half" in lines[:numbers]
-    others = lockprobe("report", *labs, "--out", tmp_path)[1]
-    assert "Partial" not in others
-    assert "Different settings" not in others
-
-
-def test_for_machines(lockprobe, labs, tmp_path):
-    status, said, _ = lockprobe("report", *labs, "--json", "--out", tmp_path, "--agent", "random")
-    found = json.loads(said)
-    assert (status, found["page"]) == (0, str(tmp_path / "compare.html"))
-    solved = [row for row in found["rows"] if row["quantity"] == "success"]
-    assert [(row["study"], row["agent"], row["condition"], row["n"]) for row in solved] == [
-        ("a", "random", "truth", 4),
-        ("a", "random", "flip?p=0.3", 4),
-    ]
-    status, said, _ = lockprobe("report", *labs, "--json", "--out", tmp_path / "all.html")
-    row, after, before, *_ = [row for row in json.loads(said)["rows"] if "versus" in row]
-    assert (row["quantity"], row["versus_study"], row["study"], row["test"]) == (
-        "success_difference", "a", "b", "Fisher"
-    )  # fmt: skip
-    assert row["value"] == pytest.approx(after["value"] - before["value"])
+    found = json.loads(lockprobe("report", *labs, "--json", "--out", tmp_path, "--agent", "random")[1])
+    assert (found["page"], {row["agent"] for row in found["rows"]}) == (str(tmp_path / "compare.html"), {"random"})
 
 
 def test_mistakes_end_in_one_line(lockprobe, labs, tmp_path):

@@ -1,7 +1,6 @@
 """``lockprobe import``, and ``lockprobe export`` of what was imported."""
 
 import json
-from dataclasses import replace
 
 import pytest
 from builders import small_study, write_study
@@ -43,27 +42,6 @@ def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, playe
     rows = [json.loads(line) for line in lockprobe("export", played, "--format", "jsonl")[1].splitlines()]
     times = {(row["agent"], row["step"]): row["rt_ms"] for row in rows}
     assert (times["participant:aaaa01", 1], times["random", 1]) == (1001.5, "")
-
-
-def test_parquet_has_times_as_numbers(lockprobe, tmp_path, people):
-    parquet = pytest.importorskip("pyarrow.parquet")
-    assert lockprobe("export", people, "--format", "parquet", "--out", tmp_path / "x.parquet")[0] == 0
-    table = parquet.read_table(tmp_path / "x.parquet")
-    assert str(table.schema.field("rt_ms").type) == "double"
-    assert table.column("rt_ms").to_pylist()[0] == 1001.5
-
-
-def test_another_prompt_under_the_same_name_is_refused_aloud_and_leaves_nothing(lockprobe, tmp_path, played):
-    other = write_study(tmp_path / "other", STUDY, [replace(t, facts={"prompt": "chat b"}) for t in load(played)])
-    first = write_study(tmp_path / "first", STUDY, [replace(t, facts={"prompt": "chat a"}) for t in load(played)])
-    before = records(first)
-    status, said, error = lockprobe("import", first, other)
-    assert (status, said, error.count("\n")) == (2, "", 1)
-    assert "other: 0 trials taken: " in error
-    assert "is not the same there (prompt is 'chat b', 'chat a' in" in error
-    assert records(first) == before
-    assert lockprobe("import", tmp_path / "new", first, other)[0] == 2
-    assert not (tmp_path / "new").exists()
 
 
 def test_mistakes_are_one_line(lockprobe, tmp_path, played):

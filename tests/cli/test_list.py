@@ -35,22 +35,14 @@ def test_what_is_sent_stands_beside_what_is_known_and_the_price_has_its_date():
     assert price.startswith('{"input": 2.5, "cached": 1.25, "output": 10.0, "stored": 2.5, "date": "genai-prices ')
 
 
-def test_of_an_unknown_model_it_says_that_nothing_is_known():
-    known = [line.split(maxsplit=2) for line in show("vllm/my-own-model").splitlines() if "known  " in line]
-    assert {value for _, _, value in known} == {"not known"}
-
-
-def test_without_a_name_it_lists_the_embedded_model_and_prices():
-    lines = show().splitlines()
-    assert lines[0].startswith("llm:local  ")
-    assert any(line.startswith("llm:openai/gpt-4o ") and "2.5 in, 10 out" in line for line in lines)
-
-
-def test_json_has_every_fact():
+def test_json_has_every_fact_and_without_a_name_the_embedded_model_and_prices_are_listed():
     (line,) = show("openai/o1?effort=low", "--json").splitlines()
     found = json.loads(line)
     assert (found["model"], found["facts"]["reasons"], found["sent"]["effort"]) == ("openai/o1", True, "low")
     assert found["facts"]["price"]["output"] == price_of("openai/o1").output
+    lines = show().splitlines()
+    assert lines[0].startswith("llm:local  ")
+    assert any(line.startswith("llm:openai/gpt-4o ") and "2.5 in, 10 out" in line for line in lines)
 
 
 @pytest.mark.parametrize("spec", ["gpt-4o", "llm:local", "openai/"])

@@ -26,7 +26,7 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import STORE, read
 from lockprobe.studies.running.runner import run_study
 
-KILLS = int(os.environ.get("LOCKPROBE_KILLS", "3"))
+KILLS = int(os.environ.get("LOCKPROBE_KILLS", "2"))
 
 STUDY = {"p": [0.0, 0.3], "trials": 3, "repetitions": 1, "max_steps": 12}
 OPTIONS = ["flips", "--p", "0,0.3", "--trials", "3", "--repetitions", "1", "--max-steps", "12"]
@@ -35,11 +35,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "tools.md").read_text("utf-8")
 FIRST = "import lockprobe.cli.mcp, lockprobe.interfaces.mcp"
 """What takes seconds to import, and is the same for every server."""
 
-HELLO = {
-    "protocolVersion": "2025-06-18",
-    "capabilities": {},
-    "clientInfo": {"name": "wire", "version": "1"},
-}
+HELLO = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "wire", "version": "1"}}
 
 
 class Wire:
@@ -164,14 +160,7 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_played_twice(proje
 
 CALL = b'{"jsonrpc":"2.0","id":9,"method":"tools/call","params":'
 HOSTILE = [
-    b"",
-    b"rubbish",
-    b"[]",
-    b"null",
-    b"\xff\xfe",
-    b"[" * 10_000,
-    b'{"jsonrpc":"2.0"}',
-    b'{"jsonrpc":"2.0","id":9,"method":"nothing"}',
+    *(b"", b"rubbish", b"[]", b"null", b"\xff\xfe", b"[" * 10_000, b'{"jsonrpc":"2.0"}'),
     b'{"jsonrpc":"2.0","id":9,"method":"resources/read","params":{"uri":"file:///etc/passwd"}}',
     b'{"jsonrpc":"2.0","method":"notifications/cancelled","params":{"requestId":1}}',
     CALL + b"[]}",

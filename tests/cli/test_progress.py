@@ -7,7 +7,7 @@ import pytest
 from builders import SOLUTION, call_of, make_trial, write_study
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.cli.format_cost import about, estimate_lines, money, spent_in_words
+from lockprobe.cli.format_cost import estimate_lines, spent_in_words
 from lockprobe.cli.run_study import Progress
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import estimates
@@ -76,18 +76,6 @@ def test_trials_of_people_are_not_among_those_that_a_run_has_done(tmp_path, caps
 
 
 COST_PAGE = Path(__file__).parents[2] / "docs" / "cost.md"
-
-
-@pytest.mark.parametrize(
-    ("say", "number", "said"),
-    [
-        (about, 0, "0"), (about, 17.4, "17"), (about, 811, "810"), (about, 58_400, "58,000"), (about, 999_600, "1 million"),
-        (about, 1_234_567, "1.23 million"), (money, 0, "$0.00"), (money, 0.1, "$0.10"), (money, 1234.5, "$1,234.50"),
-        (money, 0.0144, "$0.014"), (money, 0.00001, "$0.00001"), (money, 0.0996, "$0.10"),
-    ],
-)  # fmt: skip
-def test_numbers_are_read_to_two_or_three_digits_and_money_to_the_cent(say, number, said):
-    assert say(number) == said
 
 
 def test_an_estimate_says_its_range_and_the_date_of_its_prices_as_the_docs_do():

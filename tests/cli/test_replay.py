@@ -11,7 +11,7 @@ from PIL import Image
 from saboteur import Evidence
 from typed import in_process
 
-from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, UnknownName, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, Missing, UnknownName
 
 KEY = "flips/human-inspired/truth/rep=1/trial=1"
 
@@ -65,18 +65,6 @@ def test_a_film_of_a_symbolic_trial_says_what_it_is_made_of(directory, tmp_path)
     assert done.stdout == (
         f"Film: {tmp_path / 'a.gif'} ({1 + 2 * steps} pictures, {size / 1e3:.0f} kB, every one of {steps} steps as recorded)\n"
     )
-
-
-def test_a_plant_that_breaks_when_it_is_played_again_is_one_line(directory, tmp_path, monkeypatch):
-    def broken(*given, **named):
-        raise PlantFault("the arm, reach: no answer within 30 s")
-
-    monkeypatch.setattr("lockprobe_robot.film.make.played_again", broken)
-    with pytest.raises(
-        UserMistake,
-        match="the film ends where the trial breaks when it is played again .the arm, reach: no answer within 30 s.$",
-    ):
-        replay(directory, KEY, "--out", tmp_path / "a.gif")
 
 
 def test_a_record_that_is_not_what_happens_is_found_out(directory, tmp_path):

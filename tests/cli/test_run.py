@@ -145,10 +145,9 @@ def claiming(usage):
     return answer
 
 
-@pytest.mark.parametrize("budget", [None, 1.0])
-def test_what_cannot_be_is_claimed_not_spent_and_the_run_stops(tmp_path, honest, capsys, budget):
+def test_what_cannot_be_is_claimed_not_spent_and_the_run_stops(tmp_path, honest, capsys):
     honest[1](claiming({"prompt_tokens": 10**9, "completion_tokens": 20, "total_tokens": 10**9 + 20}))
-    one = {"trials": 1, "connections": 1, "budget": budget}
+    one = {"trials": 1, "connections": 1, "budget": 1.0}
     with pytest.raises(
         UserMistake, match=r"its provider claims 1,000,000,000 tokens in and 20 out for a call of at most"
     ):
@@ -165,13 +164,6 @@ def test_what_cannot_be_is_claimed_not_spent_and_the_run_stops(tmp_path, honest,
     honest[1](counted)  # once its count is mended
     play(tmp_path / "s", **one)
     assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"]
-
-
-def test_a_reply_without_a_count_is_played_and_counted_at_its_worst(tmp_path, honest):
-    honest[1](claiming({}))
-    play(tmp_path / "s", trials=1)
-    assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"]
-    assert all(call.uncounted and call.most is not None for call in read_calls(tmp_path / "s"))
 
 
 def nonsense(request):
@@ -206,10 +198,8 @@ def broken(request):
     ("answers", "status"),
     [
         ([refusing, nonsense, truthful, truthful], 0),
-        ([refusing, truthful, refusing, truthful], 0),  # all under one condition
         ([refusing, refusing, nonsense, nonsense], 1),  # not one trial
         ([truthful, truthful, truthful, broken], 1),
-        ([broken] * 4, 1),
     ],
 )
 def test_the_exit_status_says_whether_trials_are_owed_or_none_is_valid_and_not_which_ended_how(
@@ -231,18 +221,10 @@ def test_the_exit_status_says_whether_trials_are_owed_or_none_is_valid_and_not_w
     assert status or not any(trial.owed_again for trial in trials)
 
 
-@pytest.mark.parametrize(
-    ("answer", "at", "why"),
-    [
-        (nonsense, "reply", "no usable reply in 1 turn: joint: Field required"),
-        (refusing, "refusal", "refused: I cannot help with opening locks."),
-    ],
-)
-def test_without_a_valid_trial_the_run_says_why_and_plays_none_of_them_again(
-    tmp_path, replied, capsys, answer, at, why
-):
+def test_without_a_valid_trial_the_run_says_why_and_plays_none_of_them_again(tmp_path, replied, capsys):
+    at, why = "refusal", "refused: I cannot help with opening locks."
     for _ in range(2):
-        replied(answer)
+        replied(refusing)
         expected = f"No valid trial: all ended as an error, the first at {at}: {why}; when that is mended, another"
         assert f"{expected} --out plays them anew" in capsys.readouterr().out.splitlines()
     assert len(records(tmp_path / "s")) == 4

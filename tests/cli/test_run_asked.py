@@ -85,22 +85,16 @@ def test_a_file_and_the_set_up_of_the_paper_can_stop_early(lockprobe, tmp_path):
 
 
 def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe):
-    acting = ("--condition", "told twice=flip?p=0.4 + nudge", "--sweep", "tremble?p=0,0.2")
+    acting = ("--condition", "told twice=flip?p=0.4 + nudge", "--sweep", "tremble?p=0,0.2", "--condition", "own=truth")
     status, said, _ = lockprobe(*SMALL, *acting)
     assert status == 0
-    assert "Study flips on chain-4: 3 conditions: truth; told twice; tremble?p=0.2" in said
+    assert "Study flips on chain-4: 3 conditions: own; told twice; tremble?p=0.2" in said
     assert "6 of 6 trials are done already" in lockprobe(*SMALL, *acting)[1]
     (mine,) = {(one.specs, tuple(one.doses.items())) for one in load("d") if one.condition == "told twice"}
     assert mine == (("flip?p=0.4", "nudge"), (("flip.p", 0.4),))
     header = lockprobe("export", "d")[1].splitlines()[0].split(",")
     assert header[4] == "condition"
     assert lockprobe("replay", "d", "flips/random/tremble?p=0.2/rep=1/trial=1")[1].startswith("flips/random/tremble")
-
-
-def test_a_name_of_ones_own_for_the_truth_is_no_second_condition(lockprobe):
-    status, said, _ = lockprobe(*SMALL, *RATES, "--condition", "other=truth", "--condition", "nudge")
-    assert status == 0
-    assert "3 conditions: other; flip?p=0.4; nudge" in said
 
 
 def test_a_run_until_it_is_decided_and_its_status_say_what_is(lockprobe):

@@ -7,11 +7,12 @@ import tomllib
 
 import forked
 import pytest
+from builders import small_study, write_study
 from typed import in_process
 
 from lockprobe.cli import build
 from lockprobe.cli.serve import EXAMPLES, study_and_people
-from lockprobe.foundation.errors import BadFile, BadValue, Conflict, UserMistake
+from lockprobe.foundation.errors import BadValue, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment, read_words
 from lockprobe.studies.records.directory import read_study
 
@@ -41,15 +42,12 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
     assert read_study(tmp_path / "study").agents == ("participant",)
 
 
-def test_people_join_a_study_that_others_have_played(tmp_path):
-    in_process("run", "flips", "--agent", "random", "--p", "0", "--trials", 1, "--no-report", "--out", tmp_path)
-    planned, directory, _ = study_and_people(str(tmp_path), {}, [], {}, None)
-    assert (planned.agents, directory) == (("random", "participant"), tmp_path)
+def test_agents_of_a_file_or_of_a_directory_play_beside_people(tmp_path):
+    there = write_study(tmp_path / "there", small_study(["random"]), [])
+    planned, directory, _ = study_and_people(str(there), {}, [], {}, None)
+    assert (planned.agents, directory) == (("random", "participant"), there)
     with pytest.raises(Conflict, match="--trials cannot be combined with the directory"):
-        study_and_people(str(tmp_path), {"trials": 1}, [], {}, None)
-
-
-def test_a_file_s_agents_play_beside_people(tmp_path):
+        study_and_people(str(there), {"trials": 1}, [], {}, None)
     study = tmp_path / "mine.toml"
     study.write_text('study = "flips"\nagent = ["random"]\np = [0, 0.5]\ntrials = 4\n')
     planned, directory = study_and_people(str(study), {"seed": 9}, [], {}, None)[:2]
@@ -172,10 +170,3 @@ def test_a_port_in_use_is_said(tmp_path):
         taken.listen()
         with pytest.raises(BadValue, match="port: .* in use"):
             in_process("serve", "flips", "--port", taken.getsockname()[1], "--out", tmp_path / "x")
-
-
-def test_a_damaged_experiment_is_said(tmp_path):
-    (tmp_path / "people").mkdir()
-    (tmp_path / "people" / "experiment.json").write_text("{")
-    with pytest.raises(BadFile):
-        settings(None, {}, tmp_path)
