@@ -122,17 +122,6 @@ def test_a_mistake_is_one_line_and_makes_no_file(lockprobe, project, why):
     assert [path for path in project.rglob("*") if path.is_file()] == []
 
 
-def test_standard_input_is_no_file(project):
-    (project / "file").write_text("{}\n")
-    with (project / "file").open() as file:
-        asked = ["mcp", *OPTIONS, "--out", str(project / "S")]
-        done = forked.start(asked, first=FIRST, stdin=file, stderr=subprocess.PIPE, cwd=project / "project")
-        assert done.wait(60) == 2
-        assert "a pipe from the client" in done.stderr.read()
-        done.stderr.close()
-    assert not (project / "S").exists()
-
-
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_played_twice(project):
     """Server and client are gone at once: the next client knows what ``observe`` says, and no more."""
     luck, out, kept, kills = random.Random(11), project / "S", [], 0

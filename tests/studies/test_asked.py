@@ -72,6 +72,8 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("flips", {"agent": " =random"}, "agent: got ' =random', expected NAME=SPEC"),
         ("flips", {"agent": "a\x1b=random"}, r"name of an agent: got 'a\x1b', expected at most 200 visible characters"),
         ("flips", {"agent": f"human-inspired?lapse=0.{'1' * 200}"}, "name of an agent: got 'human-inspired?lapse"),
+        ("flips", {"condition": "truth=nudge"}, "condition: got 'truth=nudge', expected another name: truth is a condition"),
+        ("flips", {"condition": "nudge + rgb", "plant": "fast-twin"}, "modality: got 'rgb', expected words for random, which"),
         ("flips", {"sweep": "drop?p=0,1e-300"}, "a dose of drop?p=1e-300: got {'drop.p': 1e-300}, expected 0, or a"),
         ("flips", {"contrasts": {"a": {"of": "lie", "minus": "truth"}}}, "no condition of the contrast a is called 'lie'"),
         ("flips", {"flip": "afresh"}, "flip: got 'afresh', expected 'transient', 'sticky', 'outcome-only'"),
@@ -146,16 +148,15 @@ def test_a_file_is_played_from_python_and_names_its_conditions(tmp_path):
 
 
 def test_a_condition_is_played_in_every_modality_unless_it_says_its_own():
-    planned = study(
-        "modalities", agent="viewer", modality=["symbolic?tell=state", "symbolic", "rgb"],
-        condition=["nudge", "warn + rgbd"],
-    )  # fmt: skip
-    assert labels(planned) == [
-        "truth", "nudge", "symbolic", "nudge + symbolic", "rgb", "nudge + rgb", "rgbd", "warn + rgbd",
+    asked = {"modality": ["symbolic?tell=state", "rgb"], "condition": ["nudge", "warn + rgbd", "rgb?blur=8"]}
+    assert labels(study("modalities", agent="viewer", **asked)) == [
+        "truth", "nudge", "rgb", "nudge + rgb", "rgbd", "warn + rgbd", "rgb?blur=8",
     ]  # fmt: skip
 
 
 def test_several_boxes_are_named_drawn_or_those_of_people():
+    one = study("flips", box="fork", agent="random")
+    assert (one.repetitions, one.trials, one.strategy_trials) == (3, 1, 100)
     planned = study("flips", boxes=6, agent="random", p=[0, 0.4])
     assert [optimum(one) for one in planned.boxes] == [4] * 6
     assert (planned.repetitions, planned.trials, planned.strategy_trials) == (1, 30, 120)
@@ -173,11 +174,12 @@ def test_several_boxes_are_named_drawn_or_those_of_people():
         ("shuffled", {"agent": "random", "modality": ["symbolic?places=yes"]}),
         ("shuffled", {"agent": "viewer", **PICTURED}),
         ("fixed", {"agent": "random"}),
+        ("fixed", {"study": "modalities", "agent": "random", "plant": "manual"}),
         ("fixed", {"agent": "participant", "layout": "fixed", "box": "chain-4"}),
     ],
 )
 def test_who_sees_places_learns_nothing_from_them(layout, asked):
-    assert study("flips", **asked).layout == layout
+    assert study(asked.get("study", "flips"), **asked).layout == layout
 
 
 def test_a_box_is_a_name_a_path_or_an_object_that_a_directory_can_hold(tmp_path):
