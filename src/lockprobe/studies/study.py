@@ -262,19 +262,18 @@ class Study:
         Which agents play, and their order and that of conditions, are no settings here; names of agents of both are,
         unless they are among those that may differ (``but``).
         """
+        words: dict[str, Callable[[Any], object]] = {
+            "boxes": lambda boxes: ", ".join(box.name for box in boxes),
+            "conditions": lambda own: "; ".join(f"{one.name}={one.spec}".lstrip("=") for one in own),
+            "until": lambda one: str(one or "never"),
+        }
         found = dict[str, tuple[object, object]]()
         for name in (one.name for one in fields(self) if one.compare and one.name not in (*_WHO, *but)):
             there, here = getattr(other, name), getattr(self, name)
-            if {*there} == {*here} if name == "conditions" else there == here:
-                continue
-            if name == "boxes":
-                there, here = (", ".join(box.name for box in boxes) for boxes in (there, here))
-                here = f"{'another ' * (there == here)}{here}"
-            elif name == "conditions":
-                there, here = ("; ".join(f"{one.name}={one.spec}".lstrip("=") for one in own) for own in (there, here))
-            elif name == "until":
-                there, here = (str(one or "never") for one in (there, here))
-            found["box" if name == "boxes" else name] = there, here
+            if there != here and not (name == "conditions" and {*there} == {*here}):
+                there, here = map(words.get(name, lambda value: value), (there, here))
+                here = f"another {here}" if there == here else here
+                found["box" if name == "boxes" else name] = there, here
         for agent in {*self.agents} & {*other.agents} if "names" not in but else ():
             if other.label_of(agent) != self.label_of(agent):
                 found[f"name of {agent}"] = other.label_of(agent), self.label_of(agent)

@@ -24,7 +24,7 @@ from lockprobe.foundation.errors import BadValue, Conflict, UnknownName, UserMis
 from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.plugins import allow, plugin_name_of
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name, split_specs
-from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, shipped, sweep
+from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, sweep
 from lockprobe.interventions.flip import DEFAULT, MisreadFlip, OutcomeFlip, entries_of, flip_of, misread_rates
 from lockprobe.interventions.told import Correction
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
@@ -34,7 +34,7 @@ from lockprobe.studies.options.study_options import STUDIES, NamedCondition, Stu
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import Study, Until
-from lockprobe.trial.condition import TRUTH, Condition
+from lockprobe.trial.condition import Condition
 from lockprobe.trial.doses import modality_doses
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
@@ -143,11 +143,6 @@ def trial_study(agent: str, *, name: str = "trial", condition: Any = None, **giv
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
-    if not (
-        isinstance(condition, str | Condition | None)
-        or (isinstance(condition, Sequence) and all(isinstance(one, Intervention) for one in condition))
-    ):
-        raise BadValue("condition", condition, "specs with plus signs between, a Condition, or a list of interventions")
     allow(*(spec for spec in (agent, given.get("plant"), condition) if isinstance(spec, str)))
     asked = {one: value for one, value in given.items() if value is not None}
     asked |= {"repetitions": asked.pop("repetition", 1), "trials": asked.pop("trial", 1), "name": name}
@@ -160,7 +155,11 @@ def trial_study(agent: str, *, name: str = "trial", condition: Any = None, **giv
     if condition:
         if isinstance(condition, str):
             condition = read_condition(condition, plant=request.plant or "symbolic")
-        found = condition if isinstance(condition, Condition) else Condition(interventions=tuple(condition))
+        found = condition
+        if not isinstance(condition, Condition):
+            if not (isinstance(condition, Sequence) and all(isinstance(one, Intervention) for one in condition)):
+                raise BadValue("condition", condition, "specs with plus signs, a Condition, or a list of interventions")
+            found = Condition(interventions=tuple(condition))
         if found.modality == STATES:
             found = replace(found, modality=like.modality)
         elif shown not in (None, [found.modality]):
@@ -272,7 +271,7 @@ def _check_own(
 
 
 def _acting(said: NamedCondition, plant: PlantSource) -> Condition:
-    """A condition that was asked for; one that does nothing, or is called what another one is, is refused."""
+    """A condition that was asked for; one that does nothing is refused, unless a dose of 0 says so."""
     found = read_condition(said.spec, said.name, plant.spec)
     if found.specs and found.does_nothing:
         options = {option for part in split_specs(said.spec) for option in Spec.parse(part, "intervention").options}
@@ -280,9 +279,6 @@ def _acting(said: NamedCondition, plant: PlantSource) -> Condition:
         if options.isdisjoint(doses):
             expected = f"one that does something; without {doses[0]}= it is the truth"
             raise BadValue("condition", said.spec, expected)
-    first = spec_name(found.specs[0]) if found.specs and not found.does_nothing else TRUTH
-    if {*"?+"} & {*found.name} or (found.name in (TRUTH, *shipped()) and found.name != first):
-        raise BadValue("condition", f"{found.name}={found.spec}", f"another name: {found.name} is a condition itself")
     return found
 
 
@@ -330,7 +326,7 @@ def _planned(request: StudyOptions, agents: Sequence[str], conditions: Sequence[
         if request.study == "looks":
             raise BadValue("until", request.until, f"none with {request.study}, whose answer holds for one look")
         for one in ("repetitions", "trials", "strategy_trials", "full"):
-            if (value := getattr(request, one)) is not None and value is not False:
+            if value := getattr(request, one):
                 raise BadValue(one, value, f"none with --until {request.until}; --most says how many trials at most")
         most = _MOST if request.most is None else request.most
         each = {"repetitions": 1, "trials": most, "until": Until.parse(request.until)}
