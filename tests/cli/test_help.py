@@ -9,13 +9,11 @@ from pathlib import Path
 import pytest
 import typer
 from builders import SOLUTION, make_trial, small_study, write_study
-from typer.exceptions import TyperException
 from typer.testing import CliRunner
 
 from lockprobe import __version__
 from lockprobe.cli import COMMANDS, build, every_command
 from lockprobe.cli.command import AS_RUN, Command
-from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.options.studyfile import preset
 
 AS_PAPER = Path(__file__).parents[2] / "docs" / "as-paper.md"
@@ -54,23 +52,10 @@ def test_there_are_few_options_and_each_is_explained_in_one_way(everything):
     assert {text: names for text, names in spelled.items() if len(names) > 1} == {}
 
 
-def test_an_option_of_one_value_that_is_given_again_is_refused_by_every_command(everything, lockprobe):
-    for path, option, _ in declared(everything):
-        if not path:
-            continue  # of the shell, such as --install-completion
-        command, value = everything, [] if option.is_flag else ["1"]
-        for name in path.split():
-            command = command.commands[name]
-        said = ""
-        try:
-            command.make_context(path, [option.opts[0], *value, [*option.opts, *option.secondary_opts][-1], *value])
-        except TyperException as mistake:
-            said = mistake.format_message()
-        except UserMistake as mistake:
-            said = str(mistake)
-        assert said.startswith(f"Option '{option.opts[0]}' is given 2 times") != option.multiple, path
-    again = lockprobe("run", "flips", "--seed", "1", "--seed=2")
-    assert again == (2, "", "lockprobe: Option '--seed' is given 2 times; it can be given only once.\n")
+def test_an_option_of_one_value_that_is_given_again_is_refused(lockprobe):
+    for words in (("run", "flips", "--seed", "1", "--seed=2"), ("box", "generate", "--seed", "1", "--seed", "1")):
+        assert lockprobe(*words) == (2, "", "lockprobe: Option '--seed' is given 2 times; it can be given only once.\n")
+    assert "2 times" in lockprobe("run", "flips", "--assessment", "--no-assessment")[2]
 
 
 def test_run_shows_the_ten_options_first_that_most_people_need_and_the_others_refer_to_it(lockprobe):

@@ -7,11 +7,11 @@ import pytest
 from builders import SOLUTION, call_of, make_trial, write_study
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.cli.format_cost import estimate_lines, spent_in_words
+from lockprobe.cli.format_cost import estimate_lines
 from lockprobe.cli.run_study import Progress
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import estimates
-from lockprobe.studies.costs.spending import Spending, spent_by_agent, total
+from lockprobe.studies.costs.spending import spent_by_agent, total
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.trial.model_call import Usage
@@ -86,13 +86,3 @@ def test_an_estimate_says_its_range_and_the_date_of_its_prices_as_the_docs_do():
     (first, second) = estimate_lines(estimates(study("flips", agent="llm:openai-api/some/model", trials=1), {})[0])
     assert first.startswith("llm:openai-api/some/model: about ")
     assert second == "  the price is not known (set it with LOCKPROBE_MODEL_FACTS=FILE.toml)"
-
-
-def test_what_was_spent_is_money_where_it_is_known_and_tokens_elsewhere():
-    usage = Usage(calls=2, input_tokens=1500, output_tokens=80)
-    assert spent_in_words(Spending()) == ""
-    assert spent_in_words(Spending(usage=usage)) == "1,500 tokens in, 80 out"
-    told = spent_in_words(
-        Spending(usage=usage, dollars=0.086, dollars_unknown=0.027, retries=1, failed=2, broken_off=1)
-    )
-    assert told == "$0.086 spent, 1 retry, 2 calls failed, 1 call broken off; at most $0.027 more, uncounted"

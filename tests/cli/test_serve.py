@@ -1,7 +1,6 @@
 """``lockprobe serve``, as typed."""
 
 import signal
-import socket
 import subprocess
 import tomllib
 
@@ -12,9 +11,11 @@ from typed import in_process
 
 from lockprobe.cli import build
 from lockprobe.cli.serve import EXAMPLES, study_and_people
-from lockprobe.foundation.errors import BadValue, Conflict, UserMistake
+from lockprobe.foundation.errors import Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment, read_words
 from lockprobe.studies.records.directory import read_study
+
+FOUR = {"condition": ["flip?p=0.4 + nudge"], "sweep": ["tremble?p=0,0.1,0.2"]}
 
 
 def settings(people, own, directory):
@@ -135,38 +136,25 @@ def test_mistakes_are_one_line_and_nothing_is_made(tmp_path, monkeypatch, argume
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_number_of_people_is_enough_and_the_same_command_goes_on(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("what", "people", "asked", "found"),
+    [
+        ("flips", 40, {}, (4, 40, 1)),
+        ("flips", 40, {"p": [0.0, 0.4], "repetitions": 3}, (2, 16, 3)),
+        ("flips", 12, FOUR, (4, 16, 1)),
+        ("flips", 2, {**FOUR, "box": "chain-4"}, (4, 4, 1)),
+        ("flips", 12, {**FOUR, "p": [0.0, 0.4]}, (5, 16, 1)),
+        ("mine.toml", 12, {}, (2, 16, 1)),
+        ("why", 12, {}, (7, 16, 1)),
+    ],
+)
+def test_a_number_of_people_is_enough_for_every_condition_and_the_same_command_goes_on(
+    tmp_path, monkeypatch, what, people, asked, found
+):
     monkeypatch.chdir(tmp_path)
-    planned, directory, experiment = study_and_people("flips", {}, ["40"], {}, None)
-    assert (len(planned.p), planned.trials, planned.repetitions, experiment.participants) == (4, 40, 1, 40)
-    assert study_and_people("flips", {}, ["40"], {}, None)[1] == directory
-    planned, _, _ = study_and_people("flips", {"p": [0.0, 0.4], "repetitions": 3}, ["40"], {}, None)
-    assert (len(planned.p), planned.trials, planned.repetitions) == (2, 16, 3)
-
-
-def test_a_number_of_people_is_enough_for_every_condition(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def planned(name="flips", people=12, **asked):
-        found, _, _ = study_and_people(name, asked, [str(people)], {}, None)
-        return [one.label for one in found.conditions], found.trials, found.repetitions
-
-    asked = {"condition": ["flip?p=0.4 + nudge"], "sweep": ["tremble?p=0,0.1,0.2"]}
-    four = ["truth", "flip?p=0.4 + nudge", "tremble?p=0.1", "tremble?p=0.2"]
-    assert planned(**asked) == (four, 16, 1)
-    assert planned(people=2, **asked, box="chain-4") == (four, 4, 1)
-    assert planned(**asked, p=[0.0, 0.4]) == (["truth", "flip?p=0.4", *four[1:]], 16, 1)
-    (tmp_path / "mine.toml").write_text(
-        'study = "flips"\n[[condition]]\nname = "plain"\nspec = "truth"\n[[condition]]\nname = "nudged"\n'
-        'spec = "flip?p=0.4 + nudge"\n'
-    )
-    assert planned("mine.toml") == (["plain", "nudged"], 16, 1)
-    assert planned("why")[0][0] == "truth"
-
-
-def test_a_port_in_use_is_said(tmp_path):
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        with pytest.raises(BadValue, match="port: .* in use"):
-            in_process("serve", "flips", "--port", taken.getsockname()[1], "--out", tmp_path / "x")
+    conditions = '[[condition]]\nname = "plain"\nspec = "truth"\n[[condition]]\nspec = "flip?p=0.4 + nudge"\n'
+    (tmp_path / "mine.toml").write_text(f'study = "flips"\n{conditions}')
+    planned, directory, experiment = study_and_people(what, asked, [str(people)], {}, None)
+    assert (len(planned.conditions), planned.trials, planned.repetitions) == found
+    assert experiment.participants == people
+    assert study_and_people(what, asked, [str(people)], {}, None)[1] == directory

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import modality_study, small_study, study_of
+from builders import small_study, study_of
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
@@ -32,7 +32,6 @@ SEVERAL = replace(FLIPS, boxes=(FLIPS.box, box("fork"), box("reset")))
     ("study", "change", "why"),
     [
         (SEVERAL, {"boxes": (FLIPS.box,)}, "box is chain-4, not chain-4, fork, reset"),
-        (SEVERAL, {"boxes": SEVERAL.boxes[::-1]}, "box is reset, fork, chain-4, not chain-4, fork, reset"),
         (SEVERAL, {"seed": 9}, "seed is 9, not 1"),  # several boxes are compared in pairs of equal luck
         (FLIPS, {"boxes": (box("chain-5"),)}, "box is chain-5, not chain-4"),
         (FLIPS, {"boxes": (replace(box("chain-5"), name="chain-4"),)}, "box is chain-4, not another chain-4"),
@@ -59,18 +58,8 @@ def test_one_study_and_one_without_a_condition_in_common_are_refused_with_the_re
     sticky = study_of((0.3,), "integrated", name="flips", agents=("random",), boxes=(box("chain-4"),))
     with pytest.raises(BadFile, match=r"they have flip\?p=0\.3&others=kept$"):
         check_comparable({A: FLIPS, B: sticky})
-    shown = [modality_study(modalities=(one,)) for one in ("rgb", "symbolic")]
-    with pytest.raises(BadFile, match=r"it has rgb; they have symbolic$"):
-        check_comparable({A: shown[0], B: shown[1]})
     with pytest.raises(BadFile, match=r"^c: it shares no condition"):
         check_comparable({A: FLIPS, B: FLIPS, C: flips})
-
-
-def test_a_flip_rate_is_the_same_condition_in_every_kind_of_study():
-    assert names(FLIPS) == ["truth", "flip?p=0.3", "flip?p=0.6"]
-    assert names(of_conditions("truth", "flip?p=0.3", "nudge")) == ["truth", "flip?p=0.3", "nudge"]
-    silent = study_of((0.0,), "outcome-only", name="flips", agents=("random",), boxes=(box("chain-4"),))
-    assert names(silent) != ["truth"]  # reports without positions are not the truth
 
 
 def test_a_prompt_belongs_to_the_agent(tmp_path):
@@ -86,19 +75,6 @@ def test_a_prompt_belongs_to_the_agent(tmp_path):
 
 def test_families_are_flip_rates_with_the_truth_every_other_axis_and_all_others():
     study = of_conditions("tremble?p=0.1", "nudge", "truth", "flip?p=0.4", "tremble?p=0.2", "drop?p=0.3")
-    assert list(families(shared_names(study).values()).items()) == [
-        ("truth", "flip rate"),
-        ("flip?p=0.4", "flip rate"),
-        ("tremble?p=0.1", "tremble p"),
-        ("tremble?p=0.2", "tremble p"),
-        ("nudge", ""),
-        ("drop?p=0.3", ""),
-    ]
-    shown = study_of(
-        (0, 0.4),
-        name="flips",
-        agents=("random",),
-        boxes=(box("chain-4"),),
-        modalities=("symbolic", "symbolic?tell=state"),
-    )
-    assert set(families(shared_names(shown).values()).values()) == {"flip rate"}
+    found = " ".join(f"{name}:{family}" for name, family in families(shared_names(study).values()).items())
+    doses = "tremble?p=0.1:tremble p tremble?p=0.2:tremble p"
+    assert found == f"truth:flip rate flip?p=0.4:flip rate {doses} nudge: drop?p=0.3:"

@@ -8,13 +8,7 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import flips
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.modality import (
-    check_shown,
-    interventions_for,
-    is_pictured,
-    shown,
-    taken_in,
-)
+from lockprobe.studies.modality import check_shown, interventions_for, is_pictured, shown, taken_in
 
 
 @pytest.mark.parametrize(
@@ -41,16 +35,14 @@ def test_pictures_come_from_the_camera_alone_where_they_are_true(spec, eye):
         ("symbolic?places=1", "places: got '1', expected yes or no"),
         (
             "rgbd?colour=red",
-            "no option of rgbd is called 'colour' .did you mean 'blur'..; there are: depth, near, far, blur, noise, occlude, exposure",
+            "no option of rgbd is called 'colour' .did you mean 'blur'..; there are: depth, near, far, blur",
         ),
         ("rgb?p=0.4", "no option of rgb is called 'p'; there are: blur, noise, occlude, exposure"),
         ("rgb?blur=-1", "blur: got -1.0, expected a number from 0"),
-        ("rgbd?noise=inf", "noise: got inf, expected a number from 0"),
         ("rgbd?depth=deep", "depth: got 'deep', expected one of none, turbo, height"),
         ("rgbd?depth=none", r"modality: got 'rgbd\?depth=none', expected rgbd with a kind of depth"),
         ("rgb?depth=turbo", "no option of rgb is called 'depth'; there are: blur, noise, occlude, exposure"),
         ("symbolic?source=rumour", "source: got 'rumour', expected one of truth, verdict, camera"),
-        ("rgb?source=camera", "no option of rgb is called 'source'"),
     ],
 )
 def test_what_is_no_modality_is_refused(spec, message):

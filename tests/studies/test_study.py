@@ -13,7 +13,6 @@ from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, SettingsChanged
 from lockprobe.interventions.conditions import flips
 from lockprobe.studies.records.directory import read_study
-from lockprobe.studies.records.merge import gather
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.study import settings_of
 from lockprobe.trial.condition import Condition
@@ -186,14 +185,3 @@ def test_another_name_is_told_as_one(tmp_path, other):
     path.write_text(json.dumps(renamed.settings()))
     with pytest.raises(BadFile, match="holds flips/careful/truth.*which is no trial of the study in study.json"):
         load(tmp_path)
-
-
-def test_named_agents_that_were_played_apart_are_one_study(tmp_path):
-    sources = [write_study(tmp_path / str(i), small(one)) for i, one in enumerate((f"careful={SPEC}", "b=random"))]
-    gathered = gather(tmp_path / "both", sources)
-    assert (gathered.taken, gathered.agents) == (8, ("careful", "b"))
-    both = read_study(tmp_path / "both")
-    assert both == small(f"careful={SPEC}", "b=random")
-    assert {trial.key for trial in load(tmp_path / "both")} == {one.key for one in play_study(both)}
-    with pytest.raises(BadFile, match="name of random is 'c', not 'b'"):
-        gather(tmp_path / "both", [write_study(tmp_path / "c", small("c=random"))])
