@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from lockprobe import __version__
 from lockprobe.cli import COMMANDS, build, every_command
-from lockprobe.cli.command import AS_RUN, Command
+from lockprobe.cli.options import AS_RUN, Command
 from lockprobe.studies.options.studyfile import preset
 
 AS_PAPER = Path(__file__).parents[2] / "docs" / "as-paper.md"

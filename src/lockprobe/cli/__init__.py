@@ -31,7 +31,7 @@ COMMANDS = {
     "replay": ("replay", "replay", "Show a finished trial, step by step or as a film."),
     "branch": ("branch", "branch", "Measure the effect of one report: fork recorded trials."),
     "serve": ("serve", "serve", "Let people take part in a study in their browser."),
-    "withdraw": ("withdraw", "withdraw", "Delete all data of one participant."),
+    "withdraw": ("serve", "withdraw", "Delete all data of one participant."),
     "mcp": ("mcp", "mcp", "Let an agent with tools (MCP) play a study."),
     "loops": ("loops", "loops", "Find action loops in sequences, one per line."),
     "chance": ("loops", "chance", "Compute the chance level of an action loop."),
@@ -96,7 +96,7 @@ def build(names: Iterable[str], *, listed: bool = False) -> Typer:
         if listed:
             app.command(name, help=text)(lambda: None)
             continue
-        from lockprobe.cli.command import Command, as_ours
+        from lockprobe.cli.options import Command, as_ours
         from lockprobe.foundation.plugins import docstring
 
         found = _subcommand(name)

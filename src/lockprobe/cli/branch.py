@@ -11,7 +11,6 @@ import typer
 
 from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
-from lockprobe.cli.command import AS_RUN, Directory, under_headings
 from lockprobe.cli.printing import print_rows
 from lockprobe.cli.run_study import Progress
 from lockprobe.foundation.formatting import count
@@ -35,9 +34,9 @@ _TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, 
 _THEN = "Later reports: as in the condition of the trial, or the truth."
 
 
-@under_headings({AS_RUN: "workers connections timeout retries allow"})
+@options.under_headings({options.AS_RUN: "workers connections timeout retries allow"})
 def branch(
-    directory: Directory,
+    directory: options.Directory,
     keys: Annotated[
         list[str] | None, typer.Argument(metavar="[KEY]...", help="Keys of trials, or beginnings of keys (all).")
     ] = None,

@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 import typer
 
 from lockprobe.cli import options
-from lockprobe.cli.command import Directory
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.plugins import robot_plugin
@@ -28,7 +27,7 @@ _OF_STUDY = {SETTINGS, RESULTS, PAGE, ALBUM, PEOPLE_DIRECTORY, FORKS}
 
 
 def export(
-    directory: Directory,
+    directory: options.Directory,
     format: Annotated[Format, typer.Option(help="The kind of file.")] = "csv",  # noqa: A002
     table: Annotated[
         Literal[TableName, "records"],

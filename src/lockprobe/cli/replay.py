@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from lockprobe.cli import options
-from lockprobe.cli.command import Directory
 from lockprobe.foundation.errors import TrialFault, UnknownName, UserMistake
 from lockprobe.foundation.plugins import robot_plugin
 from lockprobe.foundation.terminal_text import printable
@@ -20,7 +19,7 @@ from lockprobe.trial.source import CAMERA, VERDICT, outcomes_by, source_of
 
 
 def replay(
-    directory: Directory,
+    directory: options.Directory,
     key: Annotated[str, typer.Argument(help="Key of a trial, or its beginning or end.")],
     out: Annotated[
         Path | None,

@@ -18,7 +18,6 @@ import typer
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
-from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import Name, with_study_options
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.options.study_options import read_file, read_options
@@ -39,7 +38,7 @@ HEADINGS = {
 """Heading -> its options; first what most people need."""
 
 
-@under_headings(HEADINGS)
+@options.under_headings(HEADINGS)
 @with_study_options(explained=True)
 def run(
     what: Name,

@@ -1,4 +1,4 @@
-"""``lockprobe serve``: people take part in a study, on a page in their browser."""
+"""``lockprobe serve`` and ``withdraw``: people take part in a study, on a page in their browser; one takes all back."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from typing import Annotated, Any
 import typer
 
 from lockprobe.cli import options
-from lockprobe.cli.command import under_headings
 from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.people.assignment import boxes_each, conditions_of, trials_for
+from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import (
     LANGUAGES,
     Experiment,
@@ -32,9 +32,12 @@ from lockprobe.people.experiment import (
     words_file,
 )
 from lockprobe.people.server_state import CODE, PREVIEW
+from lockprobe.people.withdrawal import delete_unnamed_pictures
+from lockprobe.people.withdrawal import withdraw as delete_all
 from lockprobe.studies.options.study_options import STUDIES, read_options
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.study import Study
 
 EXAMPLES = {language: Path(__file__).with_name(f"people.{language}.toml") for language in LANGUAGES}
@@ -76,7 +79,7 @@ WritePeople = Annotated[
 ]
 
 
-@under_headings(
+@options.under_headings(
     {
         "The address": "host port public_url allow_host",
         "Files to edit": "write_people write_texts",
@@ -199,3 +202,26 @@ def _write_examples(language: str, texts: Path | None, people: Path | None) -> N
             raise BadFile(target, "already exists, and is not overwritten")
         write_file(target, read_input(source))
         print(f"Written: {target}. Edit it, then use it: lockprobe serve STUDY --{option} {target}")
+
+
+def withdraw(
+    directory: options.Directory,
+    participant: Annotated[
+        str, typer.Argument(metavar="PARTICIPANT", help="The participant: the ID in the study, or a platform's ID.")
+    ],
+) -> None:
+    """Delete all data of a participant: diary, records, times and pictures.
+
+    The number of withdrawals stays, and a keyed digest of a platform's ID, with which nobody can begin again.
+
+    No server may be running on the directory. Reports and exports written before have to be written again.
+    """
+    study, joined = read_study(directory), [diary.joined for diary in read_diaries(directory)]
+    found = [one for one in joined if participant in (one.identity, *one.platform.values())]
+    if len(found) != 1:
+        raise BadValue("participant", participant, f"the ID of one participant ({len(found)} people have this one)")
+    names = (kept_experiment(directory) or Experiment()).recruitment
+    with Journal.open(directory, study) as journal:
+        delete_all(journal, found[0].identity, found[0].platform.get(next(iter(names), ""), ""))
+        delete_unnamed_pictures(journal)
+    print(f"Withdrawn. Reports and exports of {directory} written before still count this person: write them again.")

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.cli import options
-from lockprobe.cli.command import Directory
 from lockprobe.cli.format_cost import in_boundaries, money, spent_facts
 from lockprobe.cli.printing import print_rows
 from lockprobe.cli.result import decided, read_result
@@ -29,7 +28,7 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
 
-def status(directory: Directory, json: options.AsJson = False) -> None:
+def status(directory: options.Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study."""
     study, logged = read_study(directory), read_calls(directory)
     found = standing(directory, study)

@@ -10,8 +10,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import typer
 
-from lockprobe.cli.command import AS_RUN, under_headings
-from lockprobe.cli.options import with_brackets
+from lockprobe.cli.options import AS_RUN, under_headings, with_brackets
 from lockprobe.foundation.plugins import docstring
 from lockprobe.studies.options.study_options import StudyOptions
 

@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from lockprobe.cli import options
-from lockprobe.cli.command import Directory
 from lockprobe.cli.printing import time_left
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import count
@@ -31,7 +30,7 @@ _NAMED = 5
 
 
 def verify(
-    directory: Directory, settings: Settings = None, results: Results = None, json: options.AsJson = False
+    directory: options.Directory, settings: Settings = None, results: Results = None, json: options.AsJson = False
 ) -> None:
     """Recompute a study from its records, and hold replies, logs and report against them.
 
