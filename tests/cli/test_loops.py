@@ -8,7 +8,7 @@ import pytest
 from typed import in_process
 
 from lockprobe.cli.loops import parse_sequence
-from lockprobe.foundation.errors import BadFile, BadValue, Conflict
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.statistics.loops import cover
 from lockprobe.statistics.loops.chance import chance_level
 
@@ -45,7 +45,7 @@ def test_usual_separators_and_json_are_read(line):
 
 def test_lines_are_counted_and_only_line_ends_end_them():
     done = loops("--json", stdin="ABCABC\n\n \t\n, ,\nABCD\n")
-    assert (len(done.stdout.splitlines()), done.stderr) == (2, "3 empty lines skipped\n")
+    assert (len(done.stdout.splitlines()), done.stderr) == (2, "")
     text = "A B C\u2028A B C\nA B\x85A B\r\nA\x0bA\x0cA\x1cA\rAB"
     assert [row["n"] for row in rows(stdin=text)] == [6, 4, 4, 2]
 
@@ -56,33 +56,25 @@ def test_actions_do_not_steer_the_terminal():
     assert rows(stdin=line)[0]["words"] == [["\x1b[31m", "\u202eX", "é"]]
 
 
-def test_the_level_of_a_length_and_of_sequences():
+def test_the_level_of_a_length():
     found = json.loads(chance("--length", 10, "--null", "no-repeat", "--json").output)
     assert found == {"probability": chance_level(10, null="no-repeat").probability, "method": "exact", "error": 0.0}
     assert chance().output == "0.8008 (exact; uniform, 20 steps, 4 joints)\n"
-    trials = "ABCABCABC\nA B C D\n\nABDCABDDCBA\n"
-    found = json.loads(chance("--sequences", "-", "--json", stdin=trials).stdout)
-    assert (0 < found["probability"] < 1, found["method"], found["error"]) == (True, "exact", 0)
-    done = chance("--sequences", "-", stdin=trials)
-    assert ("the lengths of 3 trials" in done.stdout, done.stderr) == (True, "1 empty line skipped\n")
 
 
 @pytest.mark.parametrize(
-    ("ask", "words", "stdin", "mistake", "said"),
+    ("words", "stdin", "said"),
     [
-        (loops, [""], "", BadFile, "a directory, not a regular file"),
-        (loops, ["none.txt"], "", BadFile, "none.txt: cannot be read"),
-        (loops, ["-"], b"\xff\xfe\x00", BadFile, "not text in UTF-8"),
-        (loops, [], "ABC\nA/B/C\n", BadFile, "-: line 2: sequence: got 'A/B/C', expected actions with blanks or c"),
-        (loops, ["--solver", "ilp"], "ABC\n" + "A" * 121, BadFile, "line 2: actions for the solver ilp: got 121"),
-        (chance, ["--sequences", "-"], "\n \n", BadFile, "no action sequence"),
-        (chance, ["--sequences", "-"], "ABCD\nEFGH", BadFile, "8 distinct actions, but --actions is 4"),
-        (chance, ["--sequences", "-", "--length", 0], "ABC", Conflict, "--length cannot be combined with --sequences"),
+        ([""], "", "a directory, not a regular file"),
+        (["none.txt"], "", "none.txt: cannot be read"),
+        (["-"], b"\xff\xfe\x00", "not text in UTF-8"),
+        ([], "ABC\nA/B/C\n", "-: line 2: sequence: got 'A/B/C', expected actions with blanks or c"),
+        (["--solver", "ilp"], "ABC\n" + "A" * 121, "line 2: actions for the solver ilp: got 121"),
     ],
 )
-def test_what_cannot_be_read_is_refused(ask, words, stdin, mistake, said):
-    with pytest.raises(mistake) as found:
-        ask(*words, stdin=stdin)
+def test_what_cannot_be_read_is_refused(words, stdin, said):
+    with pytest.raises(BadFile) as found:
+        loops(*words, stdin=stdin)
     assert said in str(found.value)
 
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 import json as json_
 import re
 import sys
-from itertools import chain
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 from lockprobe.cli import options
-from lockprobe.foundation.errors import BadFile, BadValue, Conflict
-from lockprobe.foundation.formatting import count
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.statistics.loops import Solver, cover
@@ -26,9 +24,16 @@ def loops(
     json: options.AsJson = False,
     solver: Annotated[Solver, typer.Option(help="dp: exact and fast; ilp: the paper's ILP.")] = "dp",
 ) -> None:
-    """Find action loops in sequences, one sequence per line (paper, Sec. 3.3)."""
-    for number, sequence in _sequences(file):
+    """Find action loops in sequences, one sequence per line (paper, Sec. 3.3). Empty lines are skipped."""
+    try:
+        content = sys.stdin.buffer.read() if file == "-" else read_input(Path(file))
+        lines = re.split(r"\r\n|\n|\r", content.decode("utf-8-sig"))
+    except (AttributeError, UnicodeDecodeError):  # standard input is closed, or something else
+        raise BadFile(file, "not text in UTF-8") from None
+    for number, line in enumerate(lines, 1):
         try:
+            if not (sequence := parse_sequence(line)):
+                continue
             found = cover(sequence, solver=solver)
         except BadValue as error:
             raise BadFile(file, f"line {number}: {error}") from None
@@ -44,61 +49,22 @@ def loops(
 
 
 def chance(
-    length: Annotated[int | None, typer.Option(min=0, max=10_000, help="Length of the trial in steps (20).")] = None,
+    length: Annotated[int, typer.Option(min=0, max=10_000, help="Length of the trial in steps.")] = 20,
     actions: Annotated[int, typer.Option(min=1, max=64, help=options.ACTIONS)] = 4,
     null: Annotated[
         Literal["uniform", "no-repeat"], typer.Option(help="Any action, or any except the one before.")
     ] = "uniform",
-    sequences: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE|-", help="One action sequence per line: the loop rate expected in trials of these lengths."
-        ),
-    ] = None,
     json: options.AsJson = False,
 ) -> None:
     """Compute the probability of an action loop in a trial of random choices of this length."""
-    from lockprobe.statistics.loops.chance import chance_level, expected_loop_rate
+    from lockprobe.statistics.loops.chance import chance_level
 
-    if sequences is not None:
-        if length is not None:
-            raise Conflict("--length", "--sequences", "the sequences have their own lengths")
-        if not (trials := [sequence for _, sequence in _sequences(sequences)]):
-            raise BadFile(sequences, "holds no action sequence")
-        if (seen := len(set(chain.from_iterable(trials)))) > actions:
-            raise BadFile(sequences, f"all lines: {seen} distinct actions, but --actions is {actions}")
-        level = expected_loop_rate(((len(trial), actions) for trial in trials), null)
-        setting = f"{null}, the lengths of {len(trials)} trials"
-    else:
-        length = 20 if length is None else length
-        level = chance_level(length, actions, null=null)
-        setting = f"{null}, {length} steps, {actions} joints"
+    level = chance_level(length, actions, null=null)
     if json:
         print(json_.dumps({"probability": level.probability, "method": level.method, "error": level.error}))
     else:
         doubt = "" if level.method == "exact" else f" ± {level.error:.4f}"
-        print(f"{level.probability:.4f}{doubt} ({level.method}; {setting})")
-
-
-def _sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
-    """The sequences in a file (``-``: standard input), one a line, with their line numbers.
-
-    Empty lines are skipped, and their number is printed on standard error.
-    """
-    try:
-        content = sys.stdin.buffer.read() if file == "-" else read_input(Path(file))
-        lines = re.split(r"\r\n|\n|\r", content.decode("utf-8-sig"))
-    except (AttributeError, UnicodeDecodeError):  # standard input is closed, or something else
-        raise BadFile(file, "not text in UTF-8") from None
-    found = []
-    for number, line in enumerate(lines if lines[-1] else lines[:-1], 1):
-        try:
-            found.append((number, parse_sequence(line)))
-        except BadValue as error:
-            raise BadFile(file, f"line {number}: {error}") from None
-    if empty := sum(not sequence for _, sequence in found):
-        print(f"{count(empty, 'empty line')} skipped", file=sys.stderr)
-    return [(number, sequence) for number, sequence in found if sequence]
+        print(f"{level.probability:.4f}{doubt} ({level.method}; {null}, {length} steps, {actions} joints)")
 
 
 _ACTION = re.compile(r"[+-]?[^\W_][\w'+-]*")

@@ -8,10 +8,11 @@ interventions and modality, never by name. A condition is compared if at least t
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from hashlib import sha256
 from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import listed
@@ -28,14 +29,11 @@ _FREE = ("name", "names", "conditions", "strategy_conditions", *SIZES)
 """Settings that may differ."""
 
 
-@dataclass(frozen=True, slots=True)
-class SharedCondition:
+class SharedCondition(NamedTuple):
     """A condition as several studies share it.
 
-    Attributes:
-        acting: What acts in it, without the prompt and without doses of 0; named only to tell it from others.
-        prompt: File of the prompt; empty for the default prompt. It counts as part of the agent, so two prompts are
-            compared like two agents.
+    What acts in it has no prompt and no doses of 0, and is named only to tell it from others. A prompt, by its file,
+    counts as part of the agent, so two prompts are compared like two agents.
     """
 
     acting: Condition
