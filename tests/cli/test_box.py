@@ -12,8 +12,7 @@ from mjcf_models import EXAMPLES
 from typed import in_process
 
 from lockprobe.boxes.boxfile import read_box
-from lockprobe.boxes.families import box
-from lockprobe.boxes.solve import difficulty, optimum
+from lockprobe.boxes.solve import optimum
 from lockprobe.cli import build
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 
@@ -40,13 +39,6 @@ def test_terminals_that_know_only_ascii_are_spared_the_rest():
         build(["box"])(["box", "show", "random-8-3"], standalone_mode=False)
     said = shown.buffer.getvalue()
     assert (b"?" in said, b"+----" in said) == (False, True)
-
-
-def test_optimal_plans_are_listed_some_in_words_and_more_as_json():
-    listed = difficulty(box("converge"), None).plans
-    said = [line for line in ask("show", "converge").stdout.splitlines() if line.startswith("plan: ")]
-    assert said == [f"plan: {', '.join(plan)}" for plan in listed]
-    assert json.loads(ask("show", "converge", "--json").stdout)["plans"] == [list(plan) for plan in listed]
 
 
 @pytest.mark.parametrize(("ending", "start"), [("png", b"\x89PNG"), ("xml", b"<mujoco")])

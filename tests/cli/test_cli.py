@@ -49,13 +49,6 @@ def test_a_terminal_gets_a_live_table(tmp_path):
     assert "steps/s" in text
 
 
-def test_what_cannot_be_written_is_one_line(lockprobe, directory, tmp_path):
-    (tmp_path / "full").symlink_to("/dev/full")
-    for out, said in (("no/steps.csv", "cannot be written (No such file or directory)"), ("full", "full")):
-        status, _, error = lockprobe("export", directory, "--out", tmp_path / out)
-        assert (status, error.count("\n"), said in error) == (2, 1, True)
-
-
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [

@@ -355,25 +355,12 @@ def test_what_ships_is_a_study(name, tmp_path, monkeypatch):
 # -- as in the paper --
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("p", [0.0, 0.4]), ("trials", 2), ("max_steps", 9), ("layout", "shuffled"), ("shuffle", "trial"),
-        ("assessment", False), ("hypothesis", "before"), ("strategy_trials", 5),
-    ],
-)  # fmt: skip
-def test_as_paper_an_option_that_is_given_wins(name, value):
-    found = study("flips", agent="random", as_paper=True, **{name: value})
-    assert getattr(found, name) == (tuple(value) if name == "p" else value)
-    assert found.modalities == ("symbolic?tell=state&form=json",)
-
-
 FIRST = """\
 You are trying to open a lockbox, a panel with 4 joints.
 Every joint has two positions, 0 and 1. The joints lock each other in a hidden way: whether a joint can move depends on \
 the positions of other joints. If you attempt a joint that is not locked, it moves to its other position; if it is \
 locked, nothing happens.
-The box is open as soon as the target joint moves. You have 20 steps. In every step you choose one joint to attempt. \
+The box is open as soon as the target joint moves. You have 4 steps. In every step you choose one joint to attempt. \
 Then you are told the position of every joint. You are not told whether a joint moved: find out by comparing \
 successive reports.
 Reply with one JSON object and nothing else:
@@ -390,13 +377,13 @@ def test_as_paper_a_hosted_model_is_sent_these_messages(tmp_path, monkeypatch):
 
     with here(lambda request: replying(request, next(chosen)), keep=True) as server:
         monkeypatch.setenv("FAKE_BASE_URL", server.url)
-        asked = {"as_paper": True, "p": [0], "trials": 1, "repetitions": 1}
+        asked = {"as_paper": True, "p": [0], "trials": 1, "repetitions": 1, "max_steps": 4}  # what is given wins
         found = study("flips", agent="llm:openai-api/fake/model", **asked)
         limits = Limits(access=Access(connections=1))
-        run_study(replace(found, max_steps=4), tmp_path / "study", limits=limits)
+        run_study(found, tmp_path / "study", limits=limits)
     sent = server.requests[-1]
     assert [(one["role"], words(one)) for one in sent["messages"]] == [
-        ("user", FIRST.replace("20 steps", "4 steps")),
+        ("user", FIRST),
         ("assistant", '{"last_action": "none", "joint": "C"}'),
         ("user", '{"attempted": "C", "positions": {"C": 0, "D": 0, "B": 0, "A": 0}}'),
         ("assistant", '{"last_action": "moved", "joint": "A"}'),

@@ -110,19 +110,6 @@ def test_forks_estimate_the_exact_effect_of_one_lie(tmp_path):
     assert error < 0.05
 
 
-@pytest.mark.parametrize("flip", ["integrated", "memoryless"])
-def test_what_the_last_statement_says_is_told_as_if_it_stood_alone(flip, tmp_path):
-    """Of an agent that ignores reports, whatever a false report is in its condition."""
-    planned = study("flips", agent="round-robin", flip=flip, p=[0.3], trials=2, repetitions=1)
-    _, forks = played(tmp_path, planned, at=["5"], told=["lie", *CROSSED], truthful=True)
-    told = {}
-    for name, fork in by_name(forks).items():
-        told.setdefault(name.parent, {})[name.arm] = [(step.told_moved, step.told_state) for step in fork.steps]
-    for arms in told.values():
-        assert arms["truth-lie"] == arms["lie-lie"] == arms["lie"] != arms["truth"]
-        assert arms["lie-truth"] == arms["truth-truth"] == arms["truth"]
-
-
 def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
     planned = study("flips", agent=["human-inspired", "random"], **ASKED)
     trials = run_study(planned, tmp_path)

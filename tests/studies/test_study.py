@@ -72,7 +72,6 @@ def test_an_agent_that_reads_reports_plays_no_pictures():
     ("there", "asked", "together"),
     [
         ("participant", ("random", "round-robin"), ("random", "round-robin", "participant")),
-        ("participant,random", ("random", "participant"), ("participant", "random")),
         ("random", ("random", "participant"), ("random", "participant")),
         ("random,participant", ("round-robin",), ("random", "round-robin", "participant")),
         ("random,round-robin", ("ideal-observer", "random"), ("random", "round-robin", "ideal-observer")),
