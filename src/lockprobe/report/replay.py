@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import cache
+from functools import cache, partial
 from itertools import zip_longest
 from typing import Any, Literal
 
@@ -107,10 +107,7 @@ def _agent(trial: Trial, kind: AgentKind, *kept: list[Call]) -> Agent:
     if kind == "hosted":
         from lockprobe.agents.llm.model import ReplayedModel
 
-        def recall(step: int, turn: int, request: str) -> Call | None:
-            return next((call for one in kept if (call := take(one, step, turn, request))), None)
-
-        return ReplayedModel(trial.facts, trial.agent, recall)
+        return ReplayedModel(trial.facts, trial.agent, partial(take, kept))
     return _Recorded(trial)
 
 

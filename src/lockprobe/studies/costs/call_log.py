@@ -55,15 +55,16 @@ def kept_replies(calls: Iterable[Call]) -> dict[str, list[Call]]:
     return grouped((call for call in calls if call.reply is not None), lambda call: call.key)
 
 
-def take(kept: list[Call], step: int, turn: int, request: str) -> Call | None:
+def take(kept: Iterable[list[Call]], step: int, turn: int, request: str) -> Call | None:
     """The first reply to this request at this step and turn, which is then no longer among those kept; None without.
 
     Two steps can have the same request, for example if an agent remembers nothing: then the first reply is that of the
     first step.
     """
-    for i, call in enumerate(kept):
-        if (call.step, call.turn, call.request) == (step, turn, request):
-            return kept.pop(i)
+    for calls in kept:
+        for i, call in enumerate(calls):
+            if (call.step, call.turn, call.request) == (step, turn, request):
+                return calls.pop(i)
     return None
 
 
@@ -179,7 +180,7 @@ class TrialCalls:
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
         """A reply to this request that is kept; None without one."""
-        return next((call for kept in self._kept if (call := take(kept, step, turn, request))), None)
+        return take(self._kept, step, turn, request)
 
     async def reserve(self, call: Call) -> None:
         """See :meth:`Calls.reserve`."""

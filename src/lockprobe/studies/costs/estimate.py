@@ -7,6 +7,7 @@ a random agent, computed exactly; at the most all.
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections import Counter
 from collections.abc import Mapping
@@ -89,11 +90,7 @@ class Estimate:
 def estimates(study: Study, done: Mapping[str, OnRecord]) -> list[Estimate]:
     """The estimated cost of the owed trials of every hosted agent; agents that owe nothing are left out.
 
-    A trial that was begun counts as a whole one.
-
-    Args:
-        study: The study.
-        done: Its recorded trials, by key.
+    A trial that was begun counts as a whole one; ``done`` are the recorded trials, by key.
     """
     found = []
     solved = np.mean([random_curve(box, study.max_steps) for box in study.boxes], axis=0)
@@ -124,12 +121,10 @@ def request_sizes(plan: Plan, model: Model) -> Array:
     width, height = resolve_plant(plan.plant).picture_size or (1024, 1024)
     tiles = min(4, ceil(width / 512) * ceil(height / 512))
     agent = _CountingAgent(model, (model.facts.picture_tokens or _PICTURE) * tiles / 4)
-    loop = play(plan, plant=_LockedPlant(plan), interventions=interventions_for(plan.condition), agent=agent)
-    try:
-        loop.send(None)  # nothing in it waits
-    except StopIteration as end:
-        if end.value.error is not None:
-            raise ChannelFault(end.value.error.message) from None
+    acting = interventions_for(plan.condition)
+    trial = asyncio.run(play(plan, plant=_LockedPlant(plan), interventions=acting, agent=agent))
+    if trial.error is not None:
+        raise ChannelFault(trial.error.message)
     reasons = model.facts.reasons or model.settings.effort not in (None, "none")
     written = agent.written + (_REASONING if reasons else 0)
     written = min(written, model.settings.max_tokens or written)

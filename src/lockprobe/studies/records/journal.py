@@ -14,7 +14,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from functools import cached_property
@@ -104,7 +104,6 @@ class Journal:
         for one in (settings, path / STORE, people):  # it may have no settings yet by which it is known
             refuse_links(one, within=path)
         with ExitStack() as held:
-            held.callback(_remove_empty, new)
             with writing(path):
                 path.mkdir(parents=True, exist_ok=True)
                 _lock(path, held)
@@ -124,6 +123,8 @@ class Journal:
                             one.unlink(missing_ok=True)
                         if before is not None and settings.read_bytes() != before:
                             write_file(settings, before)
+                        for one in new:
+                            one.rmdir()
 
     @cached_property
     def known(self) -> Facts:
@@ -192,12 +193,6 @@ class Journal:
             self.store.erase()
             with self.store.transaction(sync=True) as writing:
                 writing.execute("delete from note where name = 'erasing'")
-
-
-def _remove_empty(directories: Iterable[Path]) -> None:
-    for directory in directories:
-        with suppress(OSError):
-            directory.rmdir()
 
 
 def _lock(directory: Path, held: ExitStack) -> None:

@@ -165,9 +165,6 @@ def _calls(store: Database) -> dict[str, list[tuple[Any, ...]]]:
 _LEAST = 16
 """Bytes that a row takes at the least."""
 
-_DELETED = 1_000_000
-"""So many more rows may have been there before."""
-
 _LOGS = {
     "call": "key, call, crc",
     "attempt": "key, kind, joint, claimed, told, hypothesis, crc",
@@ -208,9 +205,9 @@ def save_sound_rows(directory: Path, into: Path) -> int:
 
 def _rows(store: Database, table: str, columns: str) -> Iterator[tuple[Any, ...]]:
     """The rows of a table that can be read, each with its number."""
-    last = store.path.stat().st_size // _LEAST
-    with suppress(BadFile):  # or else a bound of the number of the last row
-        last = min(store.one(f"select coalesce(max(id), 0) from {table}")[0], last + _DELETED)  # noqa: S608
+    last = store.path.stat().st_size // _LEAST  # a bound of the number of the last row
+    with suppress(BadFile):
+        last = min(store.one(f"select coalesce(max(id), 0) from {table}")[0], last)  # noqa: S608
     for number in range(1, last + 1):
         with suppress(BadFile):
             yield from store.rows(f"select id, {columns} from {table} where id = ?", number, nulls=True)  # noqa: S608

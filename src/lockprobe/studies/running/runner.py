@@ -59,14 +59,7 @@ def run(
     """Play what the journal owes of a study.
 
     Before a look of a study that stops when it is decided, all trials have to end. So those that broke are played
-    again, as long as others end meanwhile.
-
-    Args:
-        study: The study.
-        journal: Its journal, or another one, for other trials than its own.
-        limits: Limits of concurrency.
-        observer: Receives the progress.
-        plans: Function from an agent to its plans; by default the study's own.
+    again, as long as others end meanwhile. ``plans`` is a function from an agent to others than the study's own.
 
     Raises:
         UserMistake: Before the first trial, if an agent or the plant is not available.
