@@ -110,14 +110,6 @@ def test_what_was_lost_is_owed_and_played_by_the_same_command(tmp_path):
     assert all(trial.error is None for trial in load(tmp_path))
 
 
-def test_a_study_that_stops_when_it_is_decided_decides_the_same_there(tmp_path):
-    planned = study("flips", agent=["round-robin"], box="chain-3", p=[0, 0.4], until="±40", most=25)
-    with played(tmp_path / "here", planned), played(tmp_path / "there", planned, cluster := Backwards(lost=[2])):
-        assert len(cluster.asked) == len(load(tmp_path / "here")) + 2  # one is lost before each look
-    assert lines(tmp_path / "there") == lines(tmp_path / "here")
-    assert len(lines(tmp_path / "there")) == 20 < planned.size
-
-
 @pytest.fixture
 def mine(tmp_path, monkeypatch):
     """A module of a user: an agent that may pay, and an intervention."""
