@@ -12,7 +12,6 @@ from __future__ import annotations
 import errno
 import os
 import sqlite3
-import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
@@ -58,7 +57,7 @@ class Database:
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path, self._db = path, connection
-        self._lock, self._synced, self._waits = threading.RLock(), time.monotonic(), True
+        self._synced, self._waits = time.monotonic(), True
         self._absolute = path.absolute()  # also where the working directory changes
         self._opened = _place(path)
 
@@ -80,7 +79,7 @@ class Database:
                 yield opened
                 opened.check()
             finally:  # its log is put into the file, which is then alone; where a reader has it open the log is read
-                with opened._lock, suppress(sqlite3.Error):
+                with suppress(sqlite3.Error):
                     connection.execute("pragma synchronous=full")
                     connection.execute("pragma busy_timeout=1000")
                     connection.execute("pragma wal_checkpoint(truncate)")
@@ -119,7 +118,7 @@ class Database:
         One within another is a part of that. If somebody else deleted or replaced the file, all that was written is in
         a second file, ``NAME.rescued``.
         """
-        with self._lock, _said(self.path):
+        with _said(self.path):
             if self._db.in_transaction:
                 yield self._db
                 return
@@ -157,7 +156,7 @@ class Database:
 
     def erase(self) -> None:
         """Leave no byte of what was deleted: it is written anew, and its log is emptied."""
-        with self._lock, _said(self.path):
+        with _said(self.path):
             self._db.execute("vacuum")
             self._db.execute("pragma busy_timeout=1000")  # a server waits here
             (busy, *_) = self._db.execute("pragma wal_checkpoint(truncate)").fetchone()
