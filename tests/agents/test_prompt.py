@@ -9,6 +9,8 @@ import pytest
 
 from lockprobe import run_trial, study
 from lockprobe.agents import prompt
+from lockprobe.agents.local import CONSTANT
+from lockprobe.agents.local import UNASKED as UNASKED_LOG
 from lockprobe.agents.prompt import conversation, instructions, prompt_fingerprint, repair, reply_schema
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import ReplyFault
@@ -68,7 +70,7 @@ def test_only_what_is_said_of_the_observation_follows_the_first_percept(percept,
 
 
 def test_it_leaks_neither_names_nor_structure_of_the_box():
-    text = TOLD.lower().replace("in the first step", "")
+    text = f"{TOLD} {CONSTANT} {UNASKED_LOG}".lower().replace("in the first step", "")
     words = ["chain", "slider", "revolute", "prismatic", "left", "right", "first", "order", "needs", *box().names]
     assert [word for word in words if word in text] == []
 
