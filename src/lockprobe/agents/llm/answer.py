@@ -295,7 +295,7 @@ def _text_of(value: object) -> str:
     if isinstance(value, list):
         return "".join(map(_text_of, value))
     if isinstance(value, Mapping):
-        return _text_of(value.get("text") or value.get("value") or "")
+        return _text_of(value.get("text"))
     return value if isinstance(value, str) else "" if not value else str(value)
 
 
