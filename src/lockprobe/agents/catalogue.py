@@ -127,11 +127,7 @@ def is_local(spec: Spec) -> bool:
 
 
 def check_outside(spec: str, kind: str) -> str:
-    """A spec that names a person (of the kind ``participant``) or a client with tools (``mcp``).
-
-    Raises:
-        BadValue: If it names none.
-    """
+    """A spec that has to name a person (of the kind ``participant``) or a client with tools (``mcp``)."""
     form, expected = _OUTSIDE[kind]
     if not re.fullmatch(f"{kind}{form}", spec):
         raise BadValue("agent", spec, expected)
@@ -179,11 +175,6 @@ def resolve(text: str, access: Access = Access()) -> AgentSource:  # noqa: B008 
 
 
 def _strategy(spec: Spec) -> Policy[Any]:
-    """The strategy that a spec names.
-
-    Raises:
-        UnknownName: If there is none.
-    """
     if spec.full_name == _OBSERVER:
         from lockprobe.agents.ideal_observer import IdealObserver
 

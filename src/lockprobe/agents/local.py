@@ -141,11 +141,7 @@ def _hash(path: Path, changed: int, size: int) -> str:
 
 
 def runtime() -> Any:
-    """The runtime of local models: llama.cpp through xllamacpp, in this process, on one thread.
-
-    Raises:
-        Missing: If it is not installed, or a library of the system is not.
-    """
+    """The runtime of local models: llama.cpp through xllamacpp, in this process, on one thread."""
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # else the threads' barriers spin, and two workers crawl
     try:
         import xllamacpp
@@ -168,9 +164,6 @@ class Engine:
         facts: Name and hash of the model, and its runtime, for the record.
         tokens: From a text to its tokens, with the initial one that some models need if it is the opening of a prompt.
         url: Where the runtime serves the model in this process, as any other server does.
-
-    Raises:
-        BadFile: If the file cannot be loaded.
     """
 
     def __init__(self, path: Path) -> None:

@@ -136,6 +136,9 @@ def read_answer(
     """The call with the reply in an answer, of a refusal with its words, and with what it cost.
 
     ``names`` are the fields of the object that a schema asks for; where it stands in the reasoning, nothing else comes.
+
+    Raises:
+        NoReply: If it holds none.
     """
     if 300 <= status < 400:
         there = f"it sends the conversation to {_line(headers.get('location', 'elsewhere'))}"

@@ -44,9 +44,6 @@ class ModelClient:
         model: What is asked.
         server: Where it is served.
         slots: Free slots for concurrent requests; each request holds one.
-
-    Raises:
-        UserMistake: As :class:`lockprobe.agents.llm.servers.Server`, or if proxies or certificates cannot be used.
     """
 
     def __init__(self, model: Model, access: Access) -> None:

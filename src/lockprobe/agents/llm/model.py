@@ -50,13 +50,12 @@ Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Call]]
 
 
 class HostedModel:
-    """A model behind a provider's interface. A malformed reply is requested again.
+    """A model behind a provider's interface.
 
     All its trials share one client, and an account of unusable replies since the last usable one: the trials that got
     them, by their words. It is kept from the first usable one on, for which None stands in it.
 
     Attributes:
-        unseeded: Its luck is the provider's; see :class:`lockprobe.trial.protocols.Agent`.
         facts: Model name, form of requests, prompt and settings; the host, where it is not the provider's own.
         line: The client.
     """
@@ -140,9 +139,7 @@ class HostedModel:
                 why = f"all trials get the same words in the place of replies: {text[:200]!r}"
         (before, read), tokens = self._read, _counted(answer)
         old, new = (sum(len(one.text.encode(errors="surrogatepass")) for one in talk) for talk in (before, messages))
-        less, more = (sum(len(one.pictures) for one in talk) for talk in (before, messages))
-        same = all(one.text == other.text for one, other in zip(before, messages, strict=False))
-        grown = same and len(messages) >= len(before) and more >= less and new > old
+        grown = new > old and all(one.text == other.text for one, other in zip(before, messages, strict=False))
         if grown and read * 8 >= old and new - old + PER_MESSAGE < tokens <= read:
             why = (
                 f"the server read {tokens} tokens of a conversation of which it had read {read} before, so it leaves "
@@ -167,9 +164,6 @@ class ReplayedModel:
 
     Its settings are those of the record, so that each request has to be the one that was sent. ``recall`` leads from
     step, turn and request to the reply; None without one, which is a ``ModelFault``.
-
-    Raises:
-        UserMistake: If there is no model with these facts.
     """
 
     unseeded = True
@@ -213,10 +207,8 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
         RefusalFault: If the model or its provider refused.
         ReplyFault: If too many replies were malformed, or the limit left no room for one.
     """
-    messages = conversation(situation, images=model.settings.images)
-    schema = reply_schema(situation)
-    replies: list[str] = []
-    usage, cut_off = Usage(), 0
+    messages, schema = conversation(situation, images=model.settings.images), reply_schema(situation)
+    replies, usage, cut_off = list[str](), Usage(), 0
     while True:
         answer = await ask(len(replies) + 1, messages, schema)
         verdict = verdict_on(answer, situation)
