@@ -8,7 +8,8 @@ from typing import ClassVar
 import pytest
 
 from lockprobe import run_trial
-from lockprobe.foundation.errors import BadValue, UserMistake
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json
 
 tasks = pytest.importorskip("lockprobe.interfaces.inspect")
@@ -18,7 +19,7 @@ from inspect_ai.model import ModelOutput, ModelUsage, get_model  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings("ignore:(?i)unclosed:ResourceWarning")  # inspect-ai leaves streams open
 
-SMALL = {"p": 0.4, "trials": 2, "repetitions": 1, "max_steps": 6}
+SMALL = {"p": 0.4, "trials": 1, "repetitions": 1, "max_steps": 6}
 
 
 def evaluated(tmp_path, task, reply, **options):
@@ -44,8 +45,6 @@ class Stubborn:
     facts: ClassVar = {}
 
     async def decide(self, situation, rng):
-        from lockprobe.trial.record import Decision
-
         return Decision(joint="A", claimed="moved" if situation.past else None)
 
 
@@ -72,18 +71,15 @@ def test_a_trial_has_the_luck_of_every_other_agent(tmp_path):
         assert [message.role for message in sample.messages] == ["user", "assistant"] * len(trial.steps)
 
 
-def test_a_reply_that_stays_unusable_is_unscored_and_on_record(tmp_path):
-    log = evaluated(tmp_path, tasks.study(**{**SMALL, "trials": 1}), lambda messages: "?")
-    for sample in log.samples:
-        (score,) = sample.scores.values()
-        assert (score.reason, trial_from_json(score.metadata["trial"]).ending) == ("reply", "error")
-
-
-def test_what_breaks_a_model_is_the_error_of_its_sample(tmp_path):
+def test_a_reply_that_stays_unusable_is_unscored_and_what_breaks_a_model_is_the_error_of_its_sample(tmp_path):
     def breaks(messages):
         raise ConnectionError("gone")
 
-    log = evaluated(tmp_path, tasks.study(**{**SMALL, "trials": 1}), breaks)
+    one = SMALL
+    for sample in evaluated(tmp_path, tasks.study(**one), lambda messages: "?").samples:
+        (score,) = sample.scores.values()
+        assert (score.reason, trial_from_json(score.metadata["trial"]).ending) == ("reply", "error")
+    log = evaluated(tmp_path, tasks.study(**one), breaks)
     assert all("gone" in sample.error.message and not sample.scores for sample in log.samples)
 
 
@@ -93,4 +89,3 @@ def test_what_breaks_a_model_is_the_error_of_its_sample(tmp_path):
 def test_a_mistake_is_said_before_the_first_call(given, said):
     with pytest.raises(UserMistake, match=said):
         tasks.study(**given)
-    assert issubclass(BadValue, UserMistake)

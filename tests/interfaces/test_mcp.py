@@ -153,9 +153,8 @@ def test_a_refused_call_says_why_and_changes_nothing(tmp_path):
     async def play(session, client):
         assert (await client.call_tool("attempt", {"joint": "A"})).is_error  # no trial is under way
         await client.call_tool("observe", {})
-        assert (
-            await client.call_tool("attempt", {"joint": "A", "last_action": "moved"})
-        ).is_error  # nothing is done yet
+        first = {"joint": "A", "last_action": "moved"}
+        assert (await client.call_tool("attempt", first)).is_error  # nothing is done yet
         nothing = {"last_action": None, "hypothesis": None}
         assert not (await client.call_tool("attempt", {"joint": "A", **nothing})).is_error
         before, seen = contents(tmp_path), await client.call_tool("observe", {})
@@ -169,8 +168,7 @@ def test_a_refused_call_says_why_and_changes_nothing(tmp_path):
     with_client(tmp_path, play)
 
 
-@pytest.mark.parametrize("mode", ["auto", "legacy"])
-@pytest.mark.parametrize("asked", [{}, {"assessment": False}])
+@pytest.mark.parametrize(("mode", "asked"), [("auto", {}), ("legacy", {"assessment": False})])
 def test_any_client_plays_what_a_model_is_asked(tmp_path, mode, asked):
     """In both ages of the protocol; the instruction is that of the chat protocol but for how to reply."""
 
@@ -227,9 +225,9 @@ def test_a_client_that_stops_waiting_interrupts_no_attempt(tmp_path):
                 waiting.cancel()
                 await asyncio.sleep(0.1)
             assert "You attempted A." in (await observe(session))[0].text
-        return lost
+        assert lost == []
 
-    assert asyncio.run(play()) == []
+    asyncio.run(play())
 
 
 def test_a_session_may_have_its_number_of_trials(tmp_path):
@@ -277,18 +275,17 @@ def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
     asyncio.run(play())
 
 
-class _Stuck(SymbolicPlant):
-    breaks = 2
-
-    def attempt(self, joint):
-        type(self).breaks -= 1
-        if type(self).breaks == 0:
-            raise OSError("stuck")
-        return super().attempt(joint)
-
-
 def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(tmp_path, monkeypatch, alone):
-    source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: _Stuck(box))
+    class Stuck(SymbolicPlant):
+        left = 2
+
+        def attempt(self, joint):
+            Stuck.left -= 1
+            if not Stuck.left:
+                raise OSError("stuck")
+            return super().attempt(joint)
+
+    source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Stuck(box))
     monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
 
     async def play():
