@@ -10,8 +10,7 @@ import pytest
 from builders import make_trial
 from lockprobe_robot.film import make
 from lockprobe_robot.film.caption import opening_lines, outcome_lines
-from lockprobe_robot.film.make import make_film
-from lockprobe_robot.film.replay import plan_of
+from lockprobe_robot.film.make import make_film, plan_of
 from mjcf_models import OWN, own_box
 from painted import PaintedPlant, painted_twins
 from PIL import Image

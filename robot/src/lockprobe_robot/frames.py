@@ -22,8 +22,7 @@ from lockprobe.studies.records.read_records import load
 from lockprobe.trial.pictures.frame import Frame, to_millimetres, to_png
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
-from lockprobe_robot.film.make import WITHOUT_ARM
-from lockprobe_robot.film.replay import plan_of, played_again
+from lockprobe_robot.film.make import WITHOUT_ARM, plan_of, played_again
 
 
 def write_frames(directory: Path, out: Path, *, only: str, tell: Callable[[str], None]) -> int:

@@ -99,7 +99,12 @@ class PlantCamera:
             self._renderer = Renderer(model, width=settings.width, height=settings.height)
         renderer, eye = self._renderer, model.camera(CAMERA).id
         seen = renderer.pose(self._joints.data if configuration is None else self._joints.posed(configuration))
-        camera = self._geometry(seen, eye)
+        rotation = seen.cam_xmat[eye].reshape(3, 3) @ _FROM_OPENGL
+        panel = np.eye(4)
+        panel[:3, :3] = rotation.T @ self._pose[:3, :3]
+        panel[:3, 3] = rotation.T @ (self._pose[:3, 3] - seen.cam_xpos[eye])
+        focal = 0.5 * settings.height / math.tan(0.5 * math.radians(float(model.cam_fovy[eye])))
+        camera = Camera(width=settings.width, height=settings.height, focal=focal, panel=panel)
         # As much is drawn whatever the size is, so a larger error is the same luck enlarged.
         shift = settings.view_jitter / 1000 * self._view.standard_normal(3)
         seen.cam_xpos[eye] += seen.cam_xmat[eye].reshape(3, 3) @ shift
@@ -114,16 +119,6 @@ class PlantCamera:
             labelled=settings.labels,
         )
         return self._overlay(frame, self._joints.configuration() if configuration is None else configuration)
-
-    def _geometry(self, seen: mujoco.MjData, eye: int) -> Camera:
-        """The camera model: focal length, and the panel's pose in the camera's frame."""
-        rotation = seen.cam_xmat[eye].reshape(3, 3) @ _FROM_OPENGL
-        panel = np.eye(4)
-        panel[:3, :3] = rotation.T @ self._pose[:3, :3]
-        panel[:3, 3] = rotation.T @ (self._pose[:3, 3] - seen.cam_xpos[eye])
-        height = self._settings.height
-        focal = 0.5 * height / math.tan(0.5 * math.radians(float(self._joints.model.cam_fovy[eye])))
-        return Camera(width=self._settings.width, height=height, focal=focal, panel=panel)
 
 
 def add_depth_noise(depth: NDArray[np.float32], noise: float, rng: np.random.Generator) -> NDArray[np.float32]:

@@ -266,18 +266,16 @@ def deceptions(conditions: Iterable[Condition]) -> tuple[Deception, ...]:
     >>> deceptions(map(read_condition, ("flip?p=0.4 + nudge", "flip?p=0", "tremble?p=0.1")))
     ('false', 'another')
     """
-    found = set[Deception]().union(*map(_in, conditions))
-    return tuple(kind for kind in get_args(Deception) if kind in found)
-
-
-def _in(condition: Condition) -> set[Deception]:
-    """The deceptions of a condition. A dose of 0 does nothing, and a warning of false reports is true with some."""
     found = set[Deception]()
-    for text, doses in condition.acting:
-        spec = Spec.parse(text, "intervention")
-        both = {spec.options.get("first"), spec.options.get("last", "truth")}
-        true = spec.full_name == "correction" and both == {"truth"}
-        kind = _KINDS.get(spec.full_name, "changed")
-        if kind and not true and not (doses and float(spec.options.get(doses[0], "0")) == 0):
-            found.add(kind)
-    return found - {"warned"} if found & {"false", "late", "changed"} else found
+    for condition in conditions:
+        of = set[Deception]()
+        for text, doses in condition.acting:
+            spec = Spec.parse(text, "intervention")
+            both = {spec.options.get("first"), spec.options.get("last", "truth")}
+            true = spec.full_name == "correction" and both == {"truth"}
+            kind = _KINDS.get(spec.full_name, "changed")
+            if kind and not true and not (doses and float(spec.options.get(doses[0], "0")) == 0):
+                of.add(kind)
+        # a dose of 0 does nothing, and a warning of false reports is true with some
+        found |= of - {"warned"} if of & {"false", "late", "changed"} else of
+    return tuple(kind for kind in get_args(Deception) if kind in found)

@@ -210,16 +210,13 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
         none: Any = replace(one, **{traits.doses[0]: 0})  # type: ignore[type-var]
         for agent in ("random", "human-inspired", "cognitive:perseverant"):
             for seed in _SEEDS:
+                nothing: dict[str, Any] = {"specs": (), "doses": {}, "channels": (), "interventions": (), "changed": {}}
+                nothing |= {"key": "", "condition": "", "changed_steps": 0}  # the names of the condition
                 truth, under = (
-                    _unnamed(run_trial(agent=agent, seed=seed, condition=acting)) for acting in ((), (none,))
+                    trial_to_json(replace(run_trial(agent=agent, seed=seed, condition=acting), **nothing))
+                    for acting in ((), (none,))
                 )
                 assert truth == under, f"{agent} does not play as in truth under {spec_of(none)}"
-
-
-def _unnamed(trial: Trial) -> bytes:
-    """The record without the name of the condition."""
-    nothing: dict[str, Any] = {"specs": (), "doses": {}, "channels": (), "interventions": (), "changed": {}}
-    return trial_to_json(replace(trial, key="", condition="", changed_steps=0, **nothing))
 
 
 def check_measure(measure: str | Measure, *, trials: Sequence[Trial] = ()) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from lockprobe_robot.box_model.appearance import Appearance, Colour
-from lockprobe_robot.box_model.mounted_joint import TRACK_RADIUS, WAY_RADIUS, MountedJoint
+from lockprobe_robot.box_model.mounted_joint import TRACK_RADIUS, WAY_RADIUS
 from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.twin_settings import SceneSettings
 
@@ -38,7 +38,13 @@ def paint_board(
     image = Image.fromarray(wood((rows, columns), appearance.wood, appearance.grain))
     draw = ImageDraw.Draw(image)
     for mounted in panel.mounted_joints if settings.board == "painted" else ():
-        _track(draw, panel, mounted, discs=settings.discs)
+        points = [_pixel(panel, mounted.knob(float(fraction))) for fraction in np.linspace(0, 1, 65)]
+        for point in points:
+            _disc(draw, point, TRACK_RADIUS, _DARK)
+        for point, inside in ((points[0], _START), (points[-1], _END)) if settings.discs else ():
+            _disc(draw, point, WAY_RADIUS, _DARK)
+            _disc(draw, point, 0.0185, (240, 240, 235))
+            _disc(draw, point, 0.0150, inside)
     font = ImageFont.load_default(panel.letter * PIXELS_PER_METRE / 0.72)
     for number, (label, point) in enumerate(zip(labels, panel.labels, strict=True) if settings.labels else ()):
         ink, place = _PAPER if number == target else _INK, _pixel(panel, point)
@@ -68,17 +74,6 @@ def _pixel(panel: PanelLayout, point: NDArray[np.float64]) -> tuple[float, float
     """Column and row of a point of the panel's frame in its picture."""
     x, y = (np.asarray(point) * (1, -1) + np.array(panel.size) / 2) * PIXELS_PER_METRE
     return float(x), float(y)
-
-
-def _track(draw: ImageDraw.ImageDraw, panel: PanelLayout, mounted: MountedJoint, *, discs: bool) -> None:
-    """The track of a handle, and the discs at its two ends."""
-    points = [_pixel(panel, mounted.knob(float(fraction))) for fraction in np.linspace(0, 1, 65)]
-    for point in points:
-        _disc(draw, point, TRACK_RADIUS, _DARK)
-    for point, inside in ((points[0], _START), (points[-1], _END)) if discs else ():
-        _disc(draw, point, WAY_RADIUS, _DARK)
-        _disc(draw, point, 0.0185, (240, 240, 235))
-        _disc(draw, point, 0.0150, inside)
 
 
 def _disc(draw: ImageDraw.ImageDraw, middle: tuple[float, float], radius: float, fill: tuple[int, int, int]) -> None:

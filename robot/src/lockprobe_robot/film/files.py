@@ -62,7 +62,11 @@ class _Gif:
     def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
         image = Image.fromarray(picture)
         if self._file is None:
-            colours = _colours(image)
+            found = iter(image.quantize(_SAME - len(_STRONG)).getpalette() or [])
+            chosen = list(dict.fromkeys([*_STRONG, *zip(found, found, found, strict=True)]))
+            spare = (colour for colour in product((255, 0), (1, 254), range(256)) if colour not in chosen)
+            chosen += islice(spare, _SAME + 1 - len(chosen))  # all different
+            colours = [part for colour in chosen for part in colour]
             self._palette.putpalette(colours)
             with atomic_files(self._path) as (draft,):
                 self._file = draft.open("r+b")
@@ -91,14 +95,6 @@ class _Gif:
             self._file.write(b";")
             self._file.close()
             self._file = None
-
-
-def _colours(image: Image.Image) -> list[int]:
-    """The 256 different colours of a GIF as a flat list."""
-    found = iter(image.quantize(_SAME - len(_STRONG)).getpalette() or [])
-    chosen = list(dict.fromkeys([*_STRONG, *zip(found, found, found, strict=True)]))
-    spare = (colour for colour in product((255, 0), (1, 254), range(256)) if colour not in chosen)
-    return [part for colour in [*chosen, *islice(spare, _SAME + 1 - len(chosen))] for part in colour]
 
 
 class _Mp4:

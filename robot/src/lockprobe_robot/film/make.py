@@ -6,25 +6,25 @@ A trial on a plant without physics is played by the arm of a twin of the same bo
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from lockprobe.foundation.errors import BadValue
+from lockprobe.boxes.box import bits
+from lockprobe.foundation.errors import BadFile, BadValue, TrialFault
 from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Trial
+from lockprobe.trial.protocols import Plant
+from lockprobe.trial.record import Fact, Snapshot, Trial
 from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines
 from lockprobe_robot.film.files import RATES, FilmFile, open_film
-from lockprobe_robot.film.replay import plan_of, played_again
 from lockprobe_robot.renderer import Renderer
 
 STAND_IN, WITHOUT_ARM = "twin", "fast-twin"
@@ -108,6 +108,51 @@ def make_film(directory: Path, trial: Trial, path: Path, *, tell: Callable[[str]
     return Film(path=path, pictures=recorder.pictures, plant=source.spec, differs=differs, note=note)
 
 
+def plan_of(study: Study, trial: Trial) -> Plan:
+    """The plan of a recorded trial.
+
+    Raises:
+        BadFile: If the study's settings have no such trial.
+    """
+    for plan in study.plans(trial.agent):
+        if plan.key == trial.key and (plan.box.names, plan.names.labels) == (trial.joints, trial.labels):
+            return plan
+    raise BadFile("study.json", f"its settings do not describe the trial {trial.key}")
+
+
+def played_again(trial: Trial, plant: Plant) -> Iterator[tuple[int, Snapshot, str | None]]:
+    """Play a recorded trial again on a plant, which is closed in the end.
+
+    Yields:
+        The step, from 0, or -1 for the beginning; what is seen after it; the first difference of what was played from
+        the record, in one line, or None.
+
+    Raises:
+        TrialFault: If it breaks, and did not at the same boundary then.
+    """
+    differs: str | None = None
+    try:
+        snapshot = plant.observe()
+        yield -1, snapshot, None
+        for at, step in enumerate(trial.steps):
+            before, snapshot = bits(snapshot.configuration), plant.attempt(trial.joints.index(step.joint))
+            pairs: list[tuple[str, Fact, Fact]] = [
+                ("configuration before it", step.state, before),
+                ("outcome", "moved" if step.moved else "blocked", snapshot.outcome),
+            ]
+            if "verdict" in step.sensed and "verdict" in snapshot.sensed:
+                pairs.append(("robot's verdict", step.sensed["verdict"], snapshot.sensed["verdict"]))
+            for what, recorded, replayed in pairs:
+                if recorded != replayed and differs is None:
+                    differs = f"step {at + 1} differs from the record: {what} {recorded} there, {replayed} here"
+            yield at, snapshot, differs
+    except TrialFault as fault:
+        if trial.error is None or trial.error.boundary != fault.boundary:
+            raise
+    finally:
+        plant.close()
+
+
 def _source(plan: Plan) -> tuple[PlantSource, str]:
     """The plant that can be filmed in the place of a trial's plant, and how it differs, in a sentence."""
     source, note = resolve_plant(plan.plant), ""
@@ -151,7 +196,14 @@ class _FilmRecorder:
     def show(self, look: Callable[[], Frame] | None, seconds: float) -> None:
         """Hold the present state of the simulation, or what is seen where none runs, for some seconds."""
         if self._running is not None:
-            picture = self._oblique(*self._running)
+            model, data = self._running
+            if self._renderer is None:
+                lit, lamp = copy.copy(model), model.light("lamp").id
+                lit.light_pos[lamp], lit.light_dir[lamp] = _LAMP, (_BOARD - _LAMP) / np.linalg.norm(_BOARD - _LAMP)
+                lit.vis.map.shadowclip = _SHADOWS
+                self._renderer = Renderer(lit, width=WIDTH, height=_HEIGHT)
+            self._renderer.pose(data)
+            picture = self._renderer.colours(_CAMERA)
         elif look is not None:
             picture = look().rgb
         else:
@@ -164,12 +216,3 @@ class _FilmRecorder:
         """Release the renderer."""
         if self._renderer is not None:
             self._renderer.close()
-
-    def _oblique(self, model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.uint8]:
-        if self._renderer is None:
-            lit, lamp = copy.copy(model), model.light("lamp").id
-            lit.light_pos[lamp], lit.light_dir[lamp] = _LAMP, (_BOARD - _LAMP) / np.linalg.norm(_BOARD - _LAMP)
-            lit.vis.map.shadowclip = _SHADOWS
-            self._renderer = Renderer(lit, width=WIDTH, height=_HEIGHT)
-        self._renderer.pose(data)
-        return self._renderer.colours(_CAMERA)

@@ -229,7 +229,14 @@ class _Reader:
                 raise BadFile(self._path, f"{file} is refused: a {kind} is {' or '.join(_FORMATS[kind])}")
             _, content = self._read(path)
             given = f"asset-{len(assets)}-{path.stem}{suffix}"
-            assets[given] = _plain_png(content, path) if suffix == ".png" else content
+            if suffix == ".png":  # with its pixels alone, so that MuJoCo unpacks nothing else
+                picture, plain = open_picture(content, path, longest=_LONGEST_SIDE), BytesIO()
+                kept = PngImagePlugin.PngInfo()
+                if "srgb" in picture.info:
+                    kept.add(b"sRGB", bytes([picture.info["srgb"]]))
+                Image.frombytes(picture.mode, picture.size, picture.tobytes()).save(plain, "PNG", pnginfo=kept)
+                content = plain.getvalue()
+            assets[given] = content
             return given
 
         for kind, elements, folder in (
@@ -266,12 +273,3 @@ class _Reader:
     def _name(self, path: Path) -> str:
         """A file's name as seen from the folder of the model."""
         return path.resolve().relative_to(self._folder).as_posix()
-
-
-def _plain_png(content: bytes, path: Path) -> bytes:
-    """A PNG file with its pixels alone, so that MuJoCo unpacks nothing else."""
-    picture, plain, kept = open_picture(content, path, longest=_LONGEST_SIDE), BytesIO(), PngImagePlugin.PngInfo()
-    if "srgb" in picture.info:
-        kept.add(b"sRGB", bytes([picture.info["srgb"]]))
-    Image.frombytes(picture.mode, picture.size, picture.tobytes()).save(plain, "PNG", pnginfo=kept)
-    return plain.getvalue()
