@@ -73,7 +73,7 @@ def test_a_strategy_at_the_page_plays_as_without_it_under_any_condition(tmp_path
         claims = spec not in SILENT and not trial.condition.startswith(("drop", "delay"))  # of which nothing is told
         assert as_played(trial, claims=claims) == as_played(alone, claims=claims)
         assert [(step.remark, step.chosen) for step in trial.steps] == [(one.remark, one.chosen) for one in alone.steps]
-        same = (
+        same = [
             "specs",
             "doses",
             "interventions",
@@ -84,7 +84,7 @@ def test_a_strategy_at_the_page_plays_as_without_it_under_any_condition(tmp_path
             "key",
             "labels",
             "listing",
-        )
+        ]
         assert {name: getattr(trial, name) for name in same} == {name: getattr(alone, name) for name in same}
 
 
