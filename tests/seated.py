@@ -81,22 +81,21 @@ class Reception:
         self.opened = state._opened
 
     async def enter(self, token, platform) -> Shown:
-        return _shown(await self.state.enter(token, platform))
+        return self._shown(await self.state.enter(token, platform))
 
     async def act(self, token, turn, act, platform) -> Shown:
-        return _shown(await self.state.act(token, turn, act, platform))
+        return self._shown(await self.state.act(token, turn, act, platform))
 
     async def withdraw(self, token) -> Shown:
-        return _shown(await self.state.withdraw(token))
+        return self._shown(await self.state.withdraw(token))
+
+    def _shown(self, reply: Reply) -> Shown:
+        return Shown(reply.token, reply.turn, parts(reply.scene), reply.participant, reply.progress)
 
     @property
     def sessions(self):
         """Of everybody who takes part."""
         return tuple(self.state._people)
-
-
-def _shown(reply: Reply) -> Shown:
-    return Shown(reply.token, reply.turn, parts(reply.scene), reply.participant, reply.progress)
 
 
 def free(reception: Reception) -> list[int]:
@@ -108,12 +107,6 @@ def free(reception: Reception) -> list[int]:
     trials = reception.opened.journal.trials.values()
     taken |= {(one.condition, one.repetition, one.trial) for one in trials if one.player and not one.owed_again}
     return [study.repetitions * study.trials - sum(of == one for of, *_ in taken) for one in conditions_of(study)]
-
-
-async def leaves(reception: Reception, token: str) -> Shown:
-    """Somebody loads the page and withdraws."""
-    shown = await reception.enter(token, {})
-    return await reception.withdraw(shown.token)
 
 
 class Clock:
@@ -142,7 +135,15 @@ class Player:
             return an_act(scene)
         if scene.step == 1:
             self._past = ()
-        situation = Situation(task=_task(scene, self._study), past=self._past, percept=percept_of(scene.panel))
+        joints = scene.panel.joints
+        task = Task(
+            joints=tuple(joint.label for joint in joints),
+            target=next(joint.label for joint in joints if joint.target),
+            budget=scene.budget,
+            places=tuple(joint.place for joint in joints if joint.place),
+            assessment=self._study.assessment,
+        )
+        situation = Situation(task=task, past=self._past, percept=percept_of(scene.panel))
         decision = await self._agent.decide(situation, self._stream(scene, shown.identity)(scene.step))
         self._past = (*self._past, Turn(percept=situation.percept, decision=decision))
         said = {"claimed": decision.claimed or "moved", "claimed_rt": 200.0} if scene.ask else {}
@@ -173,17 +174,6 @@ def an_act(scene: Parts) -> Act:
         case "check" | "ask":
             return Answers(answers=((*scene.questions[0].options, "")[0],), rt=812.5)
     return GO_ON
-
-
-def _task(scene: Parts, study: Study) -> Task:
-    joints = scene.panel.joints
-    return Task(
-        joints=tuple(joint.label for joint in joints),
-        target=next(joint.label for joint in joints if joint.target),
-        budget=scene.budget,
-        places=tuple(joint.place for joint in joints if joint.place),
-        assessment=study.assessment,
-    )
 
 
 def percept_of(panel: Parts) -> Percept:
@@ -243,12 +233,7 @@ async def opened(directory: Path, study: Study, experiment: Experiment, *, clock
 
 def diary_of(directory: Path, identity: str):
     """What is written of somebody."""
-    return next(lines for lines in diaries_of(directory) if lines[0].identity == identity)
-
-
-def diaries_of(directory: Path):
-    """What is written of everybody, in the order in which they joined."""
-    return [[kept.joined, *kept.lines] for kept in read_diaries(directory)]
+    return next([one.joined, *one.lines] for one in read_diaries(directory) if one.identity == identity)
 
 
 def without_page(study: Study, trial, spec: str):

@@ -1,17 +1,13 @@
 """People for tests: strategies decide in their place, and a diary is written as the server writes it."""
 
 import asyncio
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import count
-from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.people.diary import Answers, Attempt, Did, Joined, Slot, write_entry
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.studies.study import Study
-from lockprobe.trial.record import Trial
 
 READ = Answers(answers=(), rt=700.0)
 
@@ -19,32 +15,25 @@ START = 1_790_000_000.25
 """When the first participant joins, seconds since 1970."""
 
 
-def play_as(study: Study, identity: str, slot: Slot, position: int, strategy: str = "human-inspired") -> Trial:
-    """A trial of a person who plays as a strategy does."""
-    trial, _ = asyncio.run(play_timed(slot.plan(study, identity), resolve(strategy).make()))
-    facts = {"view": "panel", "words": "en 3f9a01bc22d1", "page": "1", "position": position, "design": "within"}
-    return replace(trial, facts=facts)
-
-
 def take_part(
-    directory: Path,
-    study: Study,
-    identity: str,
-    slots: Sequence[tuple[float, int, int]],
+    directory,
+    study,
+    identity,
+    slots,
     *,
-    left_after: int | None = None,
-    check: bool | None = True,
-    answers: Mapping[str, str] | None = None,
-    platform: Mapping[str, str] | None = None,
-    joined: float = START,
-    shown: str | None = None,
-) -> list[Trial]:
+    left_after=None,
+    check=True,
+    answers=None,
+    platform=None,
+    joined=START,
+    shown=None,
+):
     """Somebody takes part in a study that is on disk; the trials.
 
     Args:
         slots: Flip probability, repetition and trial of each box.
         left_after: After how many steps of the last box the person leaves for good; None for not at all.
-        check: Whether the attention check after the boxes is answered rightly; None where none was asked.
+        check: Whether the attention check after the boxes is answered rightly.
         answers: Answers to questions, by name.
         platform: What the recruitment platform said.
         joined: When, seconds since 1970.
@@ -52,22 +41,10 @@ def take_part(
     """
     label = {one.p: one.label for one in study.conditions if one.modality == (shown or study.modalities[0])}
     places = tuple(Slot(condition=label[p], repetition=r, trial=t) for p, r, t in slots)
-    finished = []
+    finished, turns, words = [], count(2), "en 3f9a01bc22d1"  # to agree is the first
     with Journal.open(directory, study) as journal:
-        turns = count(2)  # to agree is the first
-        write_entry(
-            journal.store,
-            identity,
-            1,
-            Joined(
-                identity=identity,
-                token="f" * 64,
-                at=joined,
-                platform=dict(platform or {}),
-                slots=places,
-                words="en 3f9a01bc22d1",
-            ),
-        )
+        known = {"token": "f" * 64, "at": joined, "platform": platform or {}, "slots": places, "words": words}
+        write_entry(journal.store, identity, 1, Joined(identity=identity, **known))
 
         def did(scene, act, **more):
             turn = next(turns)
@@ -78,8 +55,9 @@ def take_part(
         did("box", Attempt(joint="A", rt=900.5), box=0, step=1, told="A moved.", ended="solved")
         did("over", READ, box=0)
         for box, slot in enumerate(places, 1):
-            trial = play_as(study, identity, slot, box)
-            leaves = left_after if box == len(places) else None
+            trial, _ = asyncio.run(play_timed(slot.plan(study, identity), resolve("human-inspired").make()))
+            facts = {"view": "panel", "words": words, "page": "1", "position": box, "design": "within"}
+            trial, leaves = replace(trial, facts=facts), left_after if box == len(places) else None
             for step in trial.steps[:leaves]:
                 said = step.decision
                 claimed_rt = None if said.claimed is None else 300.25
@@ -91,8 +69,7 @@ def take_part(
                 finished.append(trial)
                 did("over", READ, box=box)
         if left_after is None:
-            if check is not None:
-                did("check", Answers(answers=("blue" if check else "red",), rt=2000.0), item="1", right=check)
+            did("check", Answers(answers=("blue" if check else "red",), rt=2000.0), item="1", right=check)
             for name, answer in (answers or {}).items():
                 did("ask", Answers(answers=(answer,), rt=5000.0), item=name)
     return finished

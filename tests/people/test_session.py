@@ -73,18 +73,9 @@ def test_a_strategy_at_the_page_plays_as_without_it_under_any_condition(tmp_path
         claims = spec not in SILENT and not trial.condition.startswith(("drop", "delay"))  # of which nothing is told
         assert as_played(trial, claims=claims) == as_played(alone, claims=claims)
         assert [(step.remark, step.chosen) for step in trial.steps] == [(one.remark, one.chosen) for one in alone.steps]
-        same = [
-            "specs",
-            "doses",
-            "interventions",
-            "channels",
-            "changed",
-            "opening",
-            "ending",
-            "key",
-            "labels",
-            "listing",
-        ]
+        same = (
+            "specs", "doses", "interventions", "channels", "changed", "opening", "ending", "key", "labels", "listing",
+        )  # fmt: skip
         assert {name: getattr(trial, name) for name in same} == {name: getattr(alone, name) for name in same}
 
 

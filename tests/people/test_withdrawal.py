@@ -10,7 +10,7 @@ from pathlib import Path
 from sqlite3 import connect
 
 import pytest
-from seated import GO_ON, Clock, Player, diary_of, free, go_on, leaves, opened, people_study, short, take_part
+from seated import GO_ON, Clock, Player, diary_of, free, go_on, opened, people_study, short, take_part
 from stored import sql, timings
 from typed import in_process
 
@@ -94,7 +94,8 @@ def test_who_has_withdrawn_cannot_begin_again_under_the_same_platform_id(tmp_pat
     async def comes_back():
         async with opened(tmp_path, STUDY, short()) as reception:
             if by == "the page":
-                await leaves(reception, left.token)
+                shown = await reception.enter(left.token, {})
+                await reception.withdraw(shown.token)
             for who, kind in (("zq7name", "closed"), ("other", "consent")):
                 shown = await reception.enter(None, {"PROLIFIC_PID": who})
                 assert shown.scene.kind == kind
@@ -183,7 +184,8 @@ def test_where_it_could_not_be_erased_nobody_is_told_that_it_was_and_nobody_come
                         await reception.act(shown.token, shown.turn, GO_ON, {})
                 assert [diary.identity for diary in read_diaries(tmp_path)] == [stays.identity]
                 assert left_of(tmp_path, of)
-            await leaves(reception, stays.token)  # takes them along
+            other = await reception.enter(stays.token, {})
+            await reception.withdraw(other.token)  # takes them along
             assert left_of(tmp_path, of) == set()
             assert (await reception.withdraw(shown.token)).scene.why == "withdrawn"
             assert free(reception) == [4, 4]
