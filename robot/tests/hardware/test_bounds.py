@@ -30,11 +30,10 @@ def follow(arm, times=1, at=STILL, speed=STILL):
 
 def test_within_its_bounds_an_arm_does_what_it_does_without_them():
     free, within = FakeArm(), FakeArm()
-    expected = guarded_move(free, PATH)
-    arm = bounded(within)
-    assert guarded_move(arm, PATH) == expected
+    arm = bounded(within, clock=itertools.count(0.0, 0.03).__next__)
+    assert guarded_move(arm, PATH) == guarded_move(free, PATH)
     assert within.log == free.log
-    assert arm.stops == 0
+    assert (arm.stops, arm.late) == (0, free.log.count("follow"))
 
 
 def test_the_operator_agrees_before_the_first_motion_and_after_every_stop():
@@ -102,12 +101,6 @@ def test_a_program_that_stood_still_in_the_middle_of_a_move_is_stopped_and_betwe
     with pytest.raises(PlantFault, match="no command came for 0.70 s in the middle of a move, at most 0.5 s"):
         follow(arm)
     assert fake.log == ["follow", "home", "follow", "stop"]
-
-
-def test_late_commands_are_counted():
-    arm = bounded(FakeArm(), clock=itertools.count(0.0, 0.03).__next__)
-    follow(arm, 4)
-    assert arm.late == 4
 
 
 def test_every_command_is_in_the_log_also_a_stop_that_fails(tmp_path):
