@@ -25,9 +25,7 @@ PAGES = sorted(
 PAGE = {page.relative_to(ROOT).as_posix(): page.read_text("utf-8") for page in PAGES}
 
 NOT_RUN = {
-    "stable_baselines3": "needs a package that is not a dependency, and trains for a minute",
     'plant="fast-twin': "needs the physics, seconds",
-    "trials_in": "reads a log that is not there",
     "num_envs=1000": "seconds",
     "trials=5_000": "seconds",
 }
@@ -47,9 +45,6 @@ def test_python_runs_as_typed(page, tmp_path, monkeypatch):
     """The blocks of one page are one session: what an earlier one made, a later one may use."""
     pytest.importorskip("gymnasium")
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.toml").write_text(
-        'study = "flips"\nagent = ["random"]\np = [0]\ntrials = 1\nrepetitions = 1\n', "utf-8"
-    )
     session = {"__name__": "typed"}
     for parameter in blocks("python"):
         where, text = parameter.values
@@ -148,12 +143,9 @@ def test_every_page_is_in_the_index():
     assert "](docs/README.md)" in PAGE["README.md"]
 
 
-PLACES = {"SPEC", "NAME=SPEC", "llm:gguf:PATH"}
-"""What stands where a reader writes an agent of their own."""
-
-
 @pytest.mark.parametrize(
-    "spec", sorted({one for whole in PAGE.values() for one in re.findall(r"--agent '?([^\s'`]+)", whole)} - PLACES)
+    "spec",
+    sorted({one for whole in PAGE.values() for one in re.findall(r"--agent '?([^\s'`]+)", whole)} - {"llm:gguf:PATH"}),
 )
 def test_an_agent_that_is_named_exists(spec):
     (alone,), _ = StudyOptions(agent=spec).agents

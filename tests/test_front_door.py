@@ -64,7 +64,7 @@ MISTAKES = [
     (lambda: box_of(initial="00"), "initial: got '00', expected positions True \\(open\\) and False"),
     (lambda: box_of(interlock={"a": {"b": True}}), "interlock of a: got {'b': True}, expected a tuple of clauses"),
     (lambda: make_trial(["slider-1"]), "joint: got 'slider-1', expected a whole number from 0 to 3"),
-]
+]  # fmt: skip
 
 
 def box_of(**wrong):

@@ -20,11 +20,15 @@ from lockprobe.report.format import entry_text
 from lockprobe.report.primary import primary_lines
 from lockprobe.studies.options.studyfile import study
 
-ROOT = Path(__file__).parents[1]
+DOCS = Path(__file__).parents[1] / "docs"
 
 
 def text_of(name):
-    return " ".join((ROOT / "docs" / name).read_text("utf-8").split())
+    return " ".join((DOCS / name).read_text("utf-8").split())
+
+
+def blocks(page, kind):
+    return re.findall(rf"^```{kind}\n(.*?)^```$", (DOCS / page).read_text("utf-8"), re.DOTALL | re.MULTILINE)
 
 
 FIRST = ("cognitive:perseverant", "human-inspired", "random")
@@ -36,7 +40,7 @@ def test_the_first_study_and_the_answer_that_the_readme_quotes(tmp_path):
     whole = study("flips", agent=FIRST)
     fresh = tuple(one for one in whole.conditions if one.label in whole.flip_labels)
     played = lockprobe.run_study(replace(whole, conditions=fresh, strategy_conditions=()), tmp_path / "first")
-    page = (ROOT / "docs/start.md").read_text("utf-8")
+    page = (DOCS / "start.md").read_text("utf-8")
     solved = Counter((trial.agent, trial.p) for trial in played if trial.solved)
     for agent in FIRST:
         (row,) = re.findall(rf"^\| `{re.escape(agent)}` \|.*$", page, re.MULTILINE)
@@ -44,7 +48,7 @@ def test_the_first_study_and_the_answer_that_the_readme_quotes(tmp_path):
     assert (len(played), whole.size) == (3 * 4 * 300, 3 * 8 * 300)
     with undrawn():
         found = lockprobe.results(tmp_path / "first")
-    page = (ROOT / "README.md").read_text("utf-8")
+    page = (DOCS.parent / "README.md").read_text("utf-8")
     (quoted,) = re.findall(r"^> (False .*)", page, re.MULTILINE)
     assert found.answer == quoted
     for line in [one for one in primary_lines(found) if one.agent != "random"]:
@@ -69,62 +73,42 @@ def test_the_groups_of_a_lesson_find_what_it_says(tmp_path):
 
 
 def test_the_trial_that_is_watched(tmp_path):
-    (wanted,) = re.findall(r"replay first '(.*?)'$", (ROOT / "docs/start.md").read_text("utf-8"), re.MULTILINE)
+    (wanted,) = re.findall(r"replay first '(.*?)'$", (DOCS / "start.md").read_text("utf-8"), re.MULTILINE)
     lockprobe.run_study(study("flips", agent=FIRST, p=[0.4], trials=10, repetitions=1), tmp_path / "first")
     printed = CliRunner().invoke(build(["replay"]), ["replay", str(tmp_path / "first"), wanted]).output
-    (shown,) = re.findall(
-        r"^```text\n(.*?)^```$", (ROOT / "docs/start.md").read_text("utf-8"), re.MULTILINE | re.DOTALL
-    )
+    (shown,) = blocks("start.md", "text")
     assert shown.splitlines() == [line.rstrip() for line in printed.splitlines()[1:5]]
-    assert (
-        re.search(r"solved after (\d+) steps", printed)[1]
-        == re.search(r"solves this box at step (\d+)", text_of("start.md"))[1]
-    )
-
-
-def of_300(agent, **asked):
-    """Of 300 trials how many are solved."""
-    parts = (lockprobe.population(agent, repetition=part, trials=100, **asked) for part in (1, 2, 3))
-    return sum(int(part.solved.sum()) for part in parts)
-
-
-def rise(agent):
-    """Trials of 300 that are solved at a flip rate of 0 and of 0.4."""
-    return [of_300(agent, p=p, modality="symbolic?tell=state") for p in (0, 0.4)]
+    steps = re.search(r"solved after (\d+) steps", printed)[1]
+    assert f"solves this box at step {steps}." in text_of("start.md")
 
 
 def test_two_curves_of_different_cause_rise():
-    text = text_of("why.md")
-    assert (
-        "`cognitive:loop-breaker` goes from {} to {} of 300 trials solved".format(*rise("cognitive:loop-breaker"))
-        in text
+    solved = [
+        sum(
+            int(
+                lockprobe.population(
+                    agent, p=p, modality="symbolic?tell=state", repetition=part, trials=100
+                ).solved.sum()
+            )
+            for part in (1, 2, 3)
+        )
+        for agent in ("cognitive:loop-breaker", "cognitive:perseverant")
+        for p in (0, 0.4)
+    ]
+    said = (
+        "`cognitive:loop-breaker` goes from {} to {} of 300 trials solved, and `cognitive:perseverant` from {} to {}."
     )
-    assert "`cognitive:perseverant` from {} to {}.".format(*rise("cognitive:perseverant")) in text
-
-
-IN_ARM = {"lie": "flip?p=0.4"}
-"""The condition of an arm whose name is not its spec."""
-
-DOCS = ROOT / "docs"
-
-
-def blocks(page, kind):
-    return re.findall(rf"^```{kind}\n(.*?)^```$", (DOCS / page).read_text("utf-8"), re.DOTALL | re.MULTILINE)
+    assert said.format(*solved) in text_of("why.md")
 
 
 @pytest.mark.slow
 def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
     rows = dict(re.findall(r"^\| `(.*?)`(?:: [^|]*)? \| (\d+) \|$", (DOCS / "why.md").read_text("utf-8"), re.MULTILINE))
-    planned = study(
-        "flips",
-        agent="cognitive:loop-breaker",
-        p=(0,),
-        condition=[IN_ARM.get(arm, arm) for arm in rows],
-        repetitions=1,
-        trials=150,
-    )
+    specs = {arm: arm.replace("lie", "flip?p=0.4") for arm in rows}
+    asked = {"p": (0,), "condition": [*specs.values()], "repetitions": 1, "trials": 150}
+    planned = study("flips", agent="cognitive:loop-breaker", **asked)
     solved = Counter(trial.condition for trial in lockprobe.run_study(planned, tmp_path / "in-loops") if trial.solved)
-    assert {arm: str(solved[IN_ARM.get(arm, arm)]) for arm in rows} == rows
+    assert {arm: str(solved[spec]) for arm, spec in specs.items()} == rows
 
 
 @pytest.mark.slow
@@ -134,13 +118,11 @@ def test_one_lie_at_the_end_of_a_loop(tmp_path):
     asked = ["branch", str(record), "--at", "onset", "--told", "truth,lie,lie-truth"]
     printed = CliRunner().invoke(build(["branch"]), asked).output
     rows = re.findall(r"onset +\S+ +(\d+) % +\+(\d+) \[(\S+), (\S+)\] .* (\d+)$", printed, re.MULTILINE)
-    (truth, lie, *lie_ends, n), (_, back, *back_ends, _) = rows
-    lie_between, back_between = map(" to ".join, (lie_ends, back_ends))
-    said = (
-        f"After a true report {truth} % of these {n} trials are solved. One lie adds {lie} points "
-        f"(95 % interval {lie_between}), one lie that the truth corrects at once {back} ({back_between})."
-    )
-    assert said in text_of("why.md")
+    (truth, lie, low, high, n), (_, back, back_low, back_high, _) = rows
+    assert (
+        f"After a true report {truth} % of these {n} trials are solved. One lie adds {lie} points (95 % interval "
+        f"{low} to {high}), one lie that the truth corrects at once {back} ({back_low} to {back_high})."
+    ) in text_of("why.md")
 
 
 def test_the_device_of_the_page_keeps_the_contract_and_is_played(tmp_path, monkeypatch):
