@@ -152,9 +152,9 @@ def test_an_agent_that_is_named_exists(spec):
     assert resolve(alone).spec == alone
 
 
-def test_the_agents_of_the_table_are_those_that_are_listed():
-    section = PAGE["docs/agents.md"].partition("| agent | what it is |")[2].partition("\n\n")[0]
-    firsts = re.findall(r"^\| (.*?) \|", section, re.MULTILINE)
-    named = {name for first in firsts for name in re.findall(r"`(.*?)`", first)}
-    assert named - {*KNOWN, "cognitive:MODEL"} == set()
-    assert {name for name in KNOWN if not name.startswith("cognitive:")} <= named
+def test_the_agents_of_the_table_are_there():
+    table = PAGE["docs/agents.md"].partition("| agent | what it is |")[2].partition("\n\n")[0]
+    named = {
+        name for first in re.findall(r"^\| (.*?) \|", table, re.MULTILINE) for name in re.findall(r"`(.*?)`", first)
+    }
+    assert named - set(KNOWN) == {"cognitive:MODEL"}
