@@ -24,12 +24,8 @@ PAGES = sorted(
 )
 PAGE = {page.relative_to(ROOT).as_posix(): page.read_text("utf-8") for page in PAGES}
 
-NOT_RUN = {
-    'plant="fast-twin': "needs the physics, seconds",
-    "num_envs=1000": "seconds",
-    "trials=5_000": "seconds",
-}
-"""What a block holds that is compiled only, and why."""
+NOT_RUN = ('plant="fast-twin', "num_envs=1000", "trials=5_000")
+"""What a block holds that is compiled only, because it takes seconds."""
 
 
 def blocks(kind):

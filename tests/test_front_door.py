@@ -56,7 +56,6 @@ MISTAKES = [
     (lambda: lockprobe.propagate(p="0.4"), "flip rate p: got '0.4', expected a number"),
     (lambda: lockprobe.propagate(modality=5), "modality: got 5, expected a text"),
     (lambda: lockprobe.propagate(max_steps="20"), "max_steps: got '20', expected a whole number from 1 to 10000"),
-    (lambda: lockprobe.propagate(max_steps=10**10), "expected a whole number from 1 to 10000"),
     (lambda: lockprobe.population(trials=1.5), "trials: got 1.5, expected a whole number from 1"),
     (lambda: lockprobe.population(repetition="x"), "repetition: got 'x', expected a whole number from 1"),
     (lambda: lockprobe.population(flip=None), "flip: got None, expected one of transient, sticky, outcome-only, mem"),
