@@ -7,7 +7,7 @@ whole. What else a record holds is the same in all trials of one *kind*, of whic
 
 from __future__ import annotations
 
-import zlib
+import hashlib
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -26,8 +26,8 @@ _FIRST = ord("A")
 
 
 def kind_of(trial: Trial) -> int:
-    """The CRC-32 of what a record says beside its place, its words and what happened."""
-    return zlib.crc32(trial_to_json(_bare(trial)))
+    """Seven bytes of a digest of what a record says beside its place, its words and what happened."""
+    return int.from_bytes(hashlib.blake2b(trial_to_json(_bare(trial)), digest_size=7).digest())
 
 
 def shorthand(trial: Trial) -> str:
@@ -73,8 +73,10 @@ class ShorthandReader:
         Raises:
             ValueError, LookupError: If that is no shorthand.
         """
-        if not written or (like := self._kinds.get(kind)) is None:
-            self._kinds.setdefault(kind, _bare(trial := record()))
+        if not written:
+            return record()
+        if (like := self._kinds.get(kind)) is None:
+            self._kinds[kind] = _bare(trial := record())
             return trial
         state, labels, counts, *marks = written.split(" ")
         together, *each = map(int, counts.split(","))
