@@ -56,7 +56,7 @@ def curve_figure(found: Results, *, wide: bool) -> Any:
     def y(share: float | None) -> float:
         return bottom - (share or 0.0) * (bottom - top)
 
-    lines = [
+    lines: list[list[dict[str, Any]]] = [
         [
             {
                 "x": x[doses.index(cell.dose or 0.0)] + beside,
@@ -69,12 +69,21 @@ def curve_figure(found: Results, *, wide: bool) -> Any:
         ]
         for course, beside in zip(courses, shift, strict=True)
     ]
+    heights, names = placed([line[-1]["y"] for line in lines], top, bottom, _APART), list[dict[str, Any]]()
+    edge = right + shift[-1] + 18
+    for course, line, height in zip(courses, lines, heights, strict=True):  # what it is called, and where that stands
+        cell, name = course.played[-1], printable(" ".join(course.label.split()))
+        at = "" if cell.dose == doses[-1] else f" at {cell.dose:g}"
+        short = name if len(name) <= _LONG else f"{name[:_LONG]}…"
+        text = f"{short} {100 * (cell.value('success') or 0.0):.0f} %{at}"
+        names.append({"text": text, "y": height, "from": (line[-1]["x"] + 10 if at else edge, line[-1]["y"])})
     random = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
     paper = zip((0.0, PEAK), SOLVED, strict=True) if courses[0].axis == "flip rate" and doses[0] == 0 else ()
     values = {
         "size": (880 if wide else 358, bottom + 56),
         "wide": wide,
-        "names": _names(courses, lines, doses[-1], (top, bottom), right + shift[-1] + 18),
+        "names": names,
+        "edge": edge,
         "apart": _APART,
         "dose": courses[0].name,
         "left": left - 40,
@@ -87,25 +96,6 @@ def curve_figure(found: Results, *, wide: bool) -> Any:
         "stars": [(x[doses.index(dose)] + shift[0] - 16, y(one.value) - 6) for dose, one in paper if dose in doses],
     }
     return own_markup(rendered("curve", **values))
-
-
-def _names(
-    courses: Sequence[Course],
-    lines: Sequence[Sequence[dict[str, Any]]],
-    last: float,
-    ends: tuple[float, float],
-    edge: float,
-) -> list[dict[str, Any]]:
-    """What each line is called, where that stands, and where the line that leads to it begins."""
-    heights, names = placed([line[-1]["y"] for line in lines], *ends, _APART), []
-    for course, line, height in zip(courses, lines, heights, strict=True):
-        cell, name = course.played[-1], printable(" ".join(course.label.split()))
-        at = "" if cell.dose == last else f" at {cell.dose:g}"
-        short = name if len(name) <= _LONG else f"{name[:_LONG]}…"
-        text = f"{short} {100 * (cell.value('success') or 0.0):.0f} %{at}"
-        start = line[-1]["x"] + 10 if at else edge
-        names.append({"text": text, "y": height, "from": (start, line[-1]["y"]), "edge": edge})
-    return names
 
 
 def placed(wanted: Sequence[float], low: float, high: float, apart: float) -> list[float]:

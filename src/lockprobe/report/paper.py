@@ -21,7 +21,7 @@ from lockprobe.foundation.storage.atomic_file import make_directory, write_file
 from lockprobe.report.format import entry_text, tex_text, texts
 from lockprobe.report.page import cells_of, figures_of, parts_of
 from lockprobe.report.prose import false_reports, interval_kind
-from lockprobe.report.questions.misreading import TABLE1
+from lockprobe.report.questions.decisions import TABLE1
 from lockprobe.report.rows import Condition, Results
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.modalities import spoken

@@ -11,8 +11,8 @@ __all__ = ["all_sections"]
 
 _OWN = (
     "first_screen", "trials", "people", "stopping", "contrasts", "why", "success", "boxes",
-    "loops", "agents_compared", "speed", "actions", "misreading", "robot", "conditions",
-    "study_design", "limits", "claims", "forks",
+    "loops", "agents_compared", "speed", "decisions", "robot", "conditions", "study_design",
+    "claims", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``: the answer and one trial; whether it is more than chance, and
 whether it acts through loops; agents beside each other; all numbers; the study itself."""

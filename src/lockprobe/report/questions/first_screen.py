@@ -194,8 +194,6 @@ def _show(found: Results) -> Iterator[Part]:
         return
     listing = AnswerList(found)
     drawn = [] if found.where("false_report_effect") or found.design.contrasts else drawable(found)
-    compared = max((line.change.corrected_for for line in listing.lines if line.change), default=1)
-    which = "each contrast" if any(line.cause for line in listing.lines) else "each condition with its control"
     introduced = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
     box = found.boxes[0] if len(found.boxes) == 1 and 0 < len(found.boxes[0].get("joints", ())) <= _JOINTS else {}
     figures, tables = [one for one in _FIGURES if one.applies(found)], _CHANGES[: 2 if listing.many else 3]
@@ -207,7 +205,7 @@ def _show(found: Results) -> Iterator[Part]:
         "notes": [said[kind] for kind in _NOTES if said.get(kind) and said[kind] not in found.answer],
         "listing": listing,
         "broke": known_of_broken(found),
-        "compared": f"{compared} comparisons ({which}, for each agent)" if compared > 1 else "",
+        "compared": max((line.change.corrected_for for line in listing.lines if line.change), default=1),
         "who": list(introduced.items()) if len(introduced) <= _WHO_MOST else [],
         "panel": Template("panel", {"box": box, "chain": _chain(box)}) if box else None,
         "chain": bool(_chain(box)),

@@ -1,15 +1,22 @@
-"""What was played: design, hashes and what is left out of the numbers; and what agents and box are on record as."""
+"""The study itself: what was played, what agents and box are on record as, trials that broke, and what limits it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from statistics import median
+from typing import Any
 
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.spec import PEOPLE
+from lockprobe.foundation.spec import PEOPLE, Spec
+from lockprobe.report.answer import known_of_broken
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import who
+from lockprobe.report.questions.boxes import boxes_said
+from lockprobe.report.questions.loops import LENGTHS
 from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
+from lockprobe.statistics.differences import few_broke_until
 from lockprobe.trial import record
 from lockprobe.trial.record import STATES, asked_again
 
@@ -22,11 +29,11 @@ _MANY = 8
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     """What is on record and in no other number, and what was played twice."""
-    for of, count, unit in (
+    for of, many, unit in (
         ("ended as error", sum(trial.ending == "error" for trial in numbers.trials), "trials"),
         ("replaced after an error", numbers.replaced, "records"),
     ):
-        yield Estimate(quantity="left_out", of=of, value=count, unit=unit)
+        yield Estimate(quantity="left_out", of=of, value=many, unit=unit)
 
 
 def _show(found: Results) -> Iterator[Part]:
@@ -83,7 +90,60 @@ def _show_agents(found: Results) -> Iterator[Part]:
     yield Part("Agents and box", said, [Template("agents", values)])
 
 
+# What limits the numbers: trials that broke, what is known whatever became of them, and what no number shows.
+
+
+def _broken(numbers: OpenedStudy) -> Iterator[Row]:
+    """By agent and boundary, with the first message and how many will be replayed; when trials broke and ended."""
+    broken = grouped(
+        (trial for trial in numbers.trials if trial.error is not None),
+        lambda trial: (trial.group, str(trial.error.boundary) if trial.error else ""),
+    )
+    for (agent, boundary), trials in sorted(broken.items()):
+        yield Estimate(quantity="broken", agent=agent, of=boundary, value=len(trials), unit="trials")
+        owed = sum(trial.owed_again for trial in trials)
+        replayed = "no" if not owed else "yes" if owed == len(trials) else f"{owed} of {len(trials)}"
+        first, said = trials[0], trials[0].error.message if trials[0].error else ""
+        for name in (first.spec, Spec.parse(first.spec).name.removeprefix("gguf:")) if first.called else ():
+            said = said.replace(name or first.called, first.called)  # a name without its spec, which may hold a path
+        facts = {"first message": said, "will be replayed": replayed}
+        yield from (Fact(about=f"{agent}, broken at {boundary}", name=name, text=text) for name, text in facts.items())
+    for (agent, modality), cells in grouped(numbers.cells, lambda cell: (cell.agent, cell.modality)).items():
+        of: dict[str, Any] = {"agent": agent, "modality": modality, "unit": "steps"}
+        if broke := [steps + 1 for cell in cells for steps in cell.outcomes.broken.length.tolist()]:
+            yield Estimate(quantity="last_step", **of, of="broken", value=median(broke), n=len(broke))
+            if ended := [steps for cell in cells for steps in cell.ended.length.tolist()]:
+                yield Estimate(quantity="last_step", **of, of="ended", value=median(ended), n=len(ended))
+            step = few_broke_until([cell.outcomes for cell in cells if len(cell.ended)])
+            yield Estimate(quantity="last_step", **of, of="few broke", value=step)
+
+
+def _show_broken(found: Results) -> Iterator[Part]:
+    rows = [(row, found.facts_about(f"{row.agent}, broken at {row.of}")) for row in found.where("broken", condition="")]
+    trials = sum(int(row.value or 0) for row, _ in rows)
+    if rows:
+        them = "it" if trials == 1 else "them"
+        said = f"{count(trials, 'trial')}; shares and differences hold whatever became of {them}."
+        known = known_of_broken(found, every=True)
+        yield Part("Trials that broke", said, [Template("broken", {"known": known, "rows": rows})])
+
+
+def _show_limits(found: Results) -> Iterator[Part]:
+    """The answer says which parts of the study stand for those of the paper, which are not public."""
+    answer = "Other boxes may differ." if len(found.boxes) == 1 else boxes_said(found)
+    box, strategy = any(one.get("name") == "chain-4" for one in found.boxes), bool(found.reconstructed)
+    if box and strategy:
+        answer += " The box and the human-inspired strategy are reconstructions."
+    elif box or strategy:
+        answer += f" The {'box' if box else 'human-inspired strategy'} is a reconstruction."
+    errors = any(row.value for row in found.where("left_out", of="ended as error"))
+    values = {"caveat": LENGTHS, "errors": errors, "boxes": boxes_said(found)}
+    yield Part("Limits", answer, [Template("limits", values)])
+
+
 SECTIONS = (
     Section("design", "Design", _rows, _show),
     Section("agents", "Agents and box", _agent_rows, _show_agents),
+    Section("broken", "Trials that broke", _broken, _show_broken),
+    Section("limits", "Limits", show=_show_limits),
 )
