@@ -1,7 +1,6 @@
 """The page says one thing first, and is written alike: p is no letter of two meanings, captions are short."""
 
 import re
-from pathlib import Path
 
 import pytest
 from builders import make_trial, modality_study, play_study, played_by_people, small_study, write_study
@@ -12,7 +11,7 @@ from lockprobe.report.rows import Results
 from lockprobe.report.section import Figure, Table
 from lockprobe.studies.options.studyfile import study
 
-AGENTS = ["cognitive:perseverant", "cognitive:careful", "human-inspired"]
+AGENTS = ["cognitive:perseverant", "human-inspired"]
 MANY = {
     "p": [0, 0.2, 0.4],
     "condition": ["nudge", "drop?p=0.5", "nudge + flip?p=0.4", *(f"flip?p={p}&others=kept" for p in (0.2, 0.4))],
@@ -22,7 +21,7 @@ MANY = {
 
 def many_agents(modal):
     """A study of flip rates, readings of false reports, another dose and other conditions."""
-    return study("flips", agent=AGENTS, trials=6, repetitions=2, **MANY), None
+    return study("flips", agent=AGENTS, trials=5, repetitions=1, **MANY), None
 
 
 def a_subject(modal):
@@ -93,13 +92,3 @@ def test_no_interval_of_people_is_called_a_plain_wilson_interval(written):
         said = [one for one in page_text(page) if "Wilson" in one]
         assert said
         assert not [one for one in said if "clustered by person" not in one and "Fisher" not in one]
-
-
-def test_the_documentation_writes_flip_rates_out():
-    root = Path(__file__).parents[2]
-    for path in [
-        root / "README.md",
-        *sorted({*(root / "docs").glob("*.md"), *(root / "robot" / "docs").glob("*.md")}),
-    ]:
-        prose = re.sub(r"(?s)```.*?```|`[^`\n]*`|\n    [^\n]*", "", path.read_text("utf-8"))
-        assert not re.findall(r".*(?<![-\w])p\b(?![-=]).*", prose), path.name

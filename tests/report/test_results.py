@@ -8,8 +8,7 @@ from page_text import page_text
 from pydantic import BaseModel
 from reported import tables_of
 
-from lockprobe.report.opened import open_study
-from lockprobe.report.page import Page, image, report_files, write_report
+from lockprobe.report.page import Page, write_report
 from lockprobe.report.results import results
 from lockprobe.report.rows import Results
 
@@ -69,15 +68,6 @@ def test_every_number_of_a_page_is_in_the_results(twice, name):
     differ = [pair for pair in zip(shown, again, strict=True) if pair[0] != pair[1]]
     assert len(differ) > 10
     assert [(one, other) for one, other in differ if one not in forms or other not in others] == []
-
-
-def test_the_page_on_disk_is_made_of_the_results_on_disk(reported):
-    found = Results.model_validate_json((reported / "results.json").read_bytes())
-    drawn = {path.stem: image(path.read_bytes()) for path in (reported / "figures").glob("*.svg")}
-    opened = open_study(reported)
-    made = dict(report_files(opened, tell=lambda said: None))
-    (trials,) = re.findall(r'id="trials-data">(.*?)</script>', made["report.html"])
-    assert (reported / "report.html").read_text("utf-8") == Page(found=found, drawn=drawn, trials=trials).text()
 
 
 def test_what_is_left_out_is_counted(tmp_path):

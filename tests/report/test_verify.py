@@ -11,7 +11,7 @@ from copy import deepcopy
 from functools import partial
 
 import pytest
-from builders import small_study, write_study
+from builders import SOLUTION, make_trial, small_study, write_study
 from provider_server import ENDS, Manner, here, truthful
 from saboteur import Evidence, flipped, relabelled, reply_of
 from stored import acts, sql
@@ -34,6 +34,7 @@ from lockprobe.studies.records.read_records import load, results_hash, stored_re
 from lockprobe.studies.records.store import read
 from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.running.trial_setup import play_timed
+from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import ForkName, TrialName
 
 LOCAL, HOSTED = "llm:local", "llm:openai-api/fake/model"
@@ -150,14 +151,6 @@ STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, r
     name: partial(hosted, **given)
     for name, given in {
         "asked": {"condition": ["nudge?after=2", "hypothesis?ask=after", "tremble?p=0.5"]},
-        "seeing": {
-            "p": [0],
-            "modality": ["rgb"],
-            "plant": "fast-twin?width=160&height=120",
-            "agent": f"{HOSTED}?images=1",
-            "trials": 1,
-            "max_steps": 2,
-        },
         "faulty": {
             "p": [0, 0.4],
             "assessment": False,
@@ -195,7 +188,6 @@ SAID = {
     "people": ("attempts", "2 trials of clients and people are as their servers wrote them step by step"),
     "bench": ("replies", "6 of these are not played, and held by their words alone"),
     "branched": ("fork replies", "8 trials, and all of them"),
-    "seeing": ("pictures", "pictures are those that the records name"),
     "sabotaged": ("records", "of 24 trials ended as an error (reply "),
 }
 
@@ -387,10 +379,13 @@ def test_files_beside_the_records_are_held_against_them(played, tmp_path):
     assert failing(tmp_path / "merged") == {}
     sql(directory, "delete from attempt")
     assert len(failing(directory)["attempts"]) == 4
-    directory = played("seeing", tmp_path / "seeing")
-    picture = next((directory / "pictures").iterdir())
-    picture.write_bytes(picture.read_bytes() + b" ")
-    assert failing(directory)["pictures"] == (picture.name,)
+    whole, torn = (Picture(kind="rgb", png=b"png" + end) for end in (b"", b" "))
+    shown = [make_trial(SOLUTION, trial=i, pictures=[{"rgb": one.name}]) for i, one in enumerate((whole, torn), 1)]
+    directory = write_study(tmp_path / "seeing", small_study(["random"], (0.0,), 1, 2), shown)
+    (directory / "pictures").mkdir()
+    for one in (whole, torn):
+        (directory / "pictures" / one.name).write_bytes(whole.png)
+    assert failing(directory)["pictures"] == (torn.name,)
     for name, place in (("told", lambda entry: entry), ("claimed", lambda entry: entry["act"])):
         directory = played("people", tmp_path / name)
         number, entry = next((i, one) for i, one in enumerate(acts(directory, "aaaa01"), 1) if one.get("box") == 1)

@@ -18,26 +18,6 @@ def screen(page):
     return re.sub(r"\s+", " ", re.sub("<[^>]*>", "", page.partition("<body>")[2].partition('id="trials"')[0]))
 
 
-def test_an_interval_without_0_whose_test_does_not_reject_is_explained(tmp_path):
-    """Of 25 pairs, 9 are solved at the flip rate alone and 2 at 0 alone: the exact test does not reject."""
-    solved = {0.0: range(1, 12), 0.4: [*range(1, 10), *range(12, 21)]}
-    trials = [
-        make_trial(SOLUTION if n in own else (0,) * 20, agent="llm:a", p=p, trial=n)
-        for p, own in solved.items()
-        for n in range(1, 26)
-    ]
-    planned = study_of(name="flips", agents=("llm:a",), boxes=(box("chain-4"),), repetitions=1, trials=25)
-    found = found_in(tmp_path, planned, trials)
-    row = found.one("success_difference", axis="flip rate", versus="")
-    assert row.low > 0
-    assert row.p_value > 0.05
-    (line,) = primary_lines(found)
-    assert line.verdict == "not detected"
-    top = screen(Page(found=found).text())
-    assert "A change whose interval excludes 0 is detected only if its test rejects, too." in top
-    assert "No effect of false reports on the success of llm:a was detected; changes of up to " in top
-
-
 @pytest.fixture(scope="module")
 def models(tmp_path_factory):
     """Five models that false reports help."""
