@@ -204,7 +204,7 @@ def dose_axis(axes: Axes, cells: Sequence[Cell], name: str = FLIPS.name) -> None
     margin = 0.06 * reach or 0.1
     axes.set_xlim(first - margin, values[-1] + margin)
     if len(values) == 1:
-        axis(axes, "x", [], [], f"{axis_label(name)} = {first:g}")
+        axis(axes, "x", [], [], f"{settable(name)} = {first:g}")
         return
     names, free = [], first
     for value in values:
@@ -212,12 +212,7 @@ def dose_axis(axes: Axes, cells: Sequence[Cell], name: str = FLIPS.name) -> None
         width = (len(said) - 0.5 * said.count(".") + 0.4) * reach / _DIGITS  # a point is half a digit
         names.append(said if value - width / 2 >= free or value == first else "")
         free = value + width / 2 if names[-1] else free
-    axis(axes, "x", values, names, axis_label(name))
-
-
-def axis_label(name: str) -> str:
-    """What stands below the axis; a flip rate has the letter of the paper."""
-    return f"{name} $p$" if name == FLIPS.name else name.replace("$", r"\$")
+    axis(axes, "x", values, names, settable(name))
 
 
 def whole_axis(axes: Axes, last: float, label: str) -> None:
@@ -229,8 +224,7 @@ def whole_axis(axes: Axes, last: float, label: str) -> None:
 
 def title(axes: Axes, *lines: str) -> None:
     """What the axes show, of how many trials, and what bars and bands are; long lines end between words."""
-    space = "\N{NO-BREAK SPACE}"
-    kept = [line.replace(" %", f"{space}%").replace("$P$ = ", f"$P${space}={space}") for line in lines]
+    kept = [line.replace(" %", "\N{NO-BREAK SPACE}%") for line in lines]
     said = "\n".join(piece for line in kept for piece in textwrap.wrap(line, _WIDE))
     axes.set_title(said, loc="center", x=0, ha="left")
 

@@ -142,7 +142,7 @@ def _lines(found: Results) -> Iterator[tuple[Cell, str, Any]]:
     for i, cell in enumerate(course.played):
         ends = i in (0, last)
         colour = lighter(style.colour, _PALE * (1 - i / last))
-        name = f"$p$ = {cell.p:g}" if ends or last < _MOST else ""
+        name = f"flip rate {cell.p:g}" if ends or last < _MOST else ""
         yield cell, name, replace(style, colour=colour, marker="", lead=ends)
 
 
