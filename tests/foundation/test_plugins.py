@@ -1,5 +1,6 @@
 """What other packages add is found by its name, imported late, and breaks in one line."""
 
+import subprocess
 import sys
 
 import pytest
@@ -200,3 +201,29 @@ def test_nothing_of_others_runs_where_none_may():
             with pytest.raises(BadValue, match="no other code runs here"):
                 USES[kind](spec)
     assert USES["agent"]("python:strange:First").facts == {"place": 0}
+
+
+SAID = """
+import subprocess
+import sys
+from lockprobe.cli import main
+from lockprobe.foundation.plugins import docstring
+from own import Twice, half
+
+for line in ("list agents", "list plants", "list interventions", "run --help", "--help"):
+    sys.argv = ["lockprobe", *line.split()]
+    try: main()
+    except SystemExit: pass
+print([docstring(one) for one in (Twice, Twice(1), half, len, lambda: 1)][:3])
+"""
+
+
+def test_lists_and_help_say_the_same_where_python_drops_docstrings(tmp_path):
+    own = 'from dataclasses import dataclass\n@dataclass\nclass Twice:\n    """Doubled."""\n    n: int\n'
+    (tmp_path / "own.py").write_text(own + 'def half():\n    "Halved."\n', "utf-8")
+    plain, without = (
+        subprocess.run([sys.executable, *option, "-c", SAID], cwd=tmp_path, capture_output=True, text=True, check=True)
+        for option in ([], ["-OO"])
+    )
+    assert plain.stdout.splitlines()[-1] == "['Doubled.', 'Doubled.', 'Halved.']"
+    assert without.stdout == plain.stdout

@@ -12,6 +12,7 @@ against what its kind needs before it is called.
 
 from __future__ import annotations
 
+import ast
 import importlib
 import sys
 from asyncio import CancelledError
@@ -19,9 +20,10 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from inspect import cleandoc
+from inspect import cleandoc, getsource, isclass, isroutine
 from operator import attrgetter
 from pathlib import Path
+from textwrap import dedent
 from types import BuiltinFunctionType
 from typing import Any, Literal, NamedTuple
 
@@ -272,8 +274,18 @@ def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
 
 
 def docstring(thing: object) -> str:
-    """What a class, a function or an object's class says of itself; empty if it says nothing."""
-    return cleandoc(thing.__doc__ or "")
+    """What a class, a function or an object's class says of itself; empty if it says nothing.
+
+    ``python -OO`` drops docstrings (and ``dataclass`` then makes some up): they are read from the source there.
+    """
+    if sys.flags.optimize < 2 or (isroutine(thing) and thing.__doc__):
+        return cleandoc(thing.__doc__ or "")
+    kind = thing if isclass(thing) or isroutine(thing) else type(thing)
+    try:
+        (written,) = ast.parse(dedent(getsource(kind))).body
+        return ast.get_docstring(written) or ""  # type: ignore[arg-type]  # a class or a function
+    except (OSError, SyntaxError, TypeError):  # without a source
+        return ""
 
 
 def first_line(thing: object) -> str:
