@@ -58,6 +58,7 @@ def test_what_cannot_be_played_is_said_with_the_reason(interlock, reason):
     joints = tuple(Joint(name=name, kind="revolute") for name in "abc")
     drawn = Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * 3, target="a")
     assert fault_of(drawn, shortest=2) == reason
+    assert (fault_of(drawn) is None) == (reason is None or reason.startswith("too short"))
     if reason and reason.startswith("unsolvable"):
         found = difficulty(drawn)
         assert (found.optimum, found.optimal_plans, found.plans, found.distractors) == (None, 0, (), ())

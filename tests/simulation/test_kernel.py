@@ -124,7 +124,6 @@ FOLLOWED = [
     *(("human-inspired", "chain-3" if like.others == "noisy" else "chain-4", like, "state") for like in READINGS),
     *(("human-inspired", "chain-4", like, "both") for like in PARTS),
     ("cognitive:perseverant", "chain-4", READINGS[4], "state"),
-    ("random-no-repeat", "reset", READINGS[0], "both"),
     ("human-inspired:proximity", "chain-4", READINGS[2], "state"),
     ("human-inspired?lapse=0.2", "chain-3", READINGS[3], "outcome"),
     ("cognitive:softmax-memory?failure=2&stay=-1&position=1.5", "chain-3", READINGS[3], "outcome"),

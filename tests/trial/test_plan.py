@@ -62,16 +62,6 @@ def test_numbers_are_pinned():
 PINNED = [0.44539151655108744, 0.7928242151023083]
 
 
-@given(whole, whole, st.lists(st.integers(1, 40), min_size=1, max_size=20))
-def test_a_stream_begins_anew_at_every_step(repetition, trial, steps):
-    one = luck(repetition=repetition, trial=trial)
-    for step in steps:
-        alone = luck(repetition=repetition, trial=trial).at("agent", step)
-        rng = one.at("agent", step)
-        assert rng.permutation(5).tolist() == alone.permutation(5).tolist()
-        assert rng.random(step).tolist() == alone.random(step).tolist()
-
-
 @given(
     st.lists(st.tuples(st.integers(0, 2**70), whole, whole, st.integers(0, 10_000)), min_size=1, max_size=9),
     st.integers(1, 17),

@@ -142,7 +142,7 @@ def random_curve(box: Lockbox, budget: int = 20, *, repeats: bool = True) -> tup
     return tuple(curve)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True)
 class Difficulty:
     """The difficulty of a box, exactly.
 

@@ -41,13 +41,6 @@ def test_depth_is_read_in_every_form_in_which_it_is_shown(kind):
         assert right([Picture(kind="depth", png=to_png(shown))], positions).min() > 0.5
 
 
-def test_a_picture_without_handles_convinces_of_nothing():
-    empty = Picture(kind="rgb", png=to_png(np.full((HEIGHT, WIDTH, 3), 130, dtype=np.uint8)))
-    black = Picture(kind="depth", png=to_png(np.zeros((HEIGHT, WIDTH, 3), dtype=np.uint8)))
-    for picture in (empty, black):
-        assert np.abs(evidence((picture,), HANDLES, acuity=64)).max() < 0.01
-
-
 def test_misreads_come_as_pictures_get_coarser():
     drawn = [(coloured(positions, seed), positions) for seed, positions in enumerate(ALL[::5])]
     rates = [
