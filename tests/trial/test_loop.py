@@ -82,6 +82,15 @@ def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
     assert trial_from_json(trial_to_json(trial)) == trial
 
 
+def test_a_picture_that_cannot_be_taken_is_an_error_of_the_plant():
+    class Dark(SymbolicPlant):
+        def observe(self):
+            return replace(super().observe(), look=lambda: 1 / 0)
+
+    trial = played(Fake(joint(0)), SHOWN, (Photograph(),), Dark(SHOWN.box))
+    assert (trial.error.boundary, trial.error.message) == ("plant", "ZeroDivisionError: division by zero")
+
+
 def test_the_trial_ends_when_the_target_really_moves():
     shortest = replace(PLAN, shuffle="never")
     agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
@@ -279,6 +288,21 @@ def test_a_past_that_cannot_be_replayed_breaks_the_fork():
     _, other = forked(Fake(by_luck), joint(3))
     assert other.error.message == "step 1 cannot be replayed from the record without asking the agent again"
     assert forked(Fake(by_luck), joint(3), at=1)[1].error is None
+
+
+@pytest.mark.parametrize(
+    ("lies", "truthful", "false"), [(False, False, [1, 3, 4, 5]), (False, True, [1]), (True, True, [1, 2])]
+)
+def test_an_arm_acts_on_the_true_report_in_place_of_the_condition(lies, truthful, false):
+    always, agent, plan = OutcomeFlip(p=1.0), Fake(joint(0)), replace(PLAN, budget=5)
+    fork = Fork(
+        name=ForkName(parent=plan.key, at=2, arm="lie" if lies else "truth", truthful=truthful),
+        condition=plan.label,
+        acting=(OutcomeFlip(p=1.0, at=(2,)),) if lies else (),
+        recorded=played(agent, plan, (always,)).steps,
+    )
+    again = played(agent, replace(plan, fork=fork), (always, *fork.acting))
+    assert [step.step for step in again.steps if step.told_falsely] == false
 
 
 def test_another_continuation_has_another_luck_after_the_fork_alone():
