@@ -10,12 +10,12 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import is_dataclass
 from functools import cache
 from itertools import chain, product
 from math import prod
-from typing import Any, TypeVar, cast, get_args
+from typing import Any, cast, get_args
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import Listed, find_plugin, listed_plugins, plugin_names
@@ -26,8 +26,6 @@ from lockprobe.trial.condition import PLANT, TRUTH, Condition, Recorded, place_o
 from lockprobe.trial.doses import MODALITY_DOSES
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES
-
-One = TypeVar("One")
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
 """The modalities: the ways to show a box. Options follow a question mark."""
@@ -82,12 +80,6 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
         with plugin.guarded():
             found.append(cast(Intervention, with_options(kind, name, part.options)))
     return tuple(found)
-
-
-def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
-    """Interventions with the report in words inserted: only those with ``after_words`` act after it."""
-    after = [one for one in interventions if InterventionTraits.of(one).after_words]
-    return (*(one for one in interventions if one not in after), words, *after)
 
 
 def _checked(spec: str, kind: Any) -> type[Any]:

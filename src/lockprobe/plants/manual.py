@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
@@ -96,14 +95,6 @@ class TerminalOperator:
         sys.stderr.write(f"{printable(line)}\n")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Seen:
-    """What a picture shows: the positions of the joints, in panel order, and the picture as a frame, if it is one."""
-
-    configuration: Configuration
-    look: Callable[[], Frame] | None
-
-
 class Sight(Protocol):
     """Reads the positions of the joints from pictures, in the place of the person's answer."""
 
@@ -112,7 +103,7 @@ class Sight(Protocol):
         """Facts for the record, such as the kind of camera."""
         ...
 
-    def read(self, names: tuple[str, ...]) -> Seen:
+    def read(self, names: tuple[str, ...]) -> Snapshot:
         """Take a new picture and read it; the joints have these names in panel order, for the message.
 
         With a ``PlantFault`` if there is none, or no clear position of a joint, the person is asked for another one.

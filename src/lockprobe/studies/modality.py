@@ -14,12 +14,12 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName
 from lockprobe.foundation.spec import Spec, arguments_from, spec_name, with_options
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.conditions import MODALITIES, interventions_in, tells_positions, with_words
+from lockprobe.interventions.conditions import MODALITIES, interventions_in, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.trial.condition import Condition
-from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.source import source_of
 
 _DEPTH = {"rgb": "none", "rgbd": "turbo"}
@@ -99,7 +99,8 @@ def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
     outcomes = isinstance(channel, TextChannel) and channel.tell != "state"
     for flip in flips:
         flip.check_told(condition.modality, outcomes=outcomes, positions=tells_positions(condition.modality))
-    return with_words(acting, channel)
+    after = [one for one in acting if InterventionTraits.of(one).after_words]
+    return (*(one for one in acting if one not in after), channel, *after)
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:

@@ -16,8 +16,8 @@ import numpy as np
 from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.foundation.errors import PlantFault
 from lockprobe.plants.catalogue import FilmHook
-from lockprobe.plants.manual import ConsentingOperator, Seen
-from lockprobe.trial.record import Fact
+from lockprobe.plants.manual import ConsentingOperator
+from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.arm.protocol import StoppableArm
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
@@ -37,8 +37,8 @@ class _SimulatedSight:
     facts: Mapping[str, Fact]
     close: Callable[[], None] = lambda: None
 
-    def read(self, names: tuple[str, ...]) -> Seen:
-        return Seen(configuration=self.configuration(), look=None)
+    def read(self, names: tuple[str, ...]) -> Snapshot:
+        return Snapshot(configuration=self.configuration())
 
 
 def rehearsed_rig(

@@ -22,10 +22,10 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadFile, PlantFault
 from lockprobe.foundation.inputs import read_input, read_toml
 from lockprobe.foundation.validation import plain
-from lockprobe.plants.manual import Manual, Seen, TerminalOperator
+from lockprobe.plants.manual import Manual, TerminalOperator
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.pictures.picture_reader import clear_positions
-from lockprobe.trial.record import Fact
+from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.hardware.bounds import call_driver
 from lockprobe_robot.picture_file import open_picture
 
@@ -181,7 +181,7 @@ class CameraSight:
         self.facts: Mapping[str, Fact] = dict(getattr(camera, "facts", {}))
         self._places = [(places.at_0, places.at_1) for places in handles.joints.values()]
 
-    def read(self, names: tuple[str, ...]) -> Seen:
+    def read(self, names: tuple[str, ...]) -> Snapshot:
         """Take a picture and read it; ``names`` of the joints are for messages.
 
         Raises:
@@ -195,7 +195,7 @@ class CameraSight:
         found = clear_positions(rgb, self._places)
         if unclear := [name for name, one in zip(names, found, strict=True) if one is None]:
             raise PlantFault(f"the picture does not show clearly where {', '.join(unclear)} stands")
-        return Seen(configuration=tuple(map(bool, found)), look=lambda: self._frame(shot))
+        return Snapshot(configuration=tuple(map(bool, found)), look=lambda: self._frame(shot))
 
     def close(self) -> None:
         """Release the camera, if it has something to release."""
