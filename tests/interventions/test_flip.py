@@ -92,21 +92,6 @@ def test_options_leave_out_some_of_the_same_steps():
     assert lies("flip?p=0.5&at=4;8;11", seed=3)[0] == every & {4, 8, 11}
 
 
-def test_independent_noise_leaves_whole_reports_out():
-    trial = played(replace(LIKE[0], others="noisy"), p=0.9, modality="symbolic")
-    some = run_trial(
-        agent="random",
-        box="chain-8",
-        condition="flip?p=0.9&inverts=position&others=noisy&at=4",
-        modality="symbolic",
-        max_steps=40,
-    )
-    wrong = [sum(errors) for errors in told_errors(some)]
-    assert wrong[3] > 4
-    assert sum(wrong) == wrong[3]
-    assert min(sum(errors) for errors in told_errors(trial)) > 2
-
-
 def test_after_a_missing_report_the_false_one_is_false_to_the_truth():
     trial = run_trial(
         condition="flip?p=1&at=2 + drop?p=1&at=1", agent="round-robin", box="chain-7", modality="symbolic"
