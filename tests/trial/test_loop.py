@@ -60,14 +60,21 @@ class Photograph:
         return replace(percept, outcome=None, positions=None, text="Look.", pictures=pictures)
 
 
-def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
+@dataclass(frozen=True)
+class OfAReport(Photograph):
+    """The same, made of what interventions told."""
+
+    def shown(self, percept):
+        return percept.positions
+
+
+@pytest.mark.parametrize("channel", [Photograph(), OfAReport()])
+def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera(channel):
     kept = {}
     agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
     plant = PhotographedPlant(SHOWN.box, sensed="failed")
     trial = asyncio.run(
-        play(
-            SHOWN, plant=plant, interventions=(Photograph(),), agent=agent, keep=lambda p: kept.update({p.name: p.png})
-        )
+        play(SHOWN, plant=plant, interventions=(channel,), agent=agent, keep=lambda p: kept.update({p.name: p.png}))
     )
     assert trial.solved
     assert kept[trial.opening_pictures["rgb"]] == bytes(4)
@@ -75,6 +82,7 @@ def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
         b"\xff" * i + bytes(4 - i) for i in (1, 2, 3, 4)
     ]
     assert all(kept[step.pictures["depth16"]] == b"depth" for step in trial.steps)
+    assert {(step.told_moved, step.told_state) for step in trial.steps} == {(True, None)}
     assert plant.looks == 5
     assert all(situation.percept.look is None and situation.percept.outcome is None for situation in agent.seen)
     assert all(turn.percept.look is None for situation in agent.seen for turn in situation.past)
@@ -310,9 +318,9 @@ def test_another_continuation_has_another_luck_after_the_fork_alone():
         async def decide(self, situation, rng):
             return Decision(joint=situation.task.joints[int(rng.random() * 4)])
 
-    (steps, same), (_, other) = (forked(Drawing(None), at=2, time=time) for time in (1, 2))
+    (steps, same), (_, other) = (forked(Drawing(None), at=3, time=time) for time in (1, 2))
     assert same.steps == steps != other.steps
-    assert other.steps[:2] == steps[:2]
+    assert (other.steps[:3], other.error) == (steps[:3], None)
 
 
 def test_what_is_remembered_and_asked_has_the_luck_of_the_report_before():

@@ -217,7 +217,7 @@ def _record(plan: Plan, ending: Ending, fault: TrialFault | None, steps: tuple[S
     )
 
 
-@dataclass(slots=True, eq=False)
+@dataclass
 class _Loop:
     """The state of one trial while it runs.
 
