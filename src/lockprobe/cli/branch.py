@@ -78,18 +78,15 @@ def branch(
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
     allowed = None if budget is None else Budget(study, budget)
     planned = {plan.key for own in plans.values() for plan in own}
-
-    def begin(owed: int) -> list[str]:
-        done = f"{len(planned) - owed} of {count(len(planned), 'fork')} are done already"
-        what = (
-            f"{count(len(planned), 'fork')} of {count(len(asked.trials), 'trial')} on {study.boxes_in_words}: "
-            f"after {', '.join(asked.at)}; arms {', '.join(asked.arms)}; {count(times, 'continuation')} each; "
-            f"later reports {'true' if asked.truthful else 'as in the condition'}"
-        )
-        where = f"Records: {directory / FORKS} (the same command resumes it)"
-        return [what, where, *([done] if owed < len(planned) else [])]
-
+    what = (
+        f"{count(len(planned), 'fork')} of {count(len(asked.trials), 'trial')} on {study.boxes_in_words}: "
+        f"after {', '.join(asked.at)}; arms {', '.join(asked.arms)}; {count(times, 'continuation')} each; "
+        f"later reports {'true' if asked.truthful else 'as in the condition'}"
+    )
+    begin = [what, f"Records: {directory / FORKS} (the same command resumes it)"]
     with Journal.open(directory / FORKS, study) as journal:
+        if done := len(planned) - sum(map(journal.owes, planned)):
+            begin.append(f"{done} of {count(len(planned), 'fork')} are done already")
         progress = Progress(study, journal, json=json, budget=allowed, forks=begin)
         progress.watch(partial(play_forks, asked, journal, limits=limits, observer=progress))
         owed = sum(map(journal.owes, planned))

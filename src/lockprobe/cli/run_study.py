@@ -192,7 +192,7 @@ class Progress(Observer):
         journal: Where trials are written.
         json: Whether programs read it. What agents print then goes to standard error, so that every line is JSON.
         budget: What its calls may cost.
-        forks: Of forks, a function of how many are owed to what is said of them at the beginning; None of a study.
+        forks: What is said of forks at the beginning; None of a study.
 
     Attributes:
         broken: Agents of which trials broke outside them in this run, each with their number.
@@ -207,7 +207,7 @@ class Progress(Observer):
         *,
         json: bool = False,
         budget: Budget | None = None,
-        forks: Callable[[int], Sequence[str]] | None = None,
+        forks: Sequence[str] | None = None,
     ) -> None:
         self._study, self._journal = study, journal
         self._json, self._budget, self._forks, self._out = json, budget, forks, sys.stdout
@@ -261,7 +261,7 @@ class Progress(Observer):
             self._spent = spent_by_agent(read_calls(journal.directory))
             journal.calls.listener = self.call
         if self._forks is not None:
-            self.tell("begin", *self._forks(owed), directory=where, owed=owed)
+            self.tell("begin", *self._forks, directory=where, owed=owed)
             return
         facts = {"owed": owed, "done": done_of(journal, study), "settings": study.settings()}
         facts |= {"trials": study.size - study.invited, "settings_hash": journal.study.settings_hash}
