@@ -14,6 +14,8 @@ import asyncio
 import base64
 import json
 import logging
+import os
+import stat
 import sys
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, nullcontext
@@ -358,11 +360,14 @@ async def serve_stdio(session: ToolSession) -> None:
     Raises:
         BadValue: If standard input is a file.
     """
-    reader = asyncio.StreamReader(limit=LONGEST_LINE)  # its reading can be cancelled, unlike that of a thread
     try:
-        await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
-    except ValueError:
-        raise BadValue("standard input", "a file", "a pipe from the client that starts this command") from None
+        of_a_file = stat.S_ISREG(os.fstat(sys.stdin.fileno()).st_mode)
+    except ValueError:  # it is nothing of the system
+        of_a_file = True
+    if of_a_file:
+        raise BadValue("standard input", "a file", "a pipe from the client that starts this command")
+    reader = asyncio.StreamReader(limit=LONGEST_LINE)  # its reading can be cancelled, unlike that of a thread
+    await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     server, lines = make_server(session), _lines(reader)
     async with stdio_server(stdin=lines) as (reading, writing):  # type: ignore[arg-type] # it is only iterated over
         await server.run(reading, writing, server.create_initialization_options())
