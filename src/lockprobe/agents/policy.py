@@ -140,13 +140,13 @@ class Policy(Generic[Memory]):
 
     Attributes:
         before: Its memory before the first step, where that does not depend on the task.
-        looks: Whether it heeds reports.
+        heeds_reports: Whether what it is told changes what it does.
         exact: Whether its probabilities go into the record.
         heeds_panel: Whether it matters where the joints lie on the panel.
     """
 
     before: ClassVar[Any] = None
-    looks: ClassVar[bool] = True
+    heeds_reports: ClassVar[bool] = True
     exact: ClassVar[bool] = False
     heeds_panel: bool = True
     _last_recall: Recall[Memory] | None = None
@@ -175,7 +175,7 @@ class Policy(Generic[Memory]):
 
     def claim(self, memory: Memory, told: Told) -> Outcome | None:
         """What it thinks that its last action did: what it was told, if it heeds reports."""
-        return told.outcome if self.looks else None
+        return told.outcome if self.heeds_reports else None
 
     @final
     def chances(self, view: View, memory: Memory) -> tuple[float, ...]:
@@ -207,7 +207,7 @@ class Policy(Generic[Memory]):
     def recall(self, situation: Situation) -> Recall[Memory]:
         """The memory after all reports so far. If the last recall was one step earlier, only the newest is added."""
         task, past, percept, remark = situation.task, situation.past, situation.percept, situation.briefing.remark
-        if percept.pictures and self.looks:
+        if percept.pictures and self.heeds_reports:
             refuse_pictures(percept, type(self).__name__)
         known, told = self._last_recall, None
         if known is not None and past and known.asked == (task, past[:-1], past[-1].percept, past[-1].remark):

@@ -33,7 +33,7 @@ code stops, because nothing is left, ours goes on with what has not failed."""
 class RandomAgent(Policy[None]):
     """A random choice among all joints at every step. Its success is the box's chance level."""
 
-    looks = heeds_panel = False
+    heeds_reports = heeds_panel = False
 
     def probabilities(self, view: View, memory: None) -> tuple[float, ...]:
         """Equal for all joints."""
@@ -43,7 +43,7 @@ class RandomAgent(Policy[None]):
 class RandomNoRepeat(Policy[int]):
     """A random choice among all joints except that of the last report; among all before there is one."""
 
-    looks = heeds_panel = False
+    heeds_reports = heeds_panel = False
     before = -1
 
     def remember(self, view: View, memory: int, told: Told) -> int:
@@ -58,7 +58,7 @@ class RandomNoRepeat(Policy[int]):
 class RoundRobin(Policy[int]):
     """The joints in listed order, again and again; after a missing report the same one again."""
 
-    looks = heeds_panel = False
+    heeds_reports = heeds_panel = False
     before = 0
 
     def remember(self, view: View, memory: int, told: Told) -> int:

@@ -46,7 +46,7 @@ _RANGES = {
 }
 """The least and the most that an option may be."""
 
-CHARACTERS = 3.1
+CHARACTERS_A_TOKEN = 3.1
 """Characters per token of our conversations: 9833 in 3179 tokens of SmolLM2-135M's tokenizer (instruction, schema, and
 observations and replies of six trials of ``human-inspired`` at p = 0.2). It is 2.0 in observations, 3.2 in replies and
 3.8 in the instruction; vocabularies larger than its 49 152 need fewer tokens."""
@@ -184,8 +184,8 @@ class Model:
 
 
 def tokens(text: str) -> float:
-    """The approximate number of tokens of a text; see :data:`CHARACTERS`."""
-    return len(text) / CHARACTERS
+    """The approximate number of tokens of a text; see :data:`CHARACTERS_A_TOKEN`."""
+    return len(text) / CHARACTERS_A_TOKEN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
