@@ -168,10 +168,11 @@ def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_hav
         call(step=2, unanswered=1, most=worst),
         call(step=3, reply=None, error="no reply within 120 s", unanswered=7, most=worst),
         call(step=4, reply=None, error=BROKEN_OFF, unanswered=1, most=worst),
+        call(step=5, usage=usage(read=1_000_000)),
     ]
     spent, budget = spent_by_agent(calls)[DEAR], Budget(planned(DEAR), 1000)
-    assert (spent.usage.calls, spent.unpriced, spent.broken_off, spent.failed) == (2, 13, 1, 1)
-    assert (spent.dollars, spent.dollars_unknown) == (pytest.approx(3), pytest.approx(5 * (2 + 2 + 7 + 2)))
+    assert (spent.usage.calls, spent.unpriced, spent.broken_off, spent.failed) == (3, 13, 1, 1)
+    assert (spent.dollars, spent.dollars_unknown) == (pytest.approx(6), pytest.approx(5 * (2 + 2 + 7 + 2)))
     for one in calls:
         budget.settle(one)
-    assert budget.spent == pytest.approx(3 + 5 * 13)
+    assert budget.spent == pytest.approx(6 + 5 * 13)
