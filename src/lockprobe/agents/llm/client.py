@@ -27,14 +27,8 @@ from lockprobe.trial.model_call import Call, Usage
 LARGEST_ANSWER = 1 << 24
 """The most bytes of a decompressed answer: 16 MiB. Typical answers have a few thousand."""
 
-LONGEST_PAUSE = 60.0
-"""The longest wait in seconds, unless the server asks for more."""
-
 LONGEST_OBEYED = 600.0
 """The longest wait in seconds at a server's request; a run does not wait for hours."""
-
-_PACKED = ("identity", "gzip", "deflate")
-"""The allowed compressions of an answer. Others decompress so much at once that no limit would help."""
 
 
 class ModelClient:
@@ -113,7 +107,7 @@ class ModelClient:
     async def pause(self, times: int) -> None:
         """Wait before a request is made again that has failed, or had no usable reply, so many times."""
         if times:
-            pause = min(LONGEST_PAUSE, self._access.pause * 2.0 ** min(times - 1, 30))
+            pause = min(60.0, self._access.pause * 2.0 ** min(times - 1, 30))
             await asyncio.sleep(pause * random.uniform(0.75, 1.25))  # noqa: S311 - no secret
 
     async def _once(self, content: bytes) -> tuple[int, Mapping[str, str], bytes]:
@@ -131,7 +125,7 @@ class ModelClient:
                 http.stream("POST", self.server.url, content=content, headers=self.server.headers) as answer,
             ):
                 packed = answer.headers.get("content-encoding", "identity").lower()
-                if packed not in _PACKED:
+                if packed not in ("identity", "gzip", "deflate"):  # others unpack so much at once that no limit helps
                     said = f"an answer compressed with {packed[:40]}, which was not requested"
                     raise NoReply(f"the provider answered with {said}", again=False, charged=True)
                 parts, size = [], 0
