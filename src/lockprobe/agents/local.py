@@ -62,9 +62,6 @@ _CONTEXT = 4096
 
 _CLAIMS = {f" {words}": outcome for words, outcome in CLAIMS.items() if outcome}
 
-_PULL = 100.0
-"""Added to the logits of allowed tokens; any other is then e^100 times less likely than it was."""
-
 
 def embedded() -> Path | None:
     """The embedded model on this machine, unchecked; None if it is missing."""
@@ -226,7 +223,7 @@ class Engine:
                 "post_sampling_probs": True,
                 "cache_prompt": reuse,
                 "seed": 1,
-                "logit_bias": [[token, _PULL] for token in allowed],
+                "logit_bias": [[token, 100.0] for token in allowed],  # any other is then e^100 times less likely
             }
         )
         if "choices" not in answer:

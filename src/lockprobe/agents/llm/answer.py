@@ -42,9 +42,6 @@ _FAULT = re.compile(
 
 _NO_REASON = ("", "other", "unknown", "unspecified", "finish_reason_unspecified", "none", "null")
 
-_REFUSING = (200, 400, 403, 422, 451)
-"""The statuses of a refusal."""
-
 _REFUSED_FOR = re.compile(
     r"content.?(?:filter|policy|risk)|safety|moderation|flagged|invalid.?prompt|data.?inspection|prohibited",
     re.IGNORECASE,
@@ -88,17 +85,12 @@ _ERROR_PAGE = re.compile(
 )
 """How texts begin that a gateway writes in the place of a reply."""
 
-_GAVE_UP_WAITING = (504, 524)
-"""Statuses of a gateway without an answer from the server behind it, which may have continued its work."""
-
 _STOPS = {
     **dict.fromkeys(("stop", "end_turn", "stop_sequence", "eos", "complete"), "stop"),
     **dict.fromkeys(("length", "max_tokens", "max_output_tokens"), "max_tokens"),
     **dict.fromkeys(("tool_calls", "function_call", "tool_use"), "tool_calls"),
 }
 """How servers name the reason for the end of a reply, in small letters, and how a call does."""
-
-_REASONING = ("reasoning", "reasoning_content", "reasoning_details")
 
 IN_REASONING = "in_reasoning"
 """Why a reply is empty if the object that was asked for stands in the reasoning."""
@@ -125,7 +117,8 @@ class NoReply(Exception):
             again = again and (status < 300 or status in (408, 409, 425, 429) or status >= 500)
         remedy = next((remedy for said, remedy in _MENDING if re.search(said, words, re.IGNORECASE)), "")
         super().__init__(f"{words}{MENDING}{remedy}" if remedy else words)
-        self.again, self.charged = again and not remedy, charged or status in _GAVE_UP_WAITING
+        self.again = again and not remedy
+        self.charged = charged or status in (504, 524)  # a gateway gave up, and the server may have gone on
         self.usage = Usage()
         self.wait: float | None = None
 
@@ -207,7 +200,8 @@ def _choice(choice: Mapping[str, Any], came: Mapping[str, Any], counted: Usage) 
         if _FAULT.search(reason) or (empty and reason.lower() in _NO_REASON):
             raise NoReply(f"{name} {reason}", status=200, charged=not empty)
     stop = _STOPS.get(str(choice.get("finish_reason")).lower(), "unknown")
-    thoughts = thoughts or next((_text_of(message[name]) or "…" for name in _REASONING if message.get(name)), "")
+    names = ("reasoning", "reasoning_content", "reasoning_details")
+    thoughts = thoughts or next((_text_of(message[name]) or "…" for name in names if message.get(name)), "")
     if empty and (message.get("tool_calls") or message.get("function_call")):
         return "", "tool_calls", thoughts
     if not empty:
@@ -246,7 +240,7 @@ def _refusal_in(holder: Mapping[str, Any], *names: str, status: int = 200, charg
     parts = said if isinstance(said, dict) else {"code": holder.get("code")}
     words, named = _line(str(parts.get("message") or said)), f"{parts.get('code')} {parts.get('type')}"
     flagged = _mapping(parts.get("metadata")).get("reasons") or _REFUSED_FOR.search(named)
-    if (flagged or _REFUSED_IN_WORDS.search(words)) and status in _REFUSING:
+    if (flagged or _REFUSED_IN_WORDS.search(words)) and status in (200, 400, 403, 422, 451):
         return words
     if "insufficient_quota" in named and "quota" not in words:
         words = f"{words} (insufficient_quota)"

@@ -35,12 +35,6 @@ if TYPE_CHECKING:
 _CUT_OFF = "max_tokens"
 """Why a reply stopped that reached its limit."""
 
-_MOST_CUT_OFF = 2
-"""Cut-off replies to one request that end a trial. One that had begun can be shorter when it is asked for again."""
-
-_WHITE_SPACE = 100
-"""Blanks at the end of a reply that was cut off from which on it is said to be nothing else."""
-
 _ALIKE, _ALIKE_TRIALS = 12, 3
 """Unusable replies with the same words since the last usable one, and trials that got them, after which they are its
 server's."""
@@ -222,7 +216,7 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
         empty = not without_marks(text).strip()
         cause, final = _cause(answer, model, empty=empty)
         cut_off += answer.stop == _CUT_OFF
-        if final or len(replies) > model.settings.repairs or cut_off >= _MOST_CUT_OFF:
+        if final or len(replies) > model.settings.repairs or cut_off == 2:  # one that had begun can be shorter
             why = f"no usable reply in {count(len(replies), 'turn')}: {verdict}{cause}"
             raise ReplyFault(why, tuple(replies), asdict(usage))
         messages = [
@@ -241,7 +235,7 @@ def _cause(answer: Call, model: Model, *, empty: bool) -> tuple[str, bool]:
     after = f" after {written} tokens{hidden}" if written else " after reasoning" if answer.reasoned else ""
     if answer.stop == _CUT_OFF:
         blanks = len(text) - len(text.rstrip())
-        if model.settings.schema != "none" and (blanks >= _WHITE_SPACE or 0 < blanks == len(text)):
+        if model.settings.schema != "none" and (blanks >= 100 or 0 < blanks == len(text)):
             allowed = "white space up to the limit, which the schema allows"
             return f" ({allowed}: schema=none asks for the form in words)", True
         limit = "" if model.settings.max_tokens is None else f" than {model.settings.max_tokens}"
