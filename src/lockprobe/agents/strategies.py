@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal, NamedTuple
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
@@ -199,9 +199,9 @@ class SoftmaxMemory(Policy[Traces]):
     position: float = 0.0
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            if not math.isfinite(value := getattr(self, field.name)):
-                raise BadValue(field.name, value, "a finite number")
+        for name, value in asdict(self).items():
+            if not math.isfinite(value):
+                raise BadValue(name, value, "a finite number")
         check_probability("decay", self.decay)
         check_probability("reset", self.reset)
 

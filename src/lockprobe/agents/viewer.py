@@ -22,12 +22,6 @@ from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, 
 if TYPE_CHECKING:
     import numpy as np
 
-LEAST_ACUITY = 10
-"""Pixels across a picture that a viewer resolves by default, unless handles are too small for that."""
-
-DOUBT = 0.05
-"""The least evidence for a new reading; below it a joint keeps its last one."""
-
 
 @dataclass(frozen=True)
 class Viewer:
@@ -73,10 +67,11 @@ class Viewer:
                 shown = tuple(picture for picture in percept.pictures if picture.shown)
                 if not percept.handles or not shown:
                     raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
-                acuity = acuity or needed_acuity(shown, percept.handles, LEAST_ACUITY)
+                acuity = acuity or needed_acuity(shown, percept.handles, 10)
                 found = evidence(shown, percept.handles, acuity=acuity)  # above 0 for a joint away from its start
                 last = before or tuple(sign > 0 for sign in found)
-                now = tuple(sign > 0 if abs(sign) > DOUBT else at for sign, at in zip(found, last, strict=True))
+                # in doubt a joint keeps its last reading
+                now = tuple(sign > 0 if abs(sign) > 0.05 else at for sign, at in zip(found, last, strict=True))
                 outcome: Outcome | None = None
                 if percept.joint is not None:
                     joint = task.joints.index(percept.joint)

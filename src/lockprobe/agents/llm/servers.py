@@ -38,9 +38,6 @@ PROVIDERS = {
 }
 """Provider -> where it is asked unless ``PROVIDER_BASE_URL`` says otherwise."""
 
-_KEYS = {"grok": "XAI"}
-"""How the variables of a provider begin, where they do not begin with its name."""
-
 _AZURE = ".azure.com"
 
 _THINKING = {"minimal": 2_048, "low": 4_096, "medium": 10_000, "high": 16_000, "xhigh": 32_000, "max": 32_000}
@@ -72,7 +69,7 @@ class Server:
     def of(cls, name: str) -> Server:
         """The server of a model; refused if there is no such provider, or its key is missing or cannot be sent."""
         provider, _, model = name.removeprefix("openai-api/").partition("/")
-        variables = _KEYS.get(provider, provider).upper().replace("-", "_")
+        variables = {"grok": "xai"}.get(provider, provider).upper().replace("-", "_")
         own, key = os.environ.get(f"{variables}_BASE_URL"), os.environ.get(f"{variables}_API_KEY", "")
         url = own or PROVIDERS.get(provider)
         if url is None:
