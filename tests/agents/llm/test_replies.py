@@ -155,6 +155,7 @@ FAULTS = {
         f"status {code}": (failure(code, "no\n luck"), f"the provider answered {code}: no luck", times, 0, 0)
         for code, times in {400: 1, 401: 1, 402: 1, 404: 1, 408: 2, 409: 2, 422: 1, 425: 2, 429: 2, 500: 2, 501: 2, 503: 2, 529: 2}.items()
     },
+    "a status in words": ((400, b"no luck"), "the provider answered 400: no luck", 1, 0, 0),
     "a status without an error": ((500, {}), "answered 500: no error is named", 2, 0, 0),
     "a status and an empty error": ((500, {"error": {"message": ""}}), "answered 500: ", 2, 0, 0),
     "a status that refuses nothing": ((400, {"error": {}, "detail": None}), "answered 400: ", 1, 0, 0),
