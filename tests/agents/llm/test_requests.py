@@ -7,7 +7,7 @@ import pytest
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.servers import PROVIDERS, Server, request_body
-from lockprobe.agents.llm.settings import MOST_OUTPUT, MOST_PER_PICTURE, Access, Model, ModelSettings
+from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.prompt import Message
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName, UserMistake
 from lockprobe.foundation.spec import Spec, with_options
@@ -234,7 +234,15 @@ def test_an_environment_that_cannot_be_used_is_one_line_without_keys(monkeypatch
 
 
 def test_how_a_model_is_reached_is_in_range():
-    for setting, value in ("connections", 0), ("timeout", float("nan")), ("retries", -1), ("pause", 61.0):
+    assert (Access().connections, Access().timeout, Access().retries) == (10, 120, 6)  # as docs/models.md says
+    assert Access(timeout=86_400).timeout == 86_400
+    for setting, value in (
+        ("connections", 0),
+        ("timeout", float("nan")),
+        ("timeout", 86_401),
+        ("retries", -1),
+        ("pause", 61.0),
+    ):
         with pytest.raises(BadValue, match=f"^{setting}: got .*, expected a number from "):
             Access(**{setting: value})
 
@@ -250,7 +258,8 @@ def most(text="What now?", sizes=(), max_tokens=None, **facts):
 
 def test_what_a_reply_may_take_is_what_is_asked_for_and_every_block_of_every_picture_counts():
     asked = ({"max_tokens": 55}, {"reasons": False}, {"reasons": True}, {}, {"most_output": 900})
-    assert [most(**one).output_tokens for one in asked] == [55, 1000, 25_000, MOST_OUTPUT, 900]
+    assert [most(**one).output_tokens for one in asked] == [55, 1000, 25_000, 32_768, 900]
+    assert most().input_tokens == len("What now?") + 20 + 500  # marks of a message, and the form of the reply
     for sizes, blocks in (
         ([(1024, 1024)], 1),
         ([(0, 0)], 1),
@@ -258,5 +267,5 @@ def test_what_a_reply_may_take_is_what_is_asked_for_and_every_block_of_every_pic
         ([(64, 64)] * 2, 2),
         ([(4096, 4096)], 16),
     ):
-        for known, each in ({}, MOST_PER_PICTURE), ({"picture_tokens": 765}, 765):
+        for known, each in ({}, 3000), ({"picture_tokens": 765}, 765):
             assert most(sizes=sizes, **known).input_tokens - most(**known).input_tokens == blocks * each
