@@ -56,14 +56,11 @@ def alone(tmp_path_factory):
     return plain_records(directory)
 
 
-def test_records_are_those_of_the_same_policy_played_directly(tmp_path, alone):
-    async def play():
-        async with opened(tmp_path) as session:
-            assert session.owed == 8
-            assert await Player(calls(session)).play() == 8
-            assert session.owed == 0
-
-    asyncio.run(play())
+async def test_records_are_those_of_the_same_policy_played_directly(tmp_path, alone):
+    async with opened(tmp_path) as session:
+        assert session.owed == 8
+        assert await Player(calls(session)).play() == 8
+        assert session.owed == 0
     assert plain_records(tmp_path) == alone
     facts = [dict(trial.facts) for trial in load(tmp_path)]
     assert [one.pop("position") for one in facts] == list(range(1, 9))
@@ -105,19 +102,16 @@ def test_a_server_that_is_gone_at_any_step_loses_nothing(tmp_path, alone):
     assert [trial.facts.get("resumed", 0) for trial in load(tmp_path)] == [len(t.steps) - 1 for t in load(tmp_path)]
 
 
-def test_a_trial_that_ended_before_it_was_recorded_is_recorded_by_the_next_server(tmp_path, alone, monkeypatch):
-    async def play():
-        async with opened(tmp_path) as session:
-            monkeypatch.setattr(session, "_record", lambda trial: None)
-            player = Player(calls(session))
-            await player.begin()
-            while await player.step():
-                pass
-        assert records(tmp_path) == []
-        async with opened(tmp_path) as session:
-            await Player(calls(session)).play()
-
-    asyncio.run(play())
+async def test_a_trial_that_ended_before_it_was_recorded_is_recorded_by_the_next_server(tmp_path, alone, monkeypatch):
+    async with opened(tmp_path) as session:
+        monkeypatch.setattr(session, "_record", lambda trial: None)
+        player = Player(calls(session))
+        await player.begin()
+        while await player.step():
+            pass
+    assert records(tmp_path) == []
+    async with opened(tmp_path) as session:
+        await Player(calls(session)).play()
     assert plain_records(tmp_path) == alone
 
 
@@ -197,85 +191,69 @@ def test_any_client_plays_what_a_model_is_asked(tmp_path, mode, asked):
         assert plain_records(tmp_path / "tools") == plain_records(tmp_path / "alone")
 
 
-def test_calls_at_once_are_one_call_and_refusals(tmp_path, monkeypatch):
+async def test_calls_at_once_are_one_call_and_refusals(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "TOGETHER", 0.01)
-
-    async def play():
-        async with opened(tmp_path) as session:
-            await observe(session)
-            many = [attempt(session, joint) for joint in "ABCD" * 5]
-            got = await asyncio.gather(*many, observe(session), return_exceptions=True)
-            refused = [one for one in got if isinstance(one, CallRefused)]
-            assert len(refused) == len(got) - 1
-            assert all("one call at a time" in str(one) for one in refused)
-            assert len(sql(tmp_path, "select id from attempt where kind = 'attempt'")) == 1
-
-    asyncio.run(play())
+    async with opened(tmp_path) as session:
+        await observe(session)
+        many = [attempt(session, joint) for joint in "ABCD" * 5]
+        got = await asyncio.gather(*many, observe(session), return_exceptions=True)
+        refused = [one for one in got if isinstance(one, CallRefused)]
+        assert len(refused) == len(got) - 1
+        assert all("one call at a time" in str(one) for one in refused)
+        assert len(sql(tmp_path, "select id from attempt where kind = 'attempt'")) == 1
 
 
-def test_a_client_that_stops_waiting_interrupts_no_attempt(tmp_path):
-    async def play():
-        lost = []
-        asyncio.get_running_loop().set_exception_handler(lambda loop, context: lost.append(context["message"]))
-        async with opened(tmp_path) as session:
-            await observe(session)
-            for joint in ("no joint", "A"):
-                waiting = asyncio.create_task(attempt(session, joint))
-                await asyncio.sleep(0)
-                waiting.cancel()
-                await asyncio.sleep(0.1)
-            assert "You attempted A." in (await observe(session))[0].text
-        assert lost == []
-
-    asyncio.run(play())
+async def test_a_client_that_stops_waiting_interrupts_no_attempt(tmp_path):
+    lost = []
+    asyncio.get_running_loop().set_exception_handler(lambda loop, context: lost.append(context["message"]))
+    async with opened(tmp_path) as session:
+        await observe(session)
+        for joint in ("no joint", "A"):
+            waiting = asyncio.create_task(attempt(session, joint))
+            await asyncio.sleep(0)
+            waiting.cancel()
+            await asyncio.sleep(0.1)
+        assert "You attempted A." in (await observe(session))[0].text
+    assert lost == []
 
 
-def test_a_session_may_have_its_number_of_trials(tmp_path):
-    async def play():
-        for _ in range(4):
-            async with opened(tmp_path, trials_each=2) as session:
-                assert await Player(calls(session)).play() == 2
-                with pytest.raises(CallRefused, match=r"played its trials \(2\). Start the server|No trial is left"):
-                    await observe(session)
-
-    asyncio.run(play())
+async def test_a_session_may_have_its_number_of_trials(tmp_path):
+    for _ in range(4):
+        async with opened(tmp_path, trials_each=2) as session:
+            assert await Player(calls(session)).play() == 2
+            with pytest.raises(CallRefused, match=r"played its trials \(2\). Start the server|No trial is left"):
+                await observe(session)
     assert [trial.facts["position"] for trial in load(tmp_path)] == [1, 2] * 4
 
 
-def test_another_way_to_play_is_another_agent(tmp_path, monkeypatch):
-    async def play():
-        async with opened(tmp_path) as session:
-            await Player(calls(session)).play(1)
-            with pytest.raises(CallRefused, match="the client 'test', and this is 'other'.*another --agent-name"):
-                await observe(session, client="other")
-            monkeypatch.setattr(module, "OVER", "Over.")
-            with pytest.raises(CallRefused, match="with the wording .*another --agent-name"):
-                await observe(session)
-        async with opened(tmp_path, planned("mcp:other"), "mcp:other") as session:
-            assert session.owed == 8
-
-    asyncio.run(play())
+async def test_another_way_to_play_is_another_agent(tmp_path, monkeypatch):
+    async with opened(tmp_path) as session:
+        await Player(calls(session)).play(1)
+        with pytest.raises(CallRefused, match="the client 'test', and this is 'other'.*another --agent-name"):
+            await observe(session, client="other")
+        monkeypatch.setattr(module, "OVER", "Over.")
+        with pytest.raises(CallRefused, match="with the wording .*another --agent-name"):
+            await observe(session)
+    async with opened(tmp_path, planned("mcp:other"), "mcp:other") as session:
+        assert session.owed == 8
 
 
-def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
+async def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
     def refuse(*row):
         raise BadFile("study.db", "cannot be written (No space left on device)")
 
-    async def play():
-        async with opened(tmp_path) as session:
-            await observe(session)
-            before = contents(tmp_path)
-            with monkeypatch.context() as full:
-                full.setattr(session._log, "write", refuse)
-                with pytest.raises(CallRefused, match="where the trial stands"):
-                    await attempt(session, "A")
-            assert contents(tmp_path) == before
-            assert "goes on" not in (await observe(session))[0].text
-
-    asyncio.run(play())
+    async with opened(tmp_path) as session:
+        await observe(session)
+        before = contents(tmp_path)
+        with monkeypatch.context() as full:
+            full.setattr(session._log, "write", refuse)
+            with pytest.raises(CallRefused, match="where the trial stands"):
+                await attempt(session, "A")
+        assert contents(tmp_path) == before
+        assert "goes on" not in (await observe(session))[0].text
 
 
-def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(tmp_path, monkeypatch, alone):
+async def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(tmp_path, monkeypatch, alone):
     class Stuck(SymbolicPlant):
         left = 2
 
@@ -287,20 +265,16 @@ def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(t
 
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Stuck(box))
     monkeypatch.setattr("lockprobe.plants.catalogue.resolve_plant", lambda spec: source)
-
-    async def play():
-        async with opened(tmp_path) as session:
-            player = Player(calls(session))
-            await player.begin()
-            await player.step()
-            assert (await attempt(session, "A", "moved"))[0].text.startswith("The box broke")
-            assert await player.play() == 7
-            with pytest.raises(CallRefused, match="1 broke and are owed"):
-                await observe(session)
-        async with opened(tmp_path) as session:
-            assert await Player(calls(session)).play() == 1
-
-    asyncio.run(play())
+    async with opened(tmp_path) as session:
+        player = Player(calls(session))
+        await player.begin()
+        await player.step()
+        assert (await attempt(session, "A", "moved"))[0].text.startswith("The box broke")
+        assert await player.play() == 7
+        with pytest.raises(CallRefused, match="1 broke and are owed"):
+            await observe(session)
+    async with opened(tmp_path) as session:
+        assert await Player(calls(session)).play() == 1
     assert sql(tmp_path, "delete from trial where ending = 'error' returning current") == [0]
     assert plain_records(tmp_path) == alone
 
@@ -325,13 +299,10 @@ def test_pictures_are_image_content_and_kept(tmp_path, monkeypatch, modality, pi
 
 
 @pytest.mark.parametrize("name", ["a\nb", "x" * 10_000, "\u202ename", "sk-ant-0123456789abcdef"])
-def test_what_a_client_says_of_itself_is_short_and_plain(tmp_path, name):
-    async def play():
-        async with opened(tmp_path, planned(trials=1, repetitions=1, p=[0.0], max_steps=1)) as session:
-            await observe(session, client=name)
-            await attempt(session, "A")
-
-    asyncio.run(play())
+async def test_what_a_client_says_of_itself_is_short_and_plain(tmp_path, name):
+    async with opened(tmp_path, planned(trials=1, repetitions=1, p=[0.0], max_steps=1)) as session:
+        await observe(session, client=name)
+        await attempt(session, "A")
     client = load(tmp_path)[0].facts["client"]
     assert len(client) <= 100
     assert client.isprintable()

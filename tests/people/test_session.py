@@ -319,18 +319,15 @@ def test_a_box_that_cannot_be_shown_is_passed_over_and_a_page_that_shows_it_has_
     assert [line.turn for line in lines] == list(range(2, 2 + len(lines)))
 
 
-def test_nobody_acts_before_they_agree_and_a_code_that_is_wrong_admits_nobody(tmp_path):
-    async def comes():
-        async with opened(tmp_path, STUDY, short(join_code="open-sesame")) as reception:
-            for platform in ({}, {"code": "guessed"}):
-                with pytest.raises(ActRefused, match="code in the URL"):
-                    await reception.enter(None, platform)
-            code = {"code": "open-sesame"}
-            shown = await reception.enter(None, code)
-            assert await refused(reception, shown, GO_ON) == "impossible"
-            assert await refused(reception, shown, Agree(agreed=True)) == "incomplete"
-            with pytest.raises(ActRefused, match="no token"):
-                await reception.act(None, 1, Agree(agreed=True), code)
-            await reception.act(shown.token, 1, Agree(agreed=True), code)
-
-    asyncio.run(comes())
+async def test_nobody_acts_before_they_agree_and_a_code_that_is_wrong_admits_nobody(tmp_path):
+    async with opened(tmp_path, STUDY, short(join_code="open-sesame")) as reception:
+        for platform in ({}, {"code": "guessed"}):
+            with pytest.raises(ActRefused, match="code in the URL"):
+                await reception.enter(None, platform)
+        code = {"code": "open-sesame"}
+        shown = await reception.enter(None, code)
+        assert await refused(reception, shown, GO_ON) == "impossible"
+        assert await refused(reception, shown, Agree(agreed=True)) == "incomplete"
+        with pytest.raises(ActRefused, match="no token"):
+            await reception.act(None, 1, Agree(agreed=True), code)
+        await reception.act(shown.token, 1, Agree(agreed=True), code)

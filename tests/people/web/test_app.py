@@ -58,42 +58,35 @@ def test_a_page_is_opened_with_its_words_and_a_cookie_that_no_script_reads(tmp_p
     assert first.headers["cache-control"] == "no-store"
 
 
-def test_nothing_is_written_before_consent_and_nothing_of_who_declines(tmp_path):
-    async def visit():
-        async with served(tmp_path) as place, visiting(place, platform={"PROLIFIC_PID": "p1"}) as one:
-            before = written(tmp_path)
-            await one.open()
-            await one.act(kind="agree", agreed=False)
-            assert (one.scene.kind, one.scene.why) == ("closed", "declined")
-            assert written(tmp_path) == before
-            assert not one.http.cookies
-
-    asyncio.run(visit())
+async def test_nothing_is_written_before_consent_and_nothing_of_who_declines(tmp_path):
+    async with served(tmp_path) as place, visiting(place, platform={"PROLIFIC_PID": "p1"}) as one:
+        before = written(tmp_path)
+        await one.open()
+        await one.act(kind="agree", agreed=False)
+        assert (one.scene.kind, one.scene.why) == ("closed", "declined")
+        assert written(tmp_path) == before
+        assert not one.http.cookies
 
 
-def test_a_preview_shows_all_takes_no_place_and_leaves_nothing(tmp_path):
+async def test_a_preview_shows_all_takes_no_place_and_leaves_nothing(tmp_path):
     """Also where an ID is required, and of somebody in whose browser another participant was before."""
-
-    async def visit():
-        async with served(tmp_path, people=experiment(require_id=True, practice="chain-2")) as place:
-            async with visiting(place, platform={"PROLIFIC_PID": "p1"}) as one:
-                await one.to_the_box()
-            before = written(tmp_path)
-            for withdraws in (False, True):
-                async with visiting(place, platform={"preview": place.preview}) as looks:
-                    await looks.play(until=("over",) if withdraws else ("debrief", "closed"))
-                    await looks.open()
-                    if withdraws:
-                        answer = await looks.post("/api/withdraw", {})
-                        assert answer.json()["scene"]["why"] == "withdrawn"
-                    else:
-                        assert looks.scene.kind == "debrief"
-            assert written(tmp_path) == before
-            for platform in ({"preview": "0" * 16}, {}):
-                answer = await place.http.post("/api/open", json={"platform": platform})
-                assert (answer.status_code, answer.json()["error"]) == (400, "incomplete")
-
-    asyncio.run(visit())
+    async with served(tmp_path, people=experiment(require_id=True, practice="chain-2")) as place:
+        async with visiting(place, platform={"PROLIFIC_PID": "p1"}) as one:
+            await one.to_the_box()
+        before = written(tmp_path)
+        for withdraws in (False, True):
+            async with visiting(place, platform={"preview": place.preview}) as looks:
+                await looks.play(until=("over",) if withdraws else ("debrief", "closed"))
+                await looks.open()
+                if withdraws:
+                    answer = await looks.post("/api/withdraw", {})
+                    assert answer.json()["scene"]["why"] == "withdrawn"
+                else:
+                    assert looks.scene.kind == "debrief"
+        assert written(tmp_path) == before
+        for platform in ({"preview": "0" * 16}, {}):
+            answer = await place.http.post("/api/open", json={"platform": platform})
+            assert (answer.status_code, answer.json()["error"]) == (400, "incomplete")
 
 
 def test_an_act_counts_once_however_often_it_is_sent_at_once(tmp_path):
@@ -185,39 +178,36 @@ REQUESTS = [
 """Path, body and headers of what a participant in the second step of a box may send -> what is answered."""
 
 
-def test_what_cannot_be_done_is_refused_logged_without_what_was_sent_and_changes_nothing(tmp_path, caplog):
-    async def visit():
-        async with served(tmp_path) as place, visiting(place) as one, visiting(place) as other:
-            await other.to_the_box()
-            await one.to_the_box(2)
-            before, _ = written(tmp_path), logged(caplog)
-            token = one.http.cookies["lockprobe"]
-            values = {
-                b'"TURN"': str(one.turn), b'"LAST"': str(one.turn - 1),
-                b'"A"': json.dumps(one.scene.panel["joints"][0]["label"]),
-            }  # fmt: skip
-            for path, body, headers, (status, code) in REQUESTS:
-                content = body if isinstance(body, bytes) else json.dumps(body).encode()
-                for name, value in values.items():
-                    content = content.replace(name, value.encode())
-                port = str(urlsplit(place.url).port)
-                given = {name: said.replace("TOKEN", token).replace("PORT", port) for name, said in headers.items()}
-                answer = await one.http.post(path, content=content, headers=given)
-                what = (path, content[:80], given)
-                assert (answer.status_code, answer.json()["error"]) == (status, code), what
-                assert app.SECURITY_HEADERS.items() <= answer.headers.items(), what
-                assert "access-control-allow-origin" not in answer.headers
-                assert path != "/api/open" or answer.json()["words"]["page"] == read_words("en").page
-                assert "set-cookie" not in answer.headers, what
-                one.http.cookies["lockprobe"] = token
-            assert written(tmp_path) == before
-            why = " PROLIFIC_PID in the URL is not a value of a recruitment platform"
-            lines = [(f"{status} {code} POST {path}", code == "incomplete") for path, _, _, (status, code) in REQUESTS]
-            assert logged(caplog) == [line + why * incomplete for line, incomplete in lines]
-            await one.play()  # the page goes on as if nothing had been
-            await other.play()
-
-    asyncio.run(visit())
+async def test_what_cannot_be_done_is_refused_logged_without_what_was_sent_and_changes_nothing(tmp_path, caplog):
+    async with served(tmp_path) as place, visiting(place) as one, visiting(place) as other:
+        await other.to_the_box()
+        await one.to_the_box(2)
+        before, _ = written(tmp_path), logged(caplog)
+        token = one.http.cookies["lockprobe"]
+        values = {
+            b'"TURN"': str(one.turn), b'"LAST"': str(one.turn - 1),
+            b'"A"': json.dumps(one.scene.panel["joints"][0]["label"]),
+        }  # fmt: skip
+        for path, body, headers, (status, code) in REQUESTS:
+            content = body if isinstance(body, bytes) else json.dumps(body).encode()
+            for name, value in values.items():
+                content = content.replace(name, value.encode())
+            port = str(urlsplit(place.url).port)
+            given = {name: said.replace("TOKEN", token).replace("PORT", port) for name, said in headers.items()}
+            answer = await one.http.post(path, content=content, headers=given)
+            what = (path, content[:80], given)
+            assert (answer.status_code, answer.json()["error"]) == (status, code), what
+            assert app.SECURITY_HEADERS.items() <= answer.headers.items(), what
+            assert "access-control-allow-origin" not in answer.headers
+            assert path != "/api/open" or answer.json()["words"]["page"] == read_words("en").page
+            assert "set-cookie" not in answer.headers, what
+            one.http.cookies["lockprobe"] = token
+        assert written(tmp_path) == before
+        why = " PROLIFIC_PID in the URL is not a value of a recruitment platform"
+        lines = [(f"{status} {code} POST {path}", code == "incomplete") for path, _, _, (status, code) in REQUESTS]
+        assert logged(caplog) == [line + why * incomplete for line, incomplete in lines]
+        await one.play()  # the page goes on as if nothing had been
+        await other.play()
     assert len(load(tmp_path)) == 4
 
 

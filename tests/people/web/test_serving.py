@@ -83,7 +83,7 @@ def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path
     check_nothing_lost_doubled_or_crossed(directory, read_study(directory), visitors)
 
 
-def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
+async def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
     arguments = ("flips", "--box", "chain-4", "--trials", 2, "--repetitions", 1, "--p", "0,0.4", "--out", tmp_path)
 
     def ended(process, how):
@@ -92,32 +92,26 @@ def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
         with process.stdout as said:
             assert said.read() == ""
 
-    async def visit():
-        process, url = start(*arguments, "--port", 0)
-        one = Visitor(url, read_study(tmp_path), tmp_path)
-        await one.to_the_box(2)
-        ended(process, signal.SIGINT)
-        process, again = start(*arguments, "--port", urlsplit(url).port)
-        was = one.seen[-1]
-        await one.open()
-        assert (again, one.seen[-1]) == (url, was)
-        await one.play()
-        ended(process, signal.SIGTERM)
-        await one.http.close()
-
-    asyncio.run(visit())
+    process, url = start(*arguments, "--port", 0)
+    one = Visitor(url, read_study(tmp_path), tmp_path)
+    await one.to_the_box(2)
+    ended(process, signal.SIGINT)
+    process, again = start(*arguments, "--port", urlsplit(url).port)
+    was = one.seen[-1]
+    await one.open()
+    assert (again, one.seen[-1]) == (url, was)
+    await one.play()
+    ended(process, signal.SIGTERM)
+    await one.http.close()
     assert len(load(tmp_path)) == 2
 
 
-def test_no_address_is_kept(tmp_path, capfd):
-    async def visit():
-        async with served(tmp_path) as place, visiting(place) as one:
-            mine = {"x-forwarded-for": "203.0.113.7", "user-agent": "a-browser/1.0"}
-            one.http.headers.update(mine)
-            await one.play()
-            await place.http.get("/nothing", headers=mine)
-
-    asyncio.run(visit())
+async def test_no_address_is_kept(tmp_path, capfd):
+    async with served(tmp_path) as place, visiting(place) as one:
+        mine = {"x-forwarded-for": "203.0.113.7", "user-agent": "a-browser/1.0"}
+        one.http.headers.update(mine)
+        await one.play()
+        await place.http.get("/nothing", headers=mine)
     said = capfd.readouterr()
     kept = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()] + [(said.out + said.err).encode()]
     for trace in (b"203.0.113.7", b"127.0.0.1", b"a-browser"):
