@@ -15,7 +15,7 @@ KEPT = "flip?p=0.4&others=kept"
 
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
-    asked = {"agent": [AGENT, BLIND], "p": [0, 0.4, 0.6], "flip": "re-observed,integrated", "trials": 30, "seed": 3}
+    asked = {"agent": [AGENT, BLIND], "p": [0, 0.4, 0.6], "flip": "re-observed,integrated", "trials": 20, "seed": 3}
     planned = study("flips", **asked, condition="no-feedback=drop?p=1", repetitions=1)
     return write_study(tmp_path_factory.mktemp("readings") / "study", planned)
 
