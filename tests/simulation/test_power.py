@@ -34,6 +34,8 @@ def test_what_is_needed_lies_where_power_crosses_the_target_with_the_error_of_it
 ):
     found = Needed.of(dict(zip((15, 30, 60), detected, strict=True)), studies)
     assert (found.needed, found.low, found.high) == (needed, low, high)
+    smooth = (detected[0] + 1) / (studies + 2)
+    assert found.measured[0].error == pytest.approx((smooth * (1 - smooth) / studies) ** 0.5)
 
 
 def test_families_are_those_of_the_report():
