@@ -241,6 +241,7 @@ def test_how_a_model_is_reached_is_in_range():
         ("timeout", float("nan")),
         ("timeout", 86_401),
         ("retries", -1),
+        ("retries", 101),
         ("pause", 61.0),
     ):
         with pytest.raises(BadValue, match=f"^{setting}: got .*, expected a number from "):
