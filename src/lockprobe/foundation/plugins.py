@@ -15,7 +15,6 @@ from __future__ import annotations
 import ast
 import importlib
 import sys
-from asyncio import CancelledError
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -171,6 +170,8 @@ def guarded(kind: str, name: str, package: str = "") -> Iterator[None]:
 
     Lockprobe's own errors, Ctrl-C and the end of the task pass unchanged.
     """
+    from asyncio import CancelledError  # 40 ms, which a message about a typing mistake does not wait for
+
     try:
         yield
     except (LockprobeError, KeyboardInterrupt, GeneratorExit, CancelledError):

@@ -106,6 +106,7 @@ def results_of_trials(trials):
         directory=Path(),
         study=planned,
         trials=tuple(sorted(trials, key=planned.place_of)),
+        results_hash="",
         replaced=0,
         diaries=(),
         withdrawn=0,
