@@ -3,6 +3,7 @@
 import asyncio
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from drawn_board import HANDLES, coloured
 
@@ -16,6 +17,7 @@ from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.loop import play
 from lockprobe.trial.pictures import picture_reader
+from lockprobe.trial.pictures.frame import to_png
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Percept, Situation, Task
@@ -86,3 +88,19 @@ def test_pictures_of_which_it_is_not_told_where_handles_are_are_refused():
     percept = Percept(text="", pictures=(coloured((0, 1, 0, 1, 1)),))
     with pytest.raises(BadValue, match="^observation of viewer: got '', expected pictures with the places of handles"):
         asyncio.run(resolve("viewer").make().decide(Situation(task=TASK, past=(), percept=percept), None))
+
+
+@pytest.mark.parametrize("handle", [2, 14])
+def test_handles_of_any_size_are_read_with_no_more_pixels_than_it_takes(handle):
+    places = tuple(((40.0 + 90 * i, 60.0), (40.0 + 90 * i, 60.0 + 6 * handle)) for i in range(4))
+    acuity = 0
+    for number in range(16):
+        image = np.full((240, 320, 3), (150, 110, 70), np.uint8)
+        for i, pair in enumerate(places):
+            column, row = (int(at) - handle // 2 for at in pair[number >> i & 1])
+            image[row : row + handle + 1, column : column + handle + 1] = (210, 40, 30)
+        shown = (Picture(kind="rgb", png=to_png(image)),)
+        acuity = acuity or picture_reader.needed_acuity(shown, places, 10)
+        found = picture_reader.evidence(shown, places, acuity=acuity)
+        assert [sign > 0 for sign in found] == [bool(number >> i & 1) for i in range(4)]
+    assert acuity <= 10 or acuity * handle <= 3 * 320

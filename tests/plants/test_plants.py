@@ -1,9 +1,11 @@
 """From a plant's spec to the plant, and a person as one, whose answers at the terminal are the truth."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders import small_study
 from plants.person import Person
 
 from lockprobe.boxes.families import box
@@ -12,6 +14,8 @@ from lockprobe.interventions.conditions import read_condition
 from lockprobe.plants.catalogue import PLANTS, plant_change, resolve_plant
 from lockprobe.plants.manual import ENTER, Manual, OperatorStopped, TerminalOperator
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.testing import check_plant
 
 
@@ -142,3 +146,13 @@ def test_who_stops_breaks_the_trial_and_who_stops_before_it_ends_the_run():
     assert stopped.value.boundary == "plant"
     with pytest.raises(UserMistake, match="no trial had begun, so nothing is lost: the same command goes on"):
         plant_with(Person(box("chain-4"), patience=0)).observe()
+
+
+def test_at_the_terminal_q_owes_the_trial_again_and_the_end_of_input_ends_the_run(tmp_path, monkeypatch):
+    """Also where workers are asked for: the trials are played in the process that has the terminal."""
+    monkeypatch.setattr("sys.stdin", io.StringIO("\nn\nn\nq\n"))
+    study = replace(small_study(["random"], p=[0.0], repetitions=1, trials=2), plant="manual")
+    with pytest.raises(UserMistake, match="^the input ended before the operator answered; no trial had begun"):
+        run_study(study, tmp_path, limits=Limits(workers=4))
+    (trial,) = load(tmp_path)
+    assert (trial.error.boundary, trial.error.message, trial.owed_again) == ("plant", "the operator stopped", True)

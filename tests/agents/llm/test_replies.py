@@ -168,9 +168,10 @@ FAULTS = {
     "a policy of data": (status(404, {"code": 404, "message": "No endpoint matches your content policy"}), "answered 404: No endpoint matches", 1, 0, 0),
     "no eyes": (status(400, {"message": "image_url is only supported by certain models."}), "answered 400: image_url is only", 1, 0, 0),
     "too long": (
-        status(400, {"message": "This model's maximum context length is 10 tokens.", "code": "context_length_exceeded"}),
+        status(400, {"message": "This model's maximum context length is 10 tokens."}),
         "400: This model's maximum context length is 10 tokens.; to mend it, give it a larger context, or the trials fewer steps", 1, 0, 0,
     ),
+    "too long by its code": (status(500, {"message": "No.", "code": "context_length_exceeded"}), "500: No. (context_length_exceeded); to mend it, give it a larger context", 1, 0, 0),
     # errors as text, where no trial of a model would end
     "an empty text that nobody counts": (body("", usage=None), "an empty reply that no model gives, stop", 2, 0, 2),
     "a gateway's page": (body("<html><head><title>502 Bad Gateway</title></head></html>"), "an error: <html><head>", 2, 10, 0),

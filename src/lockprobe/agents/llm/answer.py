@@ -242,8 +242,8 @@ def _refusal_in(holder: Mapping[str, Any], *names: str, status: int = 200, charg
     flagged = _mapping(parts.get("metadata")).get("reasons") or _REFUSED_FOR.search(named)
     if (flagged or _REFUSED_IN_WORDS.search(words)) and status in (200, 400, 403, 422, 451):
         return words
-    if "insufficient_quota" in named and "quota" not in words:
-        words = f"{words} (insufficient_quota)"
+    if (why := re.search("insufficient_quota|context_length_exceeded", named)) and why[0] not in words:
+        words = f"{words} ({why[0]})"  # which says what mends it, whatever the words are
     code = re.match("[45][0-9][0-9] ", named) if status < 300 else None
     raise NoReply(words, status=int(code[0]) if code else status, charged=charged)
 
