@@ -132,7 +132,6 @@ def manual(spec: Spec) -> PlantSource:
         make=lambda box, labels, rng: make_manual(settings, box, labels),
         check=lambda box: make_manual(settings, box, box.names).close(),
         photographs=bool(settings.camera),
-        painted_labels=bool(settings.camera),
         lays_out=False,
         is_attended=lambda: True,
         options={},

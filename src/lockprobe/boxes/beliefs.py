@@ -36,7 +36,7 @@ has not moved, whatever was reported.
 
 If no interlock of the prior allows the reports, the observer keeps only the last report. It restarts from the prior at
 the configuration told before it (or the most probable one, if none was told). If that is impossible too, it restarts at
-the configuration told after it. Interlocks that cannot be solved from there are left out. Restarts are counted.
+the configuration told after it. Interlocks that cannot be solved from there are left out.
 """
 
 from __future__ import annotations
@@ -92,11 +92,6 @@ class Interlocks:
     def may_move(self, configuration: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether each joint may move in the configuration of each interlock: from (..., interlocks) to (..., n)."""
         allowed: NDArray[np.bool_] = (configuration[..., None] & self.asks) == self.finds
-        return allowed
-
-    def moves(self, configuration: NDArray[np.int64], joint: int) -> NDArray[np.bool_]:
-        """Whether this joint may move in the configuration under each interlock, shape (..., interlocks)."""
-        allowed: NDArray[np.bool_] = (configuration & self.asks[:, joint]) == self.finds[:, joint]
         return allowed
 
     @cached_property
@@ -186,7 +181,6 @@ class Noise:
     reading, or there are those that invert the same.
     """
 
-    name: str
     p: float | None
     kinds: tuple[KnownReading, ...]
 
@@ -209,7 +203,7 @@ def noise_model(name: str, reading: KnownReading = "outcomes") -> Noise:
         raise BadValue("noise", name, "naive, aware, or a number from 0 to 1")
     check_choice("reading", reading, get_args(KnownReading))
     kinds: tuple[KnownReading, ...] = _KINDS.get(reading, (reading,))
-    return Noise(name=name, p=p, kinds=("memoryless",) if p == 0.0 else kinds)
+    return Noise(p=p, kinds=("memoryless",) if p == 0.0 else kinds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +231,6 @@ class Belief:
         told: Reports since the beginning or the last restart.
         positions: The configuration as told last; None where positions are not told.
         moved: Probability that the last attempt moved its joint, [0, 1]; None before the first.
-        restarts: Number of impossible reports.
     """
 
     interlocks: Interlocks
@@ -249,7 +242,6 @@ class Belief:
     told: int = 0
     positions: int | None = 0
     moved: float | None = None
-    restarts: int = 0
 
     @property
     def alive(self) -> int:
@@ -278,9 +270,7 @@ class Belief:
         return hash(self.key)
 
 
-def begin(
-    interlocks: Interlocks, noise: Noise, configuration: int = 0, positions: int | None = 0, restarts: int = 0
-) -> Belief:
+def begin(interlocks: Interlocks, noise: Noise, configuration: int = 0, positions: int | None = 0) -> Belief:
     """The belief before the first report, or after a restart: the prior at a configuration, with reported positions."""
     solvable = interlocks.distance[:, configuration] < NEVER
     return Belief(
@@ -291,7 +281,6 @@ def begin(
         false=np.zeros(len(interlocks), dtype=np.int64),
         weights=solvable / solvable.sum(),
         positions=positions,
-        restarts=restarts,
     )
 
 
@@ -300,13 +289,13 @@ def update(belief: Belief, report: ReportedAttempt) -> Belief:
     if (found := _conditioned(belief, report)) is not None:
         return found
     before = belief.likeliest if report.positions is None else report.positions ^ (report.moved << report.joint)
-    again = begin(belief.interlocks, belief.noise, before & ~1, belief.positions, belief.restarts + 1)
+    again = begin(belief.interlocks, belief.noise, before & ~1, belief.positions)
     if (found := _conditioned(again, report)) is not None:
         return found
     now = before & ~1 ^ (report.moved << report.joint) & ~1  # the target stays in place
-    fresh = begin(again.interlocks, again.noise, now, report.positions, again.restarts)
+    fresh = begin(again.interlocks, again.noise, now, report.positions)
     fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
-    blocked = ~fresh.interlocks.moves(fresh.configuration, 0)
+    blocked = ~fresh.interlocks.may_move(fresh.configuration)[:, 0]
     weights = fresh.weights * blocked
     total = float(weights.sum())
     if report.joint or not total:
@@ -317,7 +306,7 @@ def update(belief: Belief, report: ReportedAttempt) -> Belief:
 def _conditioned(belief: Belief, report: ReportedAttempt) -> Belief | None:
     """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
     noise, told, bit = belief.noise, belief.told + 1, 1 << report.joint
-    moves = belief.interlocks.moves(belief.configuration, report.joint)
+    moves = belief.interlocks.may_move(belief.configuration)[:, report.joint]
     said: NDArray[np.bool_] | bool = report.moved  # under each interlock if only positions are told
     possible = belief.possible
     if report.positions is not None:

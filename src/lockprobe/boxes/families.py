@@ -27,7 +27,7 @@ import numpy as np
 
 from lockprobe.boxes.box import MAX_JOINTS, Clause, Joint, JointKind, Lockbox
 from lockprobe.boxes.layouts import LayoutName, laid_out
-from lockprobe.boxes.solve import fault_of, space_of
+from lockprobe.boxes.solve import fault_of, optimum
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import allow, find_plugin, is_own_function, plugin_names
 from lockprobe.foundation.seeds import generator, integer_seed
@@ -67,25 +67,21 @@ def _assemble(name: str, joints: Sequence[tuple[str, JointKind]], interlock: Map
     )
 
 
-def _chain(size: int) -> Lockbox:
-    joints = _in_a_row(size)
-    return _assemble(f"chain-{size}", joints, {j: [{right: True}] for (j, _), (right, _) in pairwise(joints)})
+_Rule = Callable[[list[str], list[str]], Clause]
+"""From the joints to the left and to the right of a joint, nearest last and nearest first, to what it needs."""
 
 
-def _bichain(size: int) -> Lockbox:
-    joints = _in_a_row(size)
-    needs: dict[str, dict[str, bool]] = {j: {right: True} for (j, _), (right, _) in pairwise(joints)}
-    for (dependant, _), (joint, _) in pairwise(joints):
-        needs[joint] = needs.get(joint, {}) | {dependant: False}
-    return _assemble(f"bichain-{size}", joints, {j: [clause] for j, clause in needs.items()})
-
-
-def _gray_code(size: int, name: str) -> Lockbox:
+def _line(name: str, size: int, rule: _Rule) -> Lockbox:
     joints = [joint for joint, _ in _in_a_row(size)]
-    interlock = {
-        joint: [{joints[i + 1]: True, **dict.fromkeys(joints[i + 2 :], False)}] for i, joint in enumerate(joints[:-1])
-    }
-    return _assemble(name, _in_a_row(size), interlock)
+    needs = {joint: rule(joints[:i], joints[i + 1 :]) for i, joint in enumerate(joints)}
+    return _assemble(name, _in_a_row(size), {joint: [clause] for joint, clause in needs.items() if clause})
+
+
+_LINES: Mapping[str, _Rule] = {
+    "chain": lambda left, right: dict.fromkeys(right[:1], True),
+    "bichain": lambda left, right: {**dict.fromkeys(right[:1], True), **dict.fromkeys(left[-1:], False)},
+    "gray-code": lambda left, right: {joint: joint == right[0] for joint in right},
+}
 
 
 def _room(name: str, levers: int) -> Lockbox:
@@ -124,14 +120,12 @@ _FOUR: Mapping[str, Mapping[str, Clause]] = {
 """Boxes of the paper's joints, each of which is free or has one clause."""
 
 STRUCTURES: Mapping[str, Callable[[], Lockbox]] = {
-    **{f"chain-{n}": partial(_chain, n) for n in _SIZES},
-    **{f"bichain-{n}": partial(_bichain, n) for n in _SIZES},
+    **{f"{name}-{n}": partial(_line, f"{name}-{n}", n, rule) for name, rule in _LINES.items() for n in _SIZES},
+    "gray-code": partial(_line, "gray-code", 4, _LINES["gray-code"]),
     **{
         name: partial(_assemble, name, _in_a_row(4), {joint: [clause] for joint, clause in clauses.items()})
         for name, clauses in _FOUR.items()
     },
-    "gray-code": partial(_gray_code, 4, "gray-code"),
-    **{f"gray-code-{n}": partial(_gray_code, n, f"gray-code-{n}") for n in _SIZES},
     **{f"{name}-{n}": partial(_room, name, n) for name in ("common-cause", "common-effect") for n in (3, 4)},
     "branched": _branched,
 }
@@ -197,7 +191,7 @@ def alike_boxes(joints: int, many: int) -> tuple[Lockbox, ...]:
     So many steps takes ``chain-4``, too. Interlocks may repeat; the joints of each box are dealt anew.
     """
     found = (random_box(joints, seed) for seed in count(1))
-    return tuple(islice((one for one in found if space_of(one).optimum == joints), many))
+    return tuple(islice((one for one in found if optimum(one) == joints), many))
 
 
 def _random_interlock(size: int, name: str, rng: np.random.Generator) -> Lockbox:

@@ -30,7 +30,15 @@ def panel_lines(
     """
     names = labels or [str(i + 1) for i in range(len(box.joints))]
     drawn = box.initial if positions is None else positions
-    inside = [f"│{line:{_WIDE}}│" for row in _rows(box) for line in _row(box, row, names, drawn)]
+    inside = list[str]()
+    for row in _rows(box):
+        symbols, under = "", ""
+        for i in row:  # overlapping symbols move to the right
+            joint, position = box.joints[i], drawn[i]
+            at = max(len(symbols) + 1, round(joint.place[0] * _WIDE) - 2)
+            symbols = symbols.ljust(at) + _SYMBOLS[joint.kind][2 if position is None else position]
+            under = under.ljust(at) + f" {names[i]}" + ("*" if joint.name == box.target else "")
+        inside += [f"│{line:{_WIDE}}│" for line in (symbols, under)]
     unknown = ", not told [? ] (?)" if None in drawn else ""
     legend = f"closed [#-] (|), open [-#] (-){unknown}; * the target"
     return ["┌" + "─" * _WIDE + "┐", *inside, "└" + "─" * _WIDE + "┘", legend]
@@ -49,17 +57,6 @@ def _rows(box: Lockbox) -> list[list[int]]:
         else:
             rows.append([i])
     return [sorted(row, key=lambda i: (box.joints[i].place[0], i)) for row in rows]
-
-
-def _row(box: Lockbox, row: list[int], names: Sequence[str], positions: Sequence[bool | None]) -> tuple[str, str]:
-    """A row of symbols and the names under them; overlapping symbols move to the right."""
-    symbols, under = "", ""
-    for i in row:
-        joint, position = box.joints[i], positions[i]
-        at = max(len(symbols) + 1, round(joint.place[0] * _WIDE) - 2)
-        symbols = symbols.ljust(at) + _SYMBOLS[joint.kind][2 if position is None else position]
-        under = under.ljust(at) + f" {names[i]}" + ("*" if joint.name == box.target else "")
-    return symbols, under
 
 
 def interlock_lines(box: Lockbox, called: Mapping[str, str] | None = None) -> list[str]:

@@ -40,9 +40,8 @@ class Space:
 
     @property
     def reachable(self) -> NDArray[np.int64]:
-        """The reachable configurations, nearest first."""
-        found = np.flatnonzero(self.steps >= 0)
-        return found[np.argsort(self.steps[found], kind="stable")]
+        """The reachable configurations."""
+        return np.flatnonzero(self.steps >= 0)
 
     @property
     def last(self) -> NDArray[np.int64]:

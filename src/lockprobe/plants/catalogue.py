@@ -61,9 +61,8 @@ class PlantSource:
         picture_size: Width and height of simulated pictures, pixels; None if no camera is simulated.
         renderer: The name of the renderer of simulated pictures on this machine.
         make_filmed: Builds it for a film of its moving arm; None if there is nothing to film.
-        photographs: Whether a real camera takes its pictures.
+        photographs: Whether a real camera takes its pictures, on which labels are painted, the same in every trial.
         has_arm: Whether an arm acts on the box, whose verdict on every attempt is ``sensed["verdict"]``.
-        painted_labels: Whether its pictures show labels that are painted on a real box, the same in every trial.
         lays_out: Whether the joints lie where the box says, whatever it says. False for a rigid panel, real or a user's
             model, which nobody can deal anew; None if the plant does not say.
         is_attended: Whether somebody answers its questions at the terminal
@@ -82,7 +81,6 @@ class PlantSource:
     make_filmed: MakeFilmed | None = None
     photographs: bool = False
     has_arm: bool = False
-    painted_labels: bool = False
     lays_out: bool | None = None
     is_attended: Callable[[], bool] = lambda: False
     ships: bool = True

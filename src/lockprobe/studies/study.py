@@ -188,11 +188,8 @@ class Study:
         for spec, conditions in grouped(self.conditions, self.plant_of).items():
             plant = resolve_plant(spec)
             check_shown(conditions, plant)
-            if (
-                self.shuffle != "never"
-                and plant.painted_labels
-                and any(is_pictured(one.modality) for one in conditions)
-            ):
+            pictured = any(is_pictured(one.modality) for one in conditions)
+            if self.shuffle != "never" and plant.photographs and pictured:
                 expected = "never with pictures of a real box, on which labels are painted"
                 raise BadValue("shuffle", self.shuffle, expected)
             if self.layout != "fixed" and plant.lays_out is False:

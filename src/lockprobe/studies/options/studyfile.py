@@ -203,7 +203,7 @@ def _with_defaults(asked: StudyOptions) -> tuple[StudyOptions, set[str]]:
         dropped |= {"repetitions", "trials"}
     if not plant.lays_out:
         dropped.add("layout")
-    if usual.get("shuffle") == "never" and not plant.painted_labels:
+    if usual.get("shuffle") == "never" and not plant.photographs:
         dropped.add("shuffle")
     shown = usual.get("modality", [STATES])
     shown = [one for one in shown if plant.has_camera or not is_pictured(one)] or shown
