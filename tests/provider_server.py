@@ -48,7 +48,7 @@ class Manner:
     """How a provider behaves.
 
     Attributes:
-        answer: ``truthful``, ``blind`` or ``counted``, where no function is given.
+        answer: ``truthful`` or ``blind``, where no function is given.
         median: Median latency in seconds; 0 answers at once. ``sigma`` is the spread of its logarithm.
         faults: Share of requests that fare so, by kind.
         keeps: Whether connections live on after an answer.
@@ -122,9 +122,9 @@ class Server:
         chain: For each conversation, the seconds of it and of all that led up to it.
     """
 
-    def __init__(self, answer=None, manner=None, *, keep=False):
+    def __init__(self, answer=None, manner=None):
         self.manner = manner or Manner()
-        self.answers, self._keep = answer or ANSWERS[self.manner.answer], keep
+        self.answers = answer or ANSWERS[self.manner.answer]
         self.url, self.requests, self.headers = "", [], set()
         self._open, self._raised = set(), None
         self.arrived, self.replied, self.faults = Counter(), Counter(), Counter()
@@ -183,8 +183,7 @@ class Server:
             send(writer, 200, self.account())
             return True
         request = json.loads(body)
-        if self._keep:
-            self.requests.append(request)
+        self.requests.append(request)
         self._on_their_way += 1
         self.peak = max(self.peak, self._on_their_way)
         try:
@@ -253,9 +252,8 @@ class Server:
         return status, whole.replace(b":", b";", 3) or content
 
 
-def here(answer=None, manner=None, *, keep=False):
-    """A server in a thread of this process."""
-    return Server(answer, manner, keep=keep)
+here = Server
+"""A server in a thread of this process."""
 
 
 @contextlib.contextmanager
@@ -397,7 +395,7 @@ def counted(request, times=1, answer=truthful):
     }
 
 
-ANSWERS = {"truthful": truthful, "blind": blind, "counted": counted}
+ANSWERS = {"truthful": truthful, "blind": blind}
 
 
 def main():

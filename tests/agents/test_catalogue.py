@@ -30,42 +30,36 @@ def test_a_spec_says_where_its_time_goes_and_what_it_can_take_in(spec, engine, s
         assert source.make().facts is not None
 
 
+NAMED = "a name without control characters"
+
+
 @pytest.mark.parametrize(
-    ("spec", "message"),
+    ("spec", "kind", "message"),
     [
-        ("randon", "no agent is called 'randon' (did you mean 'random'?); there are: random, random-no-repeat"),
-        ("openai/gpt-4o", "no agent is called 'openai/gpt-4o' (did you mean 'llm:openai/gpt-4o'?)"),
-        ("human-inspired:fast", "no strategy is called 'human-inspired:fast' (did you mean 'human-inspired'?); there are: random"),
-        ("cognitive:slow", "no strategy is called 'cognitive:slow' (did you mean 'cognitive:careful'?); there are: "),
-        ("ideal-observer:x", "no strategy is called 'ideal-observer:x'"),
-        ("llm:gpt", "no language model is called 'llm:gpt'; there are: llm:local, llm:gguf:PATH, llm:PROVIDER/MODEL"),
-        ("random:x", "no strategy is called 'random:x'"),
-        ("viewers", "no agent is called 'viewers'"),
-        ("viewer:llm:local", "no strategy is called 'llm:local'; there are: random, random-no-repeat"),
-        ("viewer:viewer", "no strategy is called 'viewer'; there are: random"),
-        ("viewer:python:os:abort", "no strategy is called 'python:os:abort'; there are: random"),
-        ("viewer:human-inspired:fast", "no strategy is called 'human-inspired:fast'"),
-        ("viewer?acuty=9", "no option of viewer is called 'acuty' (did you mean 'acuity'?); there are: acuity, target, "),
-        ("viewer:random?lapse=0.1", "no option of viewer:random is called 'lapse'; there are: acuity"),
+        ("randon", UnknownName, "no agent is called 'randon' (did you mean 'random'?); there are: random, random-no-repeat"),
+        ("openai/gpt-4o", UnknownName, "no agent is called 'openai/gpt-4o' (did you mean 'llm:openai/gpt-4o'?)"),
+        ("human-inspired:fast", UnknownName, "no strategy is called 'human-inspired:fast' (did you mean 'human-inspired'?); there are: random"),
+        ("cognitive:slow", UnknownName, "no strategy is called 'cognitive:slow' (did you mean 'cognitive:careful'?); there are: "),
+        ("ideal-observer:x", UnknownName, "no strategy is called 'ideal-observer:x'"),
+        ("llm:gpt", UnknownName, "no language model is called 'llm:gpt'; there are: llm:local, llm:gguf:PATH, llm:PROVIDER/MODEL"),
+        ("random:x", UnknownName, "no strategy is called 'random:x'"),
+        ("viewers", UnknownName, "no agent is called 'viewers'"),
+        ("viewer:llm:local", UnknownName, "no strategy is called 'llm:local'; there are: random, random-no-repeat"),
+        ("viewer:viewer", UnknownName, "no strategy is called 'viewer'; there are: random"),
+        ("viewer:python:os:abort", UnknownName, "no strategy is called 'python:os:abort'; there are: random"),
+        ("viewer?acuty=9", UnknownName, "no option of viewer is called 'acuty' (did you mean 'acuity'?); there are: acuity, target, "),
+        ("viewer:random?lapse=0.1", UnknownName, "no option of viewer:random is called 'lapse'; there are: acuity"),
+        *((f"mcp{name}", BadValue, f"agent: got 'mcp{name}', expected mcp:NAME") for name in ("", ":", ":-a", ":a b", ":a/b", ":é", ":" + "A" * 65, ":a:b")),
+        *((f"participant:{name}", BadValue, f"agent: got 'participant:{name}', expected participant, or participant:ID with 4 to 32") for name in ("", "abc", "ABCD", "a" * 33, "abcd:e")),
+        ("random\x1b[31m", BadValue, f"agent: got 'random?[31m', expected {NAMED}"),
+        ("llm:openai/gpt\u202e4o", BadValue, f"agent: got 'llm:openai/gpt?4o', expected {NAMED}"),
+        ("human-inspired\n", BadValue, f"agent: got 'human-inspired?', expected {NAMED}"),
     ],
 )  # fmt: skip
-def test_an_unknown_spec_lists_what_exists(spec, message):
-    with pytest.raises(UnknownName) as mistake:
+def test_what_names_no_agent_is_refused_with_what_there_is(spec, kind, message):
+    with pytest.raises(kind) as mistake:
         resolve(spec)
     assert str(mistake.value).startswith(message)
-
-
-@pytest.mark.parametrize(
-    ("names", "expected"),
-    [
-        (["mcp", *(f"mcp:{name}" for name in ("", "-a", "a b", "a/b", "é", "A" * 65, "a:b"))], "mcp:NAME"),
-        ([f"participant:{name}" for name in ("", "abc", "ABCD", "a" * 33, "abcd:e")], "participant:ID with 4 to 32"),
-    ],
-)
-def test_a_person_or_a_client_is_named_in_a_form_that_is_refused_otherwise(names, expected):
-    for name in names:
-        with pytest.raises(BadValue, match=expected):
-            resolve(name)
 
 
 def test_options_of_a_viewer_and_of_its_strategy_stand_side_by_side():
@@ -101,10 +95,3 @@ def test_your_own_class(tmp_path, monkeypatch):
     }.items():
         with pytest.raises(UserMistake, match=f"^{said}"):
             resolve(f"python:own_agent:{name}").check()
-
-
-@pytest.mark.parametrize("spec", ["random\x1b[31m", "llm:openai/gpt\u202e4o", "human-inspired\n"])
-def test_what_would_play_tricks_on_a_terminal_is_no_name(spec):
-    with pytest.raises(BadValue, match="a name without control characters") as wrong:
-        resolve(spec)
-    assert str(wrong.value).isprintable()

@@ -67,12 +67,6 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before_and_wher
     assert forked.run([], script=script).stdout == trial_to_json(trial).decode()
 
 
-def test_an_instruction_of_its_own_is_refused(tmp_path):
-    (tmp_path / "own.txt").write_text("{joints} {target} {reply}")
-    with pytest.raises(BadValue, match="prompt cannot be combined with a local model"):
-        run_trial(agent=LocalModel(Recording()), condition=f"prompt?file={tmp_path / 'own.txt'}", max_steps=1)
-
-
 PREFIX = "A lockbox has several joints. The target joint is: B."
 
 
@@ -141,7 +135,7 @@ class Recording:
 
 def asked(**settings):
     engine = Recording()
-    return engine, run_trial(agent=LocalModel(engine), p=0.5, trial=3, max_steps=4, **settings)
+    return engine, run_trial(agent=LocalModel(engine), trial=3, max_steps=4, p=0.5, **settings)
 
 
 def test_the_log_holds_what_was_told_and_what_was_said():
@@ -172,7 +166,10 @@ def test_every_question_continues_the_one_before_by_two_tokens_or_more(assessmen
     assert (trial.steps[-1].decision.claimed is None) == (not assessment)
 
 
-def test_a_trial_that_outgrows_the_model_is_a_users_mistake():
+def test_a_trial_that_outgrows_the_model_and_an_instruction_of_its_own_are_a_users_mistake(tmp_path):
+    (tmp_path / "own.txt").write_text("{joints} {target} {reply}")
+    with pytest.raises(BadValue, match="prompt cannot be combined with a local model"):
+        run_trial(agent=LocalModel(Recording()), condition=f"prompt?file={tmp_path / 'own.txt'}")
     with pytest.raises(BadValue, match=r"^max_steps: got 20, expected a trial that fits this model's 4096 tokens$"):
         run_trial(agent=LocalModel(Recording(size=40)), p=0.5)
 

@@ -75,19 +75,16 @@ def test_it_leaks_neither_names_nor_structure_of_the_box():
     assert [word for word in words if word in text] == []
 
 
-def test_the_form_of_a_reply_offers_what_can_be_said_and_a_repair_says_it_again():
+def test_form_and_repair_say_what_can_be_said_and_where_nobody_asks_no_word_of_what_the_last_action_did():
     assert reply_schema(FIRST)["properties"]["last_action"]["enum"] == ["none"]
     assert reply_schema(LATER)["properties"]["joint"]["enum"] == ["C", "A", "D", "B"]
-    assert '{"last_action": "moved" or "did not move", "hypothesis": "", "joint"' in repair(ReplyFault("why"), LATER)
-
-
-def test_where_nobody_asks_what_the_last_action_did_neither_prompt_nor_form_nor_repair_says_a_word_of_it():
+    again = 'That reply could not be used (why). Reply with one JSON object and nothing else: {{{}"hypothesis": "", "joint": one of ["C", "A", "D", "B"]}}'
+    assert repair(ReplyFault("why"), LATER) == again.format('"last_action": "moved" or "did not move", ')
     words = '"last_action": "moved" or "did not move" ("none" in the first step), '
     assert TOLD.replace(words, "") == instructions(UNASKED)
     schema = reply_schema(UNASKED)
     assert [*schema["properties"]] == schema["required"] == ["hypothesis", "joint"]
-    again = 'Reply with one JSON object and nothing else: {"hypothesis": "", "joint": one of ["C", "A", "D", "B"]}'
-    assert repair(ReplyFault("why"), UNASKED) == f"That reply could not be used (why). {again}"
+    assert repair(ReplyFault("why"), UNASKED) == again.format("")
 
 
 def looked(*shown, steps=6):

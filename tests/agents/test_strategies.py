@@ -80,11 +80,6 @@ def test_human_inspired_always_has_a_choice_and_lapses_are_equal_for_all(preset,
     assert after(agent, reports, LINE) == pytest.approx(expected)
 
 
-def test_the_default_states_nothing_and_others_their_options():
-    assert HumanInspired().facts == {}
-    assert HumanInspired(target="last").facts["target"] == "last"
-
-
 @given(pulls=st.tuples(*[st.floats(-5, 5)] * 6), decay=st.floats(0, 1), reset=st.floats(0, 1), reports=REPORTS)
 def test_the_softmax_is_its_formula(pulls, decay, reset, reports):
     """From the whole past at once."""
@@ -198,9 +193,13 @@ def test_the_ideal_observer_says_what_it_thinks_its_action_did(options, attempt,
         ("ideal-observer?prior=chains", {"prior": "chains", "noise": "aware", "reading": "outcomes"}),
         ("cognitive:softmax-memory?failure=2&target=1", {"failure": 2, "target": 1, "decay": 1}),
         ("cognitive:random-map?window=2", {"window": 2, "avoid": "none", "lapse": 0}),
+        ("human-inspired:target-last", {"target": "last"}),
+        ("human-inspired", {}),
     ],
 )  # fmt: skip
 def test_what_it_is_and_the_probabilities_that_were_drawn_from_stand_in_the_record(spec, facts):
     trial = run_trial(agent=spec, p=0.3)
     assert trial.facts.items() >= facts.items()
-    assert all(sum(step.decision.probabilities) == pytest.approx(1) for step in trial.steps)
+    assert (trial.facts == {}) == (facts == {})  # the default states nothing
+    for step in trial.steps:
+        assert spec.startswith("human") or sum(step.decision.probabilities) == pytest.approx(1)

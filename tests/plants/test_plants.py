@@ -64,59 +64,44 @@ def test_what_the_plant_has_anyway_is_no_change_and_the_rest_is_written_in_one_w
 @pytest.mark.parametrize(
     ("plant", "spec", "error", "message"),
     [
-        (
-            "twin",
-            "plant?pose_eror=1",
-            UnknownName,
-            "no option of twin is called 'pose_eror' (did you mean 'pose_error'",
-        ),
+        ("twin", "plant?pose_eror=1", UnknownName, "no option of twin is called 'pose_eror' (did you mean 'pose_error'"),
         ("twin", "plant?pose_error=odd", BadValue, "pose_error: got 'odd', expected a number"),
         ("twin", "plant", BadValue, "condition: got 'plant', expected each option of the plant once"),
         ("twin", "plant?tilt=30 + plant?tilt=40", BadValue, "condition: got 'plant?tilt=30 + plant?tilt=40'"),
-        (
-            "symbolic",
-            "plant?pose_error=0.1",
-            UnknownName,
-            "no option of symbolic is called 'pose_error'; there are: none",
-        ),
+        ("symbolic", "plant?pose_error=0.1", UnknownName, "no option of symbolic is called 'pose_error'; there are: none"),
     ],
-)
+)  # fmt: skip
 def test_what_the_plant_has_not_is_refused_in_one_line(plant, spec, error, message):
     with pytest.raises(error) as caught:
         read_condition(spec, plant=plant)
     assert str(caught.value).startswith(message)
 
 
-def asked(typed, answers, monkeypatch, capsys):
-    monkeypatch.setattr("sys.stdin", io.StringIO(typed))
-    try:
-        return TerminalOperator().ask("Did it move?", [*answers]), capsys.readouterr()
-    except OperatorStopped as stopped:
-        return stopped, capsys.readouterr()
-
-
 @pytest.mark.parametrize(
     ("typed", "answers", "answer"),
-    [("y\n", "yn", "y"), ("  NO \n", "yn", "n"), ("yes", "yn", "y"), ("\n", (ENTER,), ENTER), ("x\n\ny\n", "yn", "y")],
+    [
+        ("y\n", "yn", "y"),
+        ("  NO \n", "yn", "n"),
+        ("yes", "yn", "y"),
+        ("\n", (ENTER,), ENTER),
+        ("x\n\ny\n", "yn", "y"),
+        ("q\n", "yn", "the operator stopped"),
+        ("Quit\n", "yn", "the operator stopped"),
+        ("", "yn", "the input ended before the operator answered"),
+    ],
 )
-def test_answers(typed, answers, answer, monkeypatch, capsys):
-    found, printed = asked(typed, answers, monkeypatch, capsys)
+def test_an_answer_is_typed_and_what_is_none_is_asked_again(typed, answers, answer, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdin", io.StringIO(typed))
+    try:
+        found = TerminalOperator().ask("Did it move?", [*answers])
+    except OperatorStopped as stopped:
+        found = str(stopped)
     assert found == answer
+    printed = capsys.readouterr()
     assert printed.out == ""
     assert printed.err.count("Did it move? ") == 1 + printed.err.count("Not an answer here: type y, n, or q to stop.")
 
 
-@pytest.mark.parametrize(
-    ("typed", "why"),
-    [("q\n", "the operator stopped"), ("Quit\n", "the operator stopped"), ("", "the input ended before")],
-)
-def test_q_and_the_end_of_input_stop(typed, why, monkeypatch, capsys):
-    found, _ = asked(typed, "yn", monkeypatch, capsys)
-    assert isinstance(found, OperatorStopped)
-    assert str(found).startswith(why)
-
-
-FIVE = box("random-5-3")
 LABELS = ("C", "A", "E", "D", "B")
 
 

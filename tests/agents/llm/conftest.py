@@ -26,7 +26,7 @@ def served(monkeypatch):
 
     @contextmanager
     def serving(answer=None):
-        with here(answer, keep=True) as server:
+        with here(answer) as server:
             for provider in ASKED:
                 monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
             yield server

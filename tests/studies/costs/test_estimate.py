@@ -110,7 +110,7 @@ def model(images=0, **facts):
 )  # fmt: skip
 def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(spec, monkeypatch):
     """At every step, held against a provider that answers as the made-up trial does; labels are of equal length."""
-    with here(lambda request: replying(request, joints(request)[0], REPLY["hypothesis"]), keep=True) as provider:
+    with here(lambda request: replying(request, joints(request)[0], REPLY["hypothesis"])) as provider:
         monkeypatch.setenv("FAKE_BASE_URL", provider.url)
         monkeypatch.setenv("FAKE_API_KEY", "nobody-asks-for-one")
         trial = run_trial(agent=SPEC, condition=spec, max_steps=12)
