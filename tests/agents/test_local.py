@@ -67,37 +67,24 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before_and_wher
     assert forked.run([], script=script).stdout == trial_to_json(trial).decode()
 
 
-PREFIX = "A lockbox has several joints. The target joint is: B."
-
-
-def scored(model, text, *options):
-    engine = model._engine
-    engine.restart(PREFIX)
-    prompt = [*engine.tokens(PREFIX, opening=True), *engine.tokens(text)]
-    return prompt, engine.score(prompt, [engine.tokens(option) for option in options])
-
-
-def test_a_score_is_the_softmax_over_the_allowed_answers(model):
+def test_a_score_is_the_softmax_over_the_allowed_answers_and_multiplies_along_those_of_several_tokens(model):
     """That of the whole vocabulary, as far as the allowed tokens have a share in it."""
-    prompt, found = scored(model, " The next joint is:", " A", " B", " C", " D")
-    answer = model._engine._server.handle_completions(
+    engine, prefix = model._engine, "A lockbox has several joints. The target joint is: B."
+    engine.restart(prefix)
+    prompt = [*engine.tokens(prefix, opening=True), *engine.tokens(" The next joint is:")]
+    labels = [engine.tokens(f" {label}") for label in "ABCD"]
+    answer = engine._server.handle_completions(
         {"prompt": prompt, "n_predict": 1, "temperature": 1.0, "n_probs": 400, "cache_prompt": False}
     )
     top = answer["choices"][0]["logprobs"]["content"][0]["top_logprobs"]
     likely = {entry["id"]: math.exp(entry["logprob"]) for entry in top}
-    masses = [likely[token] for label in "ABCD" for token in model._engine.tokens(f" {label}")]
+    masses = [likely[token] for (token,) in labels]
     expected = [mass / sum(masses) for mass in masses]
-    assert len(masses) == 4
-    assert found == pytest.approx(expected, abs=2e-3)
+    assert engine.score(prompt, labels) == pytest.approx(expected, abs=2e-3)
     assert max(expected) - min(expected) > 0.02  # the model does prefer some
-
-
-def test_answers_of_several_tokens_multiply_along_their_paths(model):
-    engine = model._engine
-    prompt, found = scored(model, " The next joint is the", " slider one", " slider two", " lever")
     one, two, lever = (engine.tokens(text) for text in (" slider one", " slider two", " lever"))
+    found, first = engine.score(prompt, [one, two, lever]), engine.score(prompt, [one[:1], lever])[0]
     assert sum(found) == pytest.approx(1)
-    first = engine.score(prompt, [one[:1], lever])[0]
     assert found[0] == pytest.approx(first * engine.score([*prompt, one[0]], [one[1:], two[1:]])[0], abs=0.02)
     assert engine.score([1, 2], [(3,)]) == [1.0]
 

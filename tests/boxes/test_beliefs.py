@@ -37,11 +37,13 @@ def as_box(needs):
     return Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * len(names), target="j0")
 
 
-def told(box, kind, joints, flips, states_only=False):
+@cache
+def told(needs, kind, joints, flips, states_only):
     """The reports of these attempts, and where the box was and what moved; None where it opens on the way.
 
     Where states alone are told, what moved is what comparing a report with the last one says.
     """
+    box = as_box(needs)
     task = Task(joints=box.names, target=box.target, budget=99)
     configuration, percept, reports, truth = box.initial, Percept(positions=box.initial), [], []
     for joint, flip in zip(joints, flips, strict=True):
@@ -61,11 +63,6 @@ def told(box, kind, joints, flips, states_only=False):
     return tuple(reports), tuple(truth)
 
 
-@cache
-def _told_under(needs, kind, joints, flips, states_only):
-    return told(as_box(needs), kind, joints, flips, states_only)
-
-
 def likelihood(p, false, of):
     """Of one pattern with so many false reports; p None is equal density over [0, 1], by quadrature."""
     if p is None:
@@ -79,7 +76,7 @@ def histories(needs, kinds, joints, p, states_only=False):
     for place, kind in product(range(len(needs)), kinds):
         for flips in product([False, True], repeat=len(joints)):
             if (mass := likelihood(p, sum(flips), len(flips))) and (
-                heard := _told_under(needs[place], kind, joints, flips, states_only)
+                heard := told(needs[place], kind, joints, flips, states_only)
             ):
                 found[heard[0]][place, heard[1][-1]] += mass / len(kinds)
     return found

@@ -49,11 +49,7 @@ def written(tmp_path, text):
         ('name = "latch"', "name = ", "not TOML"),
         ("place = [0.8, 0.5]", "place = [nan, 0.5]", "joints.1.place"),
         ("[{ pin = 1 }]", "[{ door = 1 }]", "interlock of door: got 'door', expected positions of other joints"),
-        (
-            "[{ pin = 1 }]",
-            "[{ pin = 1 }, { pin = 0 }]\npin = [{ door = 1 }]",
-            "contradictory: {pin = 1} of target door",
-        ),
+        ("[{ pin = 1 }]", "[{ pin = 1 }, { pin = 0 }]\npin = [{ door = 1 }]", "contradictory: {pin = 1} of target do"),
         ("[{ pin = 1 }]", "[{ pin = 1, pin = 0 }]", "not TOML"),
         ("[{ pin = 1 }]", "[]", "interlock.door"),
         ("[{ pin = 1 }]", "[{ 'a\\nb' = 1 }]", "expected a name: a letter"),

@@ -41,10 +41,7 @@ def test_attempts_in_every_configuration(boxes, data):
 @pytest.mark.parametrize(
     ("interlock", "reason"),
     [
-        (
-            {"a": ({"b": True},), "b": ({"c": True},), "c": ({"a": True},)},
-            "unsolvable: nothing moves, every joint is locked at the start",
-        ),
+        ({"a": ({"b": True},), "b": ({"c": True},), "c": ({"a": True},)}, "unsolvable: nothing moves, every joint is locked at the start"),
         ({"a": ({"b": True},), "b": ({"a": True},)}, "unsolvable: no sequence of attempts moves a"),
         (
             {"a": ({"b": True}, {"c": True, "b": False}), "c": ({"b": True},), "b": ({"c": False},)},
@@ -53,7 +50,7 @@ def test_attempts_in_every_configuration(boxes, data):
         ({}, "too short: solved in 1 of at least 2 steps"),
         ({"a": ({"b": True},)}, None),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_played_is_said_with_the_reason(interlock, reason):
     joints = tuple(Joint(name=name, kind="revolute") for name in "abc")
     drawn = Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * 3, target="a")
