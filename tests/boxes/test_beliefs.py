@@ -130,6 +130,7 @@ def test_the_posterior_is_that_of_enumeration(name, reading, kinds, states_only,
             expected = [sum(behind[place, moved] for moved in (False, True)) / total for place in range(len(SMALL))]
             assert np.allclose(belief.weights, expected, atol=1e-12)
             assert belief.moved == pytest.approx(sum(m for (_, moved), m in behind.items() if moved) / total)
+            assert belief.restarts == 0
 
 
 def test_a_naive_observer_begins_again_from_the_last_report():
@@ -140,6 +141,7 @@ def test_a_naive_observer_begins_again_from_the_last_report():
         noise_model("naive"),
         [ReportedAttempt(1, moved=True, positions=2), ReportedAttempt(2, moved=False, positions=0)],
     )
+    assert belief.restarts == 1
     assert belief.alive == after(known, noise_model("naive"), [ReportedAttempt(2, moved=False, positions=0)]).alive
 
 

@@ -36,7 +36,7 @@ has not moved, whatever was reported.
 
 If no interlock of the prior allows the reports, the observer keeps only the last report. It restarts from the prior at
 the configuration told before it (or the most probable one, if none was told). If that is impossible too, it restarts at
-the configuration told after it. Interlocks that cannot be solved from there are left out.
+the configuration told after it. Interlocks that cannot be solved from there are left out. Restarts are counted.
 """
 
 from __future__ import annotations
@@ -231,6 +231,7 @@ class Belief:
         told: Reports since the beginning or the last restart.
         positions: The configuration as told last; None where positions are not told.
         moved: Probability that the last attempt moved its joint, [0, 1]; None before the first.
+        restarts: Number of impossible reports.
     """
 
     interlocks: Interlocks
@@ -242,6 +243,7 @@ class Belief:
     told: int = 0
     positions: int | None = 0
     moved: float | None = None
+    restarts: int = 0
 
     @property
     def alive(self) -> int:
@@ -270,7 +272,9 @@ class Belief:
         return hash(self.key)
 
 
-def begin(interlocks: Interlocks, noise: Noise, configuration: int = 0, positions: int | None = 0) -> Belief:
+def begin(
+    interlocks: Interlocks, noise: Noise, configuration: int = 0, positions: int | None = 0, restarts: int = 0
+) -> Belief:
     """The belief before the first report, or after a restart: the prior at a configuration, with reported positions."""
     solvable = interlocks.distance[:, configuration] < NEVER
     return Belief(
@@ -281,6 +285,7 @@ def begin(interlocks: Interlocks, noise: Noise, configuration: int = 0, position
         false=np.zeros(len(interlocks), dtype=np.int64),
         weights=solvable / solvable.sum(),
         positions=positions,
+        restarts=restarts,
     )
 
 
@@ -289,11 +294,11 @@ def update(belief: Belief, report: ReportedAttempt) -> Belief:
     if (found := _conditioned(belief, report)) is not None:
         return found
     before = belief.likeliest if report.positions is None else report.positions ^ (report.moved << report.joint)
-    again = begin(belief.interlocks, belief.noise, before & ~1, belief.positions)
+    again = begin(belief.interlocks, belief.noise, before & ~1, belief.positions, belief.restarts + 1)
     if (found := _conditioned(again, report)) is not None:
         return found
     now = before & ~1 ^ (report.moved << report.joint) & ~1  # the target stays in place
-    fresh = begin(again.interlocks, again.noise, now, report.positions)
+    fresh = begin(again.interlocks, again.noise, now, report.positions, again.restarts)
     fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
     blocked = ~fresh.interlocks.may_move(fresh.configuration)[:, 0]
     weights = fresh.weights * blocked

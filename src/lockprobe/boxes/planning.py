@@ -56,6 +56,7 @@ class Planner:
     """Minimum expected steps if every report is true. A set of interlocks is a number with bit s for interlock s.
 
     Each set passed to a method must be solvable from its configuration. ``BadValue`` if there are too many interlocks.
+    ``value`` leads from a set and a configuration to the steps of the best attempts.
     """
 
     def __init__(self, interlocks: Interlocks) -> None:
@@ -66,7 +67,7 @@ class Planner:
                 f"at most {MOST_PLANNED} interlocks times configurations; noise=aware has no such limit",
             )
         self._known = interlocks
-        self._best: dict[tuple[int, int], float] = {}
+        self.value = cache(self._search)
         self._at: list[list[tuple[int, int]]] = [
             [(int(steps), as_mask(column == steps)) for steps in np.unique(column)] for column in interlocks.distance.T
         ]
@@ -74,13 +75,6 @@ class Planner:
     def values(self, alive: int, configuration: int) -> tuple[float, ...]:
         """Expected steps for each joint if it is attempted next."""
         return tuple(self._through(alive, configuration, joint, self.value) for joint in range(self._known.joints))
-
-    def value(self, alive: int, configuration: int) -> float:
-        """Minimum expected steps."""
-        found = self._best.get((alive, configuration))
-        if found is None:
-            found = self._best[alive, configuration] = self._search(alive, configuration)
-        return found
 
     def _through(self, alive: int, configuration: int, joint: int, of: Callable[[int, int], float]) -> float:
         """Expected steps through an attempt, given what is left ``of`` each set and configuration behind it."""
