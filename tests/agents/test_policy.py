@@ -1,6 +1,7 @@
 """What every policy has in common: a memory that is a value, and one draw from its probabilities, which are checked."""
 
 import asyncio
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -126,6 +127,8 @@ def test_who_reads_reports_refuses_pictures_alone_in_one_line_and_who_heeds_none
 class Returning(Policy[None]):
     """Returns one value again and again."""
 
+    exact = True
+
     def __init__(self, value):
         self.value = value
 
@@ -143,3 +146,10 @@ def test_a_return_that_is_no_probabilities_stops_in_one_line(value):
             using(Returning(value))
         said = f"Returning.probabilities returned {value}: 4 numbers >= 0 that sum to 1 are expected"
         assert str(caught.value) == said
+
+
+@pytest.mark.parametrize("value", [np.array([0.5, 0.5, 0, 0], np.float32), [Fraction(1, 3), Fraction(2, 3), 0, 0]])
+def test_probabilities_of_any_kind_of_number_stand_as_floats_in_the_record(value):
+    (step,) = run_trial(agent=Returning(value), max_steps=1).steps
+    assert {type(number) for number in step.decision.probabilities} == {float}
+    assert step.decision.probabilities == tuple(map(float, value))

@@ -137,21 +137,16 @@ def test_the_record_says_what_was_sent_what_is_fixed_and_what_the_provider_decid
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        # what cannot be
         ("a/b?heat=1", "no option of llm:a/b is called 'heat'"),
         ("openai-api/a/b?image=4", "no option of llm:openai-api/a/b is called 'image' (did you mean 'images'?)"),
-        ("a/b?temperature=warm", "temperature: got 'warm', expected a number"),
         ("a/b?temperature=nan", "temperature: got nan, expected a number from 0 to 2"),
         ("a/b?temperature=2.1", "temperature: got 2.1, expected a number from 0 to 2"),
         ("a/b?top_p=0", "top_p: got 0.0, expected a number from 0.001 to 1"),
         ("a/b?max_tokens=0", "max_tokens: got 0, expected a number from 1 to 10000000"),
-        ("a/b?max_tokens=1.5", "max_tokens: got '1.5', expected a whole number"),
         ("a/b?effort=huge", "effort: got 'huge', expected one of none, minimal, low, medium, high, xhigh, max"),
-        ("a/b?schema=hard", "schema: got 'hard', expected one of strict, loose, none"),
         ("a/b?repairs=21", "repairs: got 21, expected a number from 0 to 20"),
         ("a/b?images=-1", "images: got -1, expected a number from 0 to 1000000"),
         ("a/b?top_p=1.1", "top_p: got 1.1, expected a number from 0.001 to 1"),
-        ("a/b?detail=fine", "detail: got 'fine', expected one of auto, low, high"),
         ("a//b", "language model: got 'a//b', expected PROVIDER/MODEL, for example openai/gpt-4o"),
         ("openai/gpt-4o?upstream=x", "upstream cannot be combined with llm:openai/gpt-4o"),
     ],
