@@ -134,8 +134,8 @@ def check_outside(spec: str, kind: str) -> str:
     return spec
 
 
-def resolve(text: str, access: Access = Access()) -> AgentSource:  # noqa: B008 - a frozen value
-    """Find the agent that a spec names. ``access`` is how it is reached, if it is a hosted model.
+def resolve(text: str, access: Access | None = None) -> AgentSource:
+    """Find the agent that a spec names. ``access`` is how a hosted model is reached.
 
     Raises:
         UnknownName: If there is no such agent; the message lists those that exist.
@@ -197,7 +197,7 @@ def _viewer(spec: Spec) -> Viewer:
     return Viewer(_strategy(strategy), str(strategy), **sight)  # type: ignore[arg-type]
 
 
-def _language_model(spec: Spec, access: Access) -> AgentSource:
+def _language_model(spec: Spec, access: Access | None) -> AgentSource:
     text = str(spec)
     if is_local(spec):
         from lockprobe.agents import local
@@ -220,7 +220,7 @@ def _language_model(spec: Spec, access: Access) -> AgentSource:
     def make() -> Agent:
         from lockprobe.agents.llm.model import HostedModel
 
-        return HostedModel(model, access)
+        return HostedModel(model, access or Access())
 
     # of a model that is not known its provider has to say whether it sees
     return AgentSource(spec=text, engine="network", sees=model.facts.images is not False, make=make, check=make)

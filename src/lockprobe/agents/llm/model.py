@@ -102,9 +102,9 @@ class HostedModel:
                         most = replace(worst, calls=min(1, done.usage.calls))
                         done = replace(done, usage=most, claimed=done.usage)
                     if done.reply is not None and (why := self._wrong(done, verdict_on(done, situation), messages)):
-                        spent, unanswered = replace(done.usage, calls=0), done.unanswered + done.uncounted
-                        account = {"retries": done.retries, "unanswered": unanswered, "claimed": done.claimed}
-                        done = replace(asked, error=why, usage=spent, seconds=done.seconds, **account)  # type: ignore[arg-type]
+                        spent, lost = replace(done.usage, calls=0), done.unanswered + done.uncounted
+                        done = replace(done, reply=None, error=why, usage=spent, unanswered=lost)
+                        done = replace(done, stop="", served="", reasoned=False)
                 finally:
                     if book is not None:
                         book.write(replace(done, most=None))
