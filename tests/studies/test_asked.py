@@ -217,6 +217,8 @@ def test_words_name_readings_and_several_are_played_side_by_side():
     assert [interventions_in(one)[0].reading for one in planned[2].conditions[1:]] == [
         "re-observed outcome noise", "integrated outcome noise", "memoryless state noise", "latched state noise",
     ]  # fmt: skip
+    beside = study("flips", agent=STRATEGY, flip="integrated", condition="nudge")
+    assert labels(beside) == ["truth", *(f"flip?p={p:g}&others=kept" for p in FULL.p if p), "nudge"]
 
 
 def test_the_short_study_and_the_papers_play_lies_that_stay_where_that_costs_nothing():
@@ -448,6 +450,7 @@ def test_a_condition_is_a_spec_an_object_or_a_list():
         ({"p": [0.1, 0.2]}, BadValue, "p: got [0.1, 0.2], expected one for one trial"),
         ({"box": 4}, BadValue, "box: got 4, expected a text"),
         ({"agent": 4}, BadValue, "agent: got 4, expected an agent spec, or an object with facts and decide()"),
+        ({"flip": "sticky", "condition": "nudge"}, BadValue, "flip: got 'sticky', expected a flip rate p with it"),
         ({"condition": [4]}, BadValue, "condition: got [4], expected specs with plus signs, a Condition, or"),
         ({"condition": "rgb", "modality": "rgbd"}, BadValue, "modality: got ['rgbd'], expected none with a condition"),
         ({"box": "nowhere"}, UnknownName, "no box is called 'nowhere'"),

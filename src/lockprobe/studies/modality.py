@@ -74,6 +74,7 @@ def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
             modality cannot show what is flipped.
     """
     for modality in dict.fromkeys(one.modality for one in conditions):
+        shown(modality)
         of = source_of(modality)
         if (is_pictured(modality) or of == "camera") and not plant.has_camera:
             raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {plant.spec}")

@@ -28,7 +28,7 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import parse_json
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_name
-from lockprobe.foundation.validation import AS_WRITTEN, Text, plain
+from lockprobe.foundation.validation import AS_WRITTEN, Text, check_probability, plain
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip, with_rates
 from lockprobe.plants.catalogue import resolve_plant
@@ -181,6 +181,9 @@ class Study:
         object.__setattr__(self, "strategy_conditions", tuple(sorted(self.strategy_conditions)))
         _check_names(self)
         _check_conditions(self)
+        for one in self.earlier:
+            if one.repetitions > self.repetitions or one.trials > self.trials:
+                raise BadValue("earlier", one, "a study that was no larger than it is now")
         if self.until and (PEOPLE in self.agents or len(self.boxes) > 1):
             raise BadValue(
                 "until", str(self.until), "none with people or several boxes, which are compared at one look"
@@ -493,6 +496,8 @@ def _check_conditions(study: Study) -> None:
     for one in study.conditions:
         if unfit := {name: dose for name, dose in one.doses.items() if not can_be_fitted(dose)}:
             raise BadValue(f"a dose of {one.label}", unfit, DOSES_SAID)
+        if one.p is not None:
+            check_probability(f"the flip rate of {one.label}", one.p)
     if PEOPLE in study.agents:
         check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
 

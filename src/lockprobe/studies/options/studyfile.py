@@ -150,6 +150,8 @@ def trial_study(agent: str, *, name: str = "trial", condition: Any = None, **giv
     for one in ("p", "flip", "modality", "box"):
         if len(getattr(request, one) or ()) > 1:
             raise BadValue(one, given[one], "one for one trial")
+    if request.flip is not None and request.p is None:
+        raise BadValue("flip", request.flip[0], "a flip rate p with it")
     (p,), (kind,), shown = request.p or [0.0], request.flip or [DEFAULT], request.modality
     found = like = flips((p,), kind, shown)[0]
     if condition:
@@ -243,7 +245,7 @@ def _conditions(asked: StudyOptions, request: StudyOptions, plant: PlantSource) 
     like, plain = flip_of(kinds[0]), OutcomeFlip()
     changed = [name for name in ("inverts", "others") if getattr(like, name) != getattr(plain, name)]
     reading = "".join(f"&{name}={getattr(like, name)}" for name in changed)
-    rates = not own and (asked.p is not None or len(kinds) > 1)
+    rates = not own and (asked.p is not None or asked.flip not in (None, ["outcome-only"]))
     everywhere = [
         *(one for kind in kinds if rates for one in flips(p, flip_of(kind))),
         *(read_condition(one.spec.format(p=f"{p[0]:g}", reading=reading), one.name, plant.spec) for one in own),

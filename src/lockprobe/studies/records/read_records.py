@@ -17,11 +17,11 @@ from sys import intern
 from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.storage.database import Damaged, Database
+from lockprobe.foundation.storage.database import Database
 from lockprobe.studies import SETTINGS
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.shorthand import ShorthandReader
-from lockprobe.studies.records.store import COLUMNS, OnRecord, read, row_of, trial_in, trials_in, unpacked
+from lockprobe.studies.records.store import COLUMNS, OnRecord, check_row, read, row_of, trial_in, trials_in, unpacked
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial, TrialName
 from lockprobe.trial.trial_json import TrialReader
@@ -49,18 +49,17 @@ def played(directory: Path | str, study: Study) -> tuple[list[Trial], str]:
     Raises:
         BadFile: If there is no study, or a record is damaged or of another study.
     """
-    short, reader, found = ShorthandReader(), TrialReader(), list[tuple[int, Trial]]()
-    columns = "id, key, repetition, trial, ending, kind, shorthand, record"
+    shorthand, reader, found = ShorthandReader(), TrialReader(), list[tuple[int, Trial]]()
+    columns = "id, record, crc, key, repetition, trial, ending, kind, shorthand"
 
     def records(store: Database) -> Iterator[bytes]:
         select = f"select {columns} from trial where current order by key"  # noqa: S608 - our own columns
-        for row, key, repetition, number, ending, kind, written, record in store.rows(select):
+        for row, record, crc, *short in store.rows(select):
+            key, repetition, number, ending, kind, written = short
+            check_row(store, f"{key}, in shorthand", crc, *short)
             place = {"key": key, "repetition": repetition, "trial": number, "ending": ending}
             whole = partial(trial_in, store, reader, key, record)
-            try:
-                found.append((row, short.read(kind, written, whole, **place)))
-            except (ValueError, LookupError) as error:
-                raise Damaged(store.path, f"{key}: its shorthand is damaged") from error
+            found.append((row, shorthand.read(kind, written, whole, **place)))
             yield unpacked(store, key, record)
 
     with read(directory) as store:

@@ -68,11 +68,7 @@ class ShorthandReader:
         self._steps = dict[tuple[str, ...], dict[tuple[int, str, str], tuple[Step, str]]]()
 
     def read(self, kind: int, written: str, record: Callable[[], Trial], **place: Any) -> Trial:
-        """The trial in a place (key, repetition, trial, ending), from its record if that is the first of its kind.
-
-        Raises:
-            ValueError, LookupError: If that is no shorthand.
-        """
+        """The trial in a place (key, repetition, trial, ending), from its record if that is the first of its kind."""
         if not written:
             return record()
         if (like := self._kinds.get(kind)) is None:

@@ -1,9 +1,8 @@
 """``study.db``: everything that is recorded of a study beside its settings, in one SQLite file.
 
 A finished trial is a row with what numbers are made of (its steps in :mod:`~.shorthand`), beside its record (JSON,
-compressed). A trial that
-was owed again keeps its earlier rows; the one that counts is ``current``. Calls, attempts and what people did are on
-disk before anybody relies on them.
+compressed). A trial that was owed again keeps its earlier rows; the one that counts is ``current``. Calls, attempts and
+what people did are on disk before anybody relies on them.
 """
 
 from __future__ import annotations
@@ -48,6 +47,7 @@ create table trial (
   identity text not null,
   kind int not null,
   shorthand text not null,
+  crc int not null,
   current int not null default 1,
   record blob not null
 ) strict;
@@ -79,7 +79,7 @@ create table note (name text primary key, value any not null) strict, without ro
 
 COLUMNS = (
     *("key", "agent", "player", "condition", "repetition", "trial", "fork", "ending", "boundary", "owed", "steps"),
-    *("seconds", "identity", "kind", "shorthand", "record"),
+    *("seconds", "identity", "kind", "shorthand", "crc", "record"),
 )
 """What a trial has in its row, in the order of :func:`row_of`."""
 
@@ -144,11 +144,13 @@ def row_of(trial: Trial, seconds: float, identity: str, record: bytes | None = N
         identity: What was played (:meth:`Study.record_identity`).
         record: The same trial as :func:`packed` gives it, if that was made already.
     """
+    short = kind_of(trial), shorthand(trial)
     return (
         *(trial.key, trial.spec, trial.player, trial.condition, trial.repetition, trial.trial),
         None if trial.fork is None else trial.fork.arm,
         *(trial.ending, "" if trial.error is None else trial.error.boundary, trial.owed_again, len(trial.steps)),
-        *(round(seconds, 6), identity, kind_of(trial), shorthand(trial)),
+        *(round(seconds, 6), identity, *short),
+        checksum(trial.key, trial.repetition, trial.trial, trial.ending, *short),
         packed(trial) if record is None else record,
     )
 
@@ -187,7 +189,10 @@ def trials_in(store: Database, where: str, *values: object) -> Iterator[Trial]:
 
 
 def checksum(*columns: object) -> int:
-    """The CRC-32 of a row of calls, attempts or acts, beside its columns; a record of a trial has its own inside."""
+    """The CRC-32 of a row of calls, attempts or acts, or of what a trial is in shorthand, beside the columns.
+
+    A record of a trial has its own inside.
+    """
     return zlib.crc32("\n".join(map(str, columns)).encode())
 
 
