@@ -449,6 +449,7 @@ def test_a_condition_is_a_spec_an_object_or_a_list():
         ({"trial": 0}, BadValue, "trials: got 0, expected at least 1"),
         ({"p": [0.1, 0.2]}, BadValue, "p: got [0.1, 0.2], expected one for one trial"),
         ({"box": 4}, BadValue, "box: got 4, expected a text"),
+        ({"agent": ""}, BadValue, "agents: got ('',), expected at least 1 character"),
         ({"agent": 4}, BadValue, "agent: got 4, expected an agent spec, or an object with facts and decide()"),
         ({"flip": "sticky", "condition": "nudge"}, BadValue, "flip: got 'sticky', expected a flip rate p with it"),
         ({"condition": [4]}, BadValue, "condition: got [4], expected specs with plus signs, a Condition, or"),

@@ -1,5 +1,6 @@
 """A file is there whole, or what was there before is; what is no regular file stays, and no link in a study is followed."""
 
+import errno
 import os
 import socket
 import stat
@@ -39,6 +40,17 @@ def test_an_error_leaves_what_was_there(tmp_path):
         half_written(tmp_path / "x.csv", KeyboardInterrupt())
     assert (tmp_path / "x.csv").read_text() == "before"
     assert names(tmp_path) == ["x.csv"]
+
+
+def test_where_nothing_can_be_written_it_is_one_line(tmp_path, monkeypatch):
+    def read_only(*_, **__):  # what a file system that is mounted so says of files that are not there, too
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    with monkeypatch.context() as mounted:
+        mounted.setattr(os, "open", read_only)
+        mounted.setattr(os, "unlink", read_only)
+        with pytest.raises(BadFile, match=r"x: cannot be written \(Read-only file system"):
+            write_file(tmp_path / "x", "content")
 
 
 def test_of_several_files_all_are_written_or_none(tmp_path):

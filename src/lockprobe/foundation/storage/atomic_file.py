@@ -104,6 +104,10 @@ def atomic_files(*paths: Path, mode: int = 0o666, tidy: bool = True) -> Iterator
     def warily(path: str, flags: int) -> int:
         return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
 
+    def drop(draft: Path) -> None:
+        with suppress(OSError):  # also of a file system that is read-only, where none was made
+            draft.unlink()
+
     with ExitStack() as held:
         for directory in {draft.parent for draft in drafts if tidy}:
             for draft in directory.glob(f".{'[0-9a-f]' * 12}.draft*"):
@@ -111,7 +115,7 @@ def atomic_files(*paths: Path, mode: int = 0o666, tidy: bool = True) -> Iterator
                     fcntl.flock(left, fcntl.LOCK_EX | fcntl.LOCK_NB)
                     draft.unlink()
         for path, target, draft in zip(paths, targets, drafts, strict=True):
-            held.callback(draft.unlink, missing_ok=True)
+            held.callback(drop, draft)
             with writing(path):
                 own = stat.S_IMODE(target.stat().st_mode) if target.exists() else None
                 while not draft.exists():  # another writer may delete it before it is locked

@@ -209,7 +209,7 @@ def _opened(path: Path, ways: Sequence[str], schema: str, *, ahead: bool = False
         for way in ways:
             failed.close()
             try:
-                # one thread at a time writes, see Database.transaction
+                # one thread at a time uses it, not always the one that opened it
                 connection = sqlite3.connect(
                     f"{path.absolute().as_uri()}?{way}",
                     uri=True,

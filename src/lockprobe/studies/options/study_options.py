@@ -241,7 +241,7 @@ def refused(error: ValidationError, given: Mapping[str, Any]) -> UnknownName | B
     """The first of the options that are none, or have a value that they cannot have, in one line."""
     first = error.errors()[0]
     where, expected = str(first["loc"][0]), plain(first["msg"]).removeprefix("expected ")
-    if where not in StudyOptions.model_fields:
+    if first["type"] == "extra_forbidden":
         return UnknownName("option", where, StudyOptions.model_fields)
     got = given.get(where)
     return BadValue(where, got if len(str(got)) <= 1000 else f"{str(got)[:40]}…", expected)
