@@ -66,6 +66,7 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("flips", {"box": "random-3", "boxes": 3}, "boxes: got 3, expected none with the box random-3"),
         ("flips", {"boxes": 1}, "boxes: got 1, expected at least 2"),
         ("flips", {"agent": []}, "agents: got [], expected at least one"),
+        ("flips", {"agent": 4}, "agent: got 4, expected a list"),
         ("flips", {"agent": ["a=random", "b=random"]}, "agents: got ['random', 'random'], expected at least one, and"),
         ("flips", {"agent": ["a=random", "a=round-robin"]}, "agents: got ['a', 'a'], expected at least one, and every"),
         ("flips", {"agent": "me=participant"}, "name of an agent: got {'participant': 'me'}, expected participant"),

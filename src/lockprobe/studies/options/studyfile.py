@@ -89,8 +89,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
-    if (agent := options.get("agent")) is not None and not isinstance(agent, str):
-        several = [agent] if isinstance(agent, type) else agent
+    agent = options.get("agent")
+    if isinstance(several := [agent] if isinstance(agent, type) else agent, list | tuple):
         options["agent"] = [plugin_name_of("agent", one) if isinstance(one, type) else one for one in several]
     said = read_options(asked, options)
     allow(*(spec for specs in said.specs.values() for spec in specs))  # a file that names code was refused

@@ -95,13 +95,13 @@ def gather(
     studies = [known, *theirs] if known else theirs
     names = {spec: name for one in reversed(studies) for spec, name in one.names.items()}
     agents = tuple(dict.fromkeys(agent for one in studies for agent in one.agents))
-    earlier = max((one.earlier for one in studies), key=len)  # of the study that was extended most often
-    joined = replace(studies[0], agents=agents, names=names, shard=None, earlier=earlier)
+    joined = replace(studies[0], agents=agents, names=names, shard=None)
     for source, study in zip(sources, theirs, strict=True):
         for name, values in joined.differences(study).items():
             there, asked = (repr(one)[:200] for one in values)
             why = f"trials of another study than {directory} ({name} is {there}, not {asked})"
             raise BadFile(source, why)
+    joined = replace(joined, earlier=max((one.earlier for one in studies), key=len))  # of the one extended most often
     found = Gathered(agents=joined.labels[len(known.agents) if known else 0 :])
     with Journal.open(directory, joined) as journal, journal.store.transaction(sync=True) as writing:
         begun = [_take(journal, source, writing, found) for source in sources]
