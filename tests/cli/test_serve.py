@@ -113,6 +113,7 @@ def test_the_example_has_every_setting_as_it_is_by_default(language):
         (("flips", "--texts", "xx"), "no language is called 'xx'"),
         (("flips", "--texts", "none.toml"), "cannot be read"),
         (("flips", "--people", "none.toml"), "cannot be read"),
+        (("flips", "--people", "9" * 5000), "participants: "),
         (("flips", "--people", "a.toml", "--people", "b.toml"), "one file, one number, or one of each"),
         (("flips", "--join-code", "a b"), "join_code"),
         (

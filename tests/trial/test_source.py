@@ -110,6 +110,12 @@ def test_the_camera_says_what_it_reads_and_an_unclear_joint_keeps_its_last_posit
     assert outcomes_by("camera", trial) == [None, False, False, False]
 
 
+def test_the_truth_ends_a_trial_whatever_the_source_says():
+    trial = done("symbolic?source=verdict", (FREE, SECOND, FIRST, TARGET), verdicts={4: "blocked"})
+    assert (trial.ending, trial.steps[-1].told_moved) == ("solved", False)
+    assert done("symbolic?source=verdict", (TARGET,), verdicts={1: "moved"}).ending == "budget"
+
+
 @pytest.mark.parametrize(
     ("source", "message"),
     [("verdict", "the plant gave no verdict"), ("camera", "the camera gave no reading of 4 joints")],

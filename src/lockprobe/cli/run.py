@@ -76,7 +76,7 @@ def run(
     for agent in read_options(what, asked).agents[0]:  # what is mistyped waits for no import
         resolve(agent)
     if "agent" in asked and what.endswith(".toml") and (theirs := read_file(Path(what)).agent):
-        print(f"--agent replaces the agents of {what}: {', '.join(theirs)}", file=sys.stderr)
+        print(printable(f"--agent replaces the agents of {what}: {', '.join(theirs)}"), file=sys.stderr)
     from lockprobe.cli.run_study import planned_study, play_study
     from lockprobe.foundation.workers import Cluster
     from lockprobe.studies.costs.spending import Budget

@@ -164,7 +164,7 @@ def study_and_people(
     files, numbers = [[one for one in people if one.isdecimal() == decimal] for decimal in (False, True)]
     if len(files) > 1 or len(numbers) > 1:
         raise BadValue("people", " ".join(people), "one file, one number, or one of each")
-    given = {**own, "participants": int(numbers[0])} if numbers else own
+    given = {**own, "participants": numbers[0]} if numbers else own
 
     def experiment(directory: Path) -> Experiment:
         kept = read_experiment(Path(files[0])) if files else kept_experiment(directory) or Experiment()
@@ -184,10 +184,11 @@ def study_and_people(
         return out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
 
     if numbers and "trials" not in asked:
-        repetitions, boxes = planned.repetitions if "repetitions" in asked else 1, len(planned.boxes)
-        luck = trials_for(int(numbers[0]), len(conditions_of(planned)), repetitions, experiment(directory()))
+        repetitions, settings = planned.repetitions if "repetitions" in asked else 1, experiment(directory())
+        assert settings.participants is not None
+        luck = trials_for(settings.participants, len(conditions_of(planned)), repetitions, settings)
         more = planned.strategy_trials if "strategy_trials" in asked else None
-        trials = ceil(luck / boxes) * boxes
+        trials = ceil(luck / len(planned.boxes)) * len(planned.boxes)
         planned = replace(planned, repetitions=repetitions, trials=trials, strategy_trials=more)
     return planned, directory(), experiment(directory())
 
