@@ -121,7 +121,7 @@ def show(
 @app.command("generate")
 def generate(
     family: Annotated[str, typer.Option(help="A named box, or random-N: an interlock of N joints.")] = "random-4",
-    layout: Annotated[LayoutName, typer.Option(help=options.LAYOUT)] = "serial",
+    layout: Annotated[LayoutName, typer.Option(help="Where joints lie on the panel.")] = "serial",
     deal: Annotated[
         bool, typer.Option("--deal", help="Assign places, kinds and names to the joints at random.")
     ] = False,

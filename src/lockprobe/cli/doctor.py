@@ -9,7 +9,7 @@ import json as json_
 import os
 import platform
 from collections.abc import Iterator
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import typer
 
@@ -19,14 +19,8 @@ from lockprobe.cli import options
 from lockprobe.foundation.errors import BadValue, UserMistake, advice
 from lockprobe.foundation.plugins import robot_plugin
 
-
-class Finding(NamedTuple):
-    """One thing that works or does not, with its version or path, or what to do."""
-
-    what: str
-    ok: bool
-    detail: str
-
+Finding = tuple[str, bool, str]
+"""A thing, whether it works, and its version or path, or what to do."""
 
 _PACKAGES = (
     ("runtime of local models", "xllamacpp", "pip install 'lockprobe[local]'"),
@@ -38,24 +32,24 @@ _PACKAGES = (
 
 def examine() -> Iterator[Finding]:
     """Examine everything that a study may need."""
-    yield Finding("python", ok=True, detail=f"{platform.python_version()}, {os.cpu_count()} cores")
+    yield "python", True, f"{platform.python_version()}, {os.cpu_count()} cores"
     for what, package, remedy in _PACKAGES:
         there = importlib.util.find_spec(package) is not None
         detail = f"{package} {importlib.metadata.version(package)}" if there else advice(remedy)
         try:
             if there and package == "xllamacpp":
                 local.runtime()  # it may not load
-            yield Finding(what, ok=there, detail=detail)
+            yield what, there, detail
         except UserMistake as mistake:
-            yield Finding(what, ok=False, detail=str(mistake))
+            yield what, False, str(mistake)
     try:
-        yield Finding("embedded model", ok=True, detail=f"{local.locate('llm:local').name}, hash as expected")
+        yield "embedded model", True, f"{local.locate('llm:local').name}, hash as expected"
     except UserMistake as mistake:
-        yield Finding("embedded model", ok=False, detail=str(mistake))
+        yield "embedded model", False, str(mistake)
     try:
         yield from robot_plugin("tool", "doctor", "physical boxes need").load()()
     except UserMistake as mistake:
-        yield Finding("physical lockbox", ok=False, detail=str(mistake))
+        yield "physical lockbox", False, str(mistake)
 
 
 def doctor(

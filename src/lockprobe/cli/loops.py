@@ -50,7 +50,7 @@ def loops(
 
 def chance(
     length: Annotated[int, typer.Option(min=0, max=10_000, help="Length of the trial in steps.")] = 20,
-    actions: Annotated[int, typer.Option(min=1, max=64, help=options.ACTIONS)] = 4,
+    actions: Annotated[int, typer.Option(min=1, max=64, help="Number of different actions.")] = 4,
     null: Annotated[
         Literal["uniform", "no-repeat"], typer.Option(help="Any action, or any except the one before.")
     ] = "uniform",

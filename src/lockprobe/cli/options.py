@@ -20,10 +20,7 @@ from lockprobe.foundation.spec import spec_kind
 if TYPE_CHECKING:
     from typer import Typer
 
-ACTIONS = "Number of different actions."
 BOX = "A box by name, random-N-SEED, or a TOML file."
-HOST = "Host name or IP address."
-LAYOUT = "Where joints lie on the panel."
 OUT = "Where the result is written."
 PLANT = "What is acted on: a plant that lockprobe list plants lists, with options as in twin?looks=varied."
 SEED = "Seed of everything."

@@ -25,9 +25,6 @@ from lockprobe.studies.options.study_options import read_file, read_options
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 
-ShardOf = Annotated[str | None, typer.Option("--shard", metavar="i/n", help=_SHARD)]
-WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)]
-
 HEADINGS = {
     "Options": "agent p trials until condition box full out estimate budget",
     "The study": "boxes repetitions strategy_trials most seed max_steps plant layout shuffle as_paper",
@@ -45,7 +42,7 @@ def run(
     asked: Mapping[str, object],
     out: options.Out = None,
     workers: options.Workers = None,
-    shard: ShardOf = None,
+    shard: Annotated[str | None, typer.Option(metavar="i/n", help=_SHARD)] = None,
     cluster: options.ClusterAt = None,
     connections: options.Connections = 10,
     timeout: options.Timeout = 120.0,
@@ -53,7 +50,7 @@ def run(
     budget: options.Budget = None,
     allow: options.Allow = None,
     estimate: options.EstimateOnly = False,
-    report: WriteReport = True,
+    report: Annotated[bool, typer.Option(help=_REPORT)] = True,
     json: options.AsJson = False,
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.

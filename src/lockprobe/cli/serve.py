@@ -70,7 +70,7 @@ Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|why|looks|
 People = Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_PEOPLE)]
 JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="A code without which no address admits.")]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
-Host = Annotated[str, typer.Option(help=options.HOST)]
+Host = Annotated[str, typer.Option(help="Host name or IP address.")]
 Public = Annotated[str, typer.Option(metavar="ORIGIN", help=_PUBLIC)]
 Allowed = Annotated[list[str] | None, typer.Option("--allow-host", metavar="NAME", help=_ALLOWED)]
 WriteTexts = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Write a file of texts to edit, and exit.")]

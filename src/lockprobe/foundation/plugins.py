@@ -174,9 +174,11 @@ def guarded(kind: str, name: str, package: str = "") -> Iterator[None]:
 
     try:
         yield
-    except (LockprobeError, KeyboardInterrupt, GeneratorExit, CancelledError):
-        raise
     except BaseException as error:
+        from asyncio import CancelledError  # which takes longer than help, and only an error needs
+
+        if isinstance(error, LockprobeError | KeyboardInterrupt | GeneratorExit | CancelledError):
+            raise
         raise BrokenPlugin(kind, name, package, error) from error
 
 

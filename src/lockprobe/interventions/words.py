@@ -52,12 +52,11 @@ class TextChannel:
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text, without the facts that must not be told. Nothing is drawn from ``rng``."""
-        outcome = None if self.tell == "state" else percept.outcome
-        positions = None if self.tell == "outcome" else percept.positions
-        text = self.written(percept.joint, outcome, positions, task, first=not past)
-        if percept.corrects is not None:
-            _, first, where, *_ = self.shown(percept.corrects)
-            corrected = self.written(percept.joint, first, where, task, first=False)
+        joint, outcome, positions, corrects, _ = self.shown(percept)
+        text = self.written(joint, outcome, positions, task, first=not past)
+        if corrects is not None:
+            _, first, where, *_ = corrects
+            corrected = self.written(joint, first, where, task, first=False)
             text = corrected + (" " if self.form == "words" else "\n") + f"{CORRECTION} {text}"
         return percept.but(
             outcome=outcome,

@@ -167,9 +167,7 @@ async def play(
         plant=made,
         channels=places.channel_facts,
         interventions=places.other_facts,
-        opening=loop.moments[0].told.text if loop.moments else "",
-        opening_pictures=loop.first_pictures,
-        opening_sensed=loop.first_sensed,
+        **loop.opening,
         changed={spec: loop.changed[number] for number, spec in enumerate(places.specs) if spec},
         changed_steps=loop.changed[_TOGETHER],
     )
@@ -225,6 +223,7 @@ class _Loop:
     decision it precedes less one.
 
     Attributes:
+        opening: What the record has of the first look.
         turns: What the agent was told and decided so far, but for the report that it has not answered.
         state: The true configuration.
         shown: The last positions told or pictured.
@@ -242,8 +241,7 @@ class _Loop:
     keep: Callable[[Picture], None] | None
     at: Executor
     steps: list[Step] = field(default_factory=list)
-    first_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
-    first_sensed: Mapping[str, Fact] = field(default_factory=dict)
+    opening: Mapping[str, Any] = field(default_factory=lambda: {"opening": ""})
     turns: tuple[Turn, ...] = ()
     moments: tuple[Moment, ...] = ()
     state: str = ""
@@ -256,20 +254,18 @@ class _Loop:
     luck: Luck = field(init=False)
     source: SourceKind | None = field(init=False)
     unsaid: Briefing = field(init=False)
-    ours: bool = field(init=False)
 
     def __post_init__(self) -> None:
         self.names, self.luck, self.source = self.plan.names, self.plan.luck, source_of(self.plan.modality)
         self.unsaid = Briefing(hypothesis=self.plan.hypothesis)
-        self.ours = type(self.agent).__module__.startswith("lockprobe.")
 
     async def look(self) -> None:
         """Look at the box for the first time."""
         with PLANT:
             snapshot, self.state, first = await self.at(self._happened)
-            self.first_sensed = facts_of(snapshot.sensed)
-        self.moments, self.shown = (first,), first.shown
-        self.first_pictures = self._kept(first.told)
+            sensed = facts_of(snapshot.sensed)
+        self.moments, self.shown, told = (first,), first.shown, first.told
+        self.opening = {"opening": told.text, "opening_pictures": self._kept(told), "opening_sensed": sensed}
 
     async def step(self) -> Step:
         """Ask the agent, attempt a joint, tell it what happened."""
@@ -290,7 +286,7 @@ class _Loop:
             else:
                 situation = Situation(task=task, past=turns, percept=report, briefing=briefing)
                 answer = self.agent.decide(situation, self.luck.at("agent", number))
-                if not self.ours:
+                if not type(self.agent).__module__.startswith("lockprobe."):
                     answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
                 decision = await answer
         decision = usable(decision, task)

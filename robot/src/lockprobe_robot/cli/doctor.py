@@ -5,15 +5,14 @@ from __future__ import annotations
 import importlib.metadata
 from collections.abc import Iterator
 
-from lockprobe.cli.doctor import Finding
 from lockprobe.foundation.errors import UserMistake
 from lockprobe_robot.plants import renderer
 
 
-def examine() -> Iterator[Finding]:
+def examine() -> Iterator[tuple[str, bool, str]]:
     """Examine what a physical box needs."""
-    yield Finding(what="physical lockbox", ok=True, detail=f"mujoco {importlib.metadata.version('mujoco')}")
+    yield "physical lockbox", True, f"mujoco {importlib.metadata.version('mujoco')}"
     try:
-        yield Finding(what="renderer", ok=True, detail=renderer())
+        yield "renderer", True, renderer()
     except UserMistake as mistake:
-        yield Finding(what="renderer", ok=False, detail=str(mistake))
+        yield "renderer", False, str(mistake)
