@@ -18,7 +18,7 @@ from lockprobe.studies.options.studyfile import preset
 
 AS_PAPER = Path(__file__).parents[2] / "docs" / "as-paper.md"
 
-MOST = 145
+MOST = 120
 """So many options a person can look through."""
 
 WITH_STUDY_OPTIONS = ("run", "serve", "mcp", "power", "play", "branch")

@@ -1,6 +1,8 @@
 """``lockprobe list``: models with what is known of them and what they are sent; measures, and their means of a study."""
 
+import io
 import json
+from contextlib import redirect_stdout
 
 import pytest
 import strangers
@@ -9,6 +11,7 @@ from typer.testing import CliRunner
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, price_of
 from lockprobe.cli.list_ import app
+from lockprobe.cli.printing import print_rows
 from lockprobe.statistics.measures import MEASURES, measured
 from lockprobe.studies.records.read_records import load
 
@@ -82,3 +85,28 @@ def test_a_measure_of_one_s_own_is_named_on_the_command_line(lockprobe, director
     assert (status, out) == (2, "")
     assert err == "lockprobe: measure 'python:strange:breaks' does not work (ZeroDivisionError: by nothing)\n"
     assert lockprobe("list", "measures", tmp_path / "nowhere")[0] == 2
+
+
+class Terminal(io.StringIO):
+    """Looks like a terminal."""
+
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize("kind", [Terminal, io.StringIO])
+def test_no_number_is_cut(monkeypatch, kind):
+    monkeypatch.setenv("COLUMNS", "80")
+    names = ["the name of something that is told in many words, one after another", "x", "python:robot:Robot"]
+    rows = [["name", *"abcde"], *([name, *["123456.789012"] * 5] for name in names), ["", *"12345"]]
+    with redirect_stdout(kind()) as file:
+        print_rows(rows)
+    text = file.getvalue()
+    assert text.count("123456.789012") == 15
+    assert " ".join(text.split()).count("something") == 1
+    lines = text.splitlines()
+    if kind is io.StringIO:
+        assert [" ".join(line.split()) for line in lines] == [" ".join(row).strip() for row in rows]
+    else:
+        assert max(map(len, lines)) <= len("something") + 2 * 5 + 13 * 5 + 10  # the longest word, and no more
+    assert text.split()[:2] == ["name", "a"]

@@ -49,12 +49,6 @@ def test_a_run_ends_with_the_answer_the_numbers_and_the_next_command(played):
     assert lines[answer + 3].startswith("Next: lockprobe replay '")
 
 
-def test_the_next_command_is_one_that_can_be_typed(played):
-    directory, _ = played
-    first = said_of(read_result(directory), directory)[1]["next"][0]
-    assert "step" in in_process(*shlex.split(first)[1:]).stdout
-
-
 def test_a_report_says_the_same_and_programs_get_it_too(played, capsys):
     directory, done = played
     report([directory])
@@ -71,10 +65,11 @@ def test_without_results_that_can_be_read_nothing_is_said(tmp_path):
     assert read_result(tmp_path) is None
 
 
-def test_a_trial_to_look_at_and_its_forks_are_the_next_steps(played):
+def test_a_trial_to_look_at_and_its_forks_are_the_next_commands_and_can_be_typed(played):
     directory, _ = played
-    found = read_result(directory)
-    assert [step.split()[1] for step in said_of(found, directory)[1]["next"]] == ["replay", "branch"]
+    following = [shlex.split(command)[1:] for command in said_of(read_result(directory), directory)[1]["next"]]
+    assert [words[0] for words in following] == ["replay", "branch"]
+    assert "step" in in_process(*following[0]).stdout
     nothing = Results.model_validate({**json.loads((directory / "results.json").read_text("utf-8")), "answer": ""})
     assert not said_of(nothing, directory)[0][0].startswith("Answer")
 

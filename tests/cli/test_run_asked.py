@@ -2,9 +2,11 @@
 
 import json
 import re
+from contextlib import nullcontext
 
 import pytest
 
+from lockprobe.foundation.workers import Cluster
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 
@@ -162,3 +164,30 @@ def test_shards_that_are_joined_are_the_study_byte_for_byte(lockprobe):
     joined, whole = (lockprobe("export", name, *of)[1] for name in ("joined", "whole"))
     assert joined == whole
     assert whole.count("\n") == 36
+
+
+class Here:
+    """A cluster that is this process."""
+
+    nodes = (("head", 0), ("one\x1b", 2))
+
+    def processors(self):
+        return 2
+
+    def each(self, begin, jobs, *, at_once):
+        work = begin()
+        return ((job, work(job)) for job in jobs)
+
+
+def test_a_study_is_played_on_a_cluster_and_an_estimate_needs_none(lockprobe, monkeypatch):
+    connected = []
+    monkeypatch.setattr(Cluster, "connect", lambda address: (connected.append(address), nullcontext(Here()))[1])
+    asked = ("run", "flips", "--agent", "human-inspired", *RATES, "--trials", "2", "--no-report", "--out")
+    status, _, told = lockprobe(*asked, "there", "--cluster", "head:6399")
+    assert (status, connected) == (0, ["head:6399"])
+    assert told.startswith("Cluster: processors of one? 2\n")
+    assert lockprobe(*asked, "here")[0] == 0
+    here, there = (lockprobe("export", name, "--table", "records", "--format", "jsonl") for name in ("here", "there"))
+    assert here == there
+    assert lockprobe(*asked, "S", "--cluster", "auto", "--estimate")[0] == 0
+    assert connected == ["head:6399"]

@@ -1,4 +1,4 @@
-"""``lockprobe serve``, as typed."""
+"""``lockprobe serve`` and ``withdraw``, as typed."""
 
 import signal
 import subprocess
@@ -7,13 +7,18 @@ import tomllib
 import forked
 import pytest
 from builders import small_study, write_study
+from seated import diary_of, people_study, short, take_part
+from stored import timings
 from typed import in_process
 
 from lockprobe.cli import build
 from lockprobe.cli.serve import EXAMPLES, study_and_people
-from lockprobe.foundation.errors import Conflict, UserMistake
+from lockprobe.foundation.errors import BadValue, Conflict, DirectoryBusy, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment, read_words
+from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
 
 FOUR = {"condition": ["flip?p=0.4 + nudge"], "sweep": ["tremble?p=0,0.1,0.2"]}
 
@@ -159,3 +164,30 @@ def test_a_number_of_people_is_enough_for_every_condition_and_the_same_command_g
     assert (len(planned.conditions), planned.trials, planned.repetitions) == found
     assert experiment.participants == people
     assert study_and_people(what, asked, [str(people)], {}, None)[1] == directory
+
+
+TAKEN_BACK = people_study(p=(0.0,), plant="fast-twin?width=64&height=64", modalities=("rgb",), max_steps=2)
+
+
+def withdraw(directory, participant):
+    build(["withdraw"])(["withdraw", str(directory), participant], standalone_mode=False)
+
+
+def test_no_byte_of_a_participant_stays(tmp_path):
+    (stays,) = take_part(tmp_path, TAKEN_BACK, short(), "random", platform={"PROLIFIC_PID": "pid76"})
+    kept = {path.name for path in (tmp_path / "pictures").iterdir()}
+    (leaves,) = take_part(tmp_path, TAKEN_BACK, short(), "random", platform={"PROLIFIC_PID": "pid77"})
+    with Journal.open(tmp_path, TAKEN_BACK), pytest.raises(DirectoryBusy):
+        withdraw(tmp_path, "pid77")  # a server runs
+    with pytest.raises(BadValue, match="the ID of one participant"):
+        withdraw(tmp_path, "nobody")
+    token = diary_of(tmp_path, leaves.identity)[0].token
+    withdraw(tmp_path, "pid77")
+    for path in (path for path in tmp_path.rglob("*") if path.is_file()):
+        assert leaves.identity not in path.name
+        assert not any(word.encode() in path.read_bytes() for word in (leaves.identity, token, "pid77"))
+    assert {path.name for path in (tmp_path / "pictures").iterdir()} == kept
+    assert [trial.agent for trial in load(tmp_path)] == [f"participant:{stays.identity}"]
+    assert [timing.key for timing in timings(tmp_path)] == [trial.key for trial in load(tmp_path)]
+    withdraw(tmp_path, stays.identity)
+    assert (load(tmp_path), list((tmp_path / "pictures").iterdir()), withdrawn(tmp_path)) == ([], [], 2)
