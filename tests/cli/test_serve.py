@@ -13,7 +13,7 @@ from typed import in_process
 
 from lockprobe.cli import build
 from lockprobe.cli.serve import EXAMPLES, study_and_people
-from lockprobe.foundation.errors import BadValue, Conflict, DirectoryBusy, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict, DirectoryBusy, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment, read_words
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.records.directory import read_study
@@ -39,6 +39,9 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
         assert said[4].endswith(str(tmp_path / "study"))
         assert "names nobody as responsible" in said[5]
         assert "--join-code CODE, or require_id in people.toml" in said[6]
+        port = said[1].rpartition(":")[2].rstrip("/")
+        with pytest.raises(BadValue, match="port: .* in use"):
+            in_process("serve", "flips", "--port", port, "--out", tmp_path / "other")
         assert said[7].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
     finally:
         process.send_signal(signal.SIGINT)
@@ -73,6 +76,9 @@ def test_how_people_take_part_is_asked_for_or_stays_as_it_was(tmp_path):
     assert settings(None, {}, tmp_path) == asked
     assert settings(None, {"trials_each": 2}, tmp_path) == asked.model_copy(update={"trials_each": 2})
     assert settings(people, {}, tmp_path) == Experiment(feedback=True, trials_each=3)
+    (tmp_path / "people" / "experiment.json").write_text("{")
+    with pytest.raises(BadFile, match="not JSON"):
+        settings(None, {}, tmp_path)
 
 
 def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):
