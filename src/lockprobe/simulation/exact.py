@@ -112,24 +112,22 @@ class _MarkovChain:
     """The Markov chain of one policy under one order of the listing: its states and transition probabilities.
 
     Attributes:
-        onward: What can follow each state met, by its number, and whether the flip falls on the step: the probability
-            that the next step solves the box, and those of the next states by number.
+        onward: What can follow each state met, and whether the flip falls on the step: the probability that the next
+            step solves the box, and those of the next states.
     """
 
     def __init__(self, policy: Policy[Any], world: World, order: tuple[int, ...], most_states: int) -> None:
-        self.onward: dict[tuple[int, bool], tuple[float, Mapping[int, float]]] = {}
-        self._numbers: dict[_State, int] = {}  # states are compared once and then known by number
-        self._states: list[_State] = []
+        self.onward: dict[tuple[_State, bool], tuple[float, Mapping[_State, float]]] = {}
         self._policy, self._world, self._order, self._most = policy, world, order, most_states
         self._view, self._space = world.view(order), world.space
         self._may_move = world.space.may_move.tolist()
 
     def run(self) -> Iterator[float]:
         """The probability that the box is solved after step 0, 1, ..."""
-        solved, running = 0.0, {self._number(_State(0, 0, 0, self._policy.begin(self._view))): 1.0}
+        solved, running = 0.0, {_State(0, 0, 0, self._policy.begin(self._view)): 1.0}
         yield solved
         for step in range(1, self._world.budget + 1):
-            after: dict[int, float] = defaultdict(float)
+            after: dict[_State, float] = defaultdict(float)
             falls = self._world.flip.falls_on(step)
             for state, mass in running.items():
                 opens, goals = self._follow(state, falls=falls)
@@ -139,15 +137,9 @@ class _MarkovChain:
             running = after
             yield solved
 
-    def _number(self, state: _State) -> int:
-        number = self._numbers.setdefault(state, len(self._states))
-        if number == len(self._states):
-            self._states.append(state)
-        return number
-
-    def _follow(self, number: int, *, falls: bool) -> tuple[float, Mapping[int, float]]:
+    def _follow(self, state: _State, *, falls: bool) -> tuple[float, Mapping[_State, float]]:
         """What can follow a state; ``falls`` says whether the flip can invert the next report."""
-        if (found := self.onward.get((number, falls))) is not None:
+        if (found := self.onward.get((state, falls))) is not None:
             return found
         if len(self.onward) >= self._most:
             raise BadValue(
@@ -155,7 +147,7 @@ class _MarkovChain:
                 f"more than {self._most}",
                 "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
             )
-        state, flip, opens, goals = self._states[number], self._world.flip, 0.0, dict[int, float]()
+        flip, opens, goals = self._world.flip, 0.0, dict[_State, float]()
         for place, chance in enumerate(self._policy.chances(self._view, state.memory)):
             joint = self._order[place]
             moved = self._may_move[state.configuration ^ self._space.start][joint]
@@ -165,9 +157,9 @@ class _MarkovChain:
             lie = flip.p if falls and flip.only in ("any", "moved" if moved else "blocked") else 0.0
             for inverted, share in ((True, lie), (False, 1 - lie)):
                 for others, part in self._others(state.wrong, joint, falls=falls) if share else ():
-                    goal = self._number(self._told(state, place, others, moved=moved, inverted=inverted))
+                    goal = self._told(state, place, others, moved=moved, inverted=inverted)
                     goals[goal] = goals.get(goal, 0.0) + chance * share * part
-        self.onward[number, falls] = opens, goals
+        self.onward[state, falls] = opens, goals
         return opens, goals
 
     def _others(self, wrong: int, joint: int, *, falls: bool) -> list[tuple[int, float]]:
