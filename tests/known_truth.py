@@ -1,13 +1,11 @@
-"""Studies of simulated agents whose truth is known (worlds), as columns or as records: error rates are held with them."""
+"""Studies of simulated agents whose truth is known (worlds), as columns: error rates are held with them."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lockprobe.interventions.conditions import flips
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.trial.record import Decision, Step, Trial, TrialError, TrialName
 
 P, BUDGET, JOINTS, FIRST = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 20, 4, 4
 
@@ -93,29 +91,7 @@ def _solved_at(success, luck):
 
 def simulated(name, rng, design=None, **changed):
     """The trials of one study."""
-    return _played(name, rng, design or Design(), changed)[0]
-
-
-def records(name, rng, design=None):
-    """The same as trials."""
-    design = design or Design()
-    columns, actions = _played(name, rng, design, {})
-    conditions = {one.doses["flip.p"] if one.doses else 0.0: one for one in flips(design.p, modalities=("symbolic",))}
-    return [
-        _trial(
-            f"simulated:{name}",
-            conditions[float(columns.dose[i])],
-            columns,
-            i,
-            bool(columns.broke[i]),
-            actions[i].tolist(),
-        )
-        for i in range(len(columns))
-    ]
-
-
-def _played(name, rng, design, changed):
-    truth = replace(WORLDS[name], **changed)
+    design, truth = design or Design(), replace(WORLDS[name], **changed)
     n, clusters = len(design.p), design.clusters
     luck = rng.random((n, clusters, BUDGET, 3))
     alike = rng.random(clusters) < truth.shared
@@ -138,7 +114,7 @@ def _played(name, rng, design, changed):
     broke = (fault <= BUDGET) & ((solved == 0) | (fault <= solved))
     length = np.where(broke, fault - 1, np.where(solved > 0, solved, BUDGET))
     cluster = np.tile(np.arange(clusters), n)
-    columns = Outcomes(
+    return Outcomes(
         dose=np.repeat(np.array(design.p), clusters),
         repetition=cluster // design.trials + 1,
         trial=cluster % design.trials + 1,
@@ -149,7 +125,6 @@ def _played(name, rng, design, changed):
         player=np.array([f"participant:{one}" for one in who] if truth.people else [], str),
         budget=BUDGET,
     )
-    return columns, actions
 
 
 def _skewed(slow, n, clusters, rng):
@@ -159,24 +134,3 @@ def _skewed(slow, n, clusters, rng):
     short = int(usual) + (rng.random((n - 1, clusters)) < usual % 1)
     steps[1:] = np.where(rng.random(clusters) < slow, BUDGET, short)
     return steps.reshape(-1)
-
-
-def _trial(agent, told, columns, place, broke, actions):
-    """The record of one trial. The joint attempted last opens the box, so it is the target."""
-    joints, length, solved = tuple("ABCD"[:JOINTS]), int(columns.length[place]), bool(columns.solved[place])
-    number = {"repetition": int(columns.repetition[place]), "trial": int(columns.trial[place])}
-    name = TrialName(study="flips", agent=agent, condition=told.label, **number)
-    return Trial(
-        key=str(name), study=name.study, agent=agent, facts={}, box="clock", condition=told.label, specs=told.specs,
-        doses=told.doses, modality=told.modality, channels=(), **number, seed=0, budget=BUDGET, joints=joints,
-        labels=joints, listing=joints, target=joints[actions[length - 1]], opening="",
-        steps=tuple(
-            Step(
-                step=i + 1, state="0000", joint=joints[action], moved=solved and i == length - 1,
-                told_moved=solved and i == length - 1, told_state=None, told="", decision=Decision(joint=joints[action]),
-            )
-            for i, action in enumerate(actions[:length])
-        ),
-        ending="error" if broke else "solved" if solved else "budget",
-        error=TrialError(boundary="model", message="simulated", step=length + 1) if broke else None,
-    )  # fmt: skip

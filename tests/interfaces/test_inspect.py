@@ -12,17 +12,21 @@ from lockprobe.foundation.errors import UserMistake
 from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json
 
-tasks = pytest.importorskip("lockprobe.interfaces.inspect")
-
-from inspect_ai import eval as inspect_eval  # noqa: E402
-from inspect_ai.model import ModelOutput, ModelUsage, get_model  # noqa: E402
-
 pytestmark = pytest.mark.filterwarnings("ignore:(?i)unclosed:ResourceWarning")  # inspect-ai leaves streams open
 
 SMALL = {"p": 0.4, "trials": 1, "repetitions": 1, "max_steps": 6}
 
 
+@pytest.fixture(scope="module")
+def tasks():
+    """Takes seconds to import, of the worker alone that plays here."""
+    return pytest.importorskip("lockprobe.interfaces.inspect")
+
+
 def evaluated(tmp_path, task, reply, **options):
+    from inspect_ai import eval as inspect_eval
+    from inspect_ai.model import ModelOutput, ModelUsage, get_model
+
     def output(messages, *more):
         made = ModelOutput.from_content("mockllm", reply(messages))
         made.usage = ModelUsage(total_tokens=1)  # else they are counted with a file from the network
@@ -48,14 +52,14 @@ class Stubborn:
         return Decision(joint="A", claimed="moved" if situation.past else None)
 
 
-def test_inspect_finds_a_task_for_every_study():
+def test_inspect_finds_a_task_for_every_study(tasks):
     (found,) = (entry for entry in entry_points(group="inspect_ai") if entry.name == "lockprobe")
     assert found.load() is tasks
     names = (None, "modalities", "why")
     assert all(len(tasks.study(study=name, trials=1, repetitions=1).dataset) >= 3 for name in names)
 
 
-def test_a_trial_has_the_luck_of_every_other_agent(tmp_path):
+def test_a_trial_has_the_luck_of_every_other_agent(tmp_path, tasks):
     log = evaluated(tmp_path, tasks.study(**SMALL), stubborn, epochs=2)
     assert log.status == "success"
     for sample in log.samples:
@@ -71,21 +75,20 @@ def test_a_trial_has_the_luck_of_every_other_agent(tmp_path):
         assert [message.role for message in sample.messages] == ["user", "assistant"] * len(trial.steps)
 
 
-def test_a_reply_that_stays_unusable_is_unscored_and_what_breaks_a_model_is_the_error_of_its_sample(tmp_path):
+def test_a_reply_that_stays_unusable_is_unscored_and_what_breaks_a_model_is_the_error_of_its_sample(tmp_path, tasks):
     def breaks(messages):
         raise ConnectionError("gone")
 
-    one = SMALL
-    for sample in evaluated(tmp_path, tasks.study(**one), lambda messages: "?").samples:
+    for sample in evaluated(tmp_path, tasks.study(**SMALL), lambda messages: "?").samples:
         (score,) = sample.scores.values()
         assert (score.reason, trial_from_json(score.metadata["trial"]).ending) == ("reply", "error")
-    log = evaluated(tmp_path, tasks.study(**one), breaks)
+    log = evaluated(tmp_path, tasks.study(**SMALL), breaks)
     assert all("gone" in sample.error.message and not sample.scores for sample in log.samples)
 
 
 @pytest.mark.parametrize(
     ("given", "said"), [({"p": "0,x"}, "0,x"), ({"until": "decided"}, "until"), ({"smell": 1}, "smell")]
 )
-def test_a_mistake_is_said_before_the_first_call(given, said):
+def test_a_mistake_is_said_before_the_first_call(tasks, given, said):
     with pytest.raises(UserMistake, match=said):
         tasks.study(**given)

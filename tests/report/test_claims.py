@@ -9,7 +9,6 @@ import pytest
 from builders import SOLUTION, make_trial, modality_study, small_study, write_study
 from clumsy import CLUMSY
 from reported import found_in, tables_of
-from statsmodels.stats.proportion import confint_proportions_2indep
 
 from lockprobe.report.page import Page
 from lockprobe.report.questions.claims import judged, not_judged, paper_claims
@@ -33,6 +32,8 @@ def test_the_papers_figures_follow_from_its_counts():
         counted = f"{share.count}/{share.n}, {share.value:.3f} [{share.low:.3f}, {share.high:.3f}]"
         assert said[measure].startswith(counted), measure
     effect = difference(*SOLVED)
+    from statsmodels.stats.proportion import confint_proportions_2indep
+
     low, high = confint_proportions_2indep(20, 30, 7, 30, compare="ratio", method="score")
     assert f"P = {effect.p_value:.4f}, corrected for selection among six {6 * effect.p_value:.4f}" in said["effect"]
     assert said["ratio"].startswith(f"{20 / 7:.2f} [{low:.2f}, {high:.2f}]")

@@ -10,8 +10,6 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import fisher_exact
-from statsmodels.stats.multitest import multipletests
-from statsmodels.stats.proportion import confint_proportions_2indep
 
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.report.compare import TABLES, Sample, compare_studies, study_rows, write_comparison
@@ -124,6 +122,7 @@ outcome = st.sampled_from([True, False, None])
 @given(st.lists(st.tuples(outcome, outcome), min_size=1, max_size=30), st.randoms(use_true_random=False))
 def test_one_seed_means_pairs_and_two_mean_independent_samples(solved, random):
     """None is a trial that was not played. Against scipy and statsmodels; which trial is which says nothing of two."""
+    from statsmodels.stats.proportion import confint_proportions_2indep
 
     def of(study, column, luck):
         made = [one_trial(row[column], "llm:a", i) for i, row in enumerate(solved) if row[column] is not None]
@@ -151,6 +150,8 @@ def test_one_seed_means_pairs_and_two_mean_independent_samples(solved, random):
 
 
 def test_p_values_are_corrected_within_a_family_as_statsmodels_does():
+    from statsmodels.stats.multitest import multipletests
+
     rng = np.random.default_rng(5)
     samples = [
         drawn(study, rng.random(30) < rng.uniform(0.2, 0.8), 7 if study == 2 else 1, agent, name, family=family)

@@ -7,8 +7,6 @@ import pytest
 from known_truth import Design, simulated
 from scipy import stats
 from solved import columns, people, study
-from statsmodels.genmod.families import Binomial
-from statsmodels.genmod.generalized_linear_model import GLM
 
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.outcomes import Point
@@ -74,6 +72,9 @@ def trials(solved, n=30, p=None):
 
 
 def wald(p, solved):
+    from statsmodels.genmod.families import Binomial
+    from statsmodels.genmod.generalized_linear_model import GLM
+
     fit = GLM(solved.astype(float), np.column_stack([np.ones(len(p)), p]), family=Binomial()).fit()
     return fit.params[1], fit.pvalues[1]
 

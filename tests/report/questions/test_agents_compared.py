@@ -3,7 +3,6 @@
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 from reported import tables_of
-from statsmodels.stats.multitest import multipletests
 
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import Page
@@ -59,6 +58,8 @@ def test_pairs_are_compared_over_all_flip_rates(tmp_path):
 
 
 def test_p_values_are_corrected_by_family_as_statsmodels_does(tmp_path):
+    from statsmodels.stats.multitest import multipletests
+
     solved = {"llm:a": (20, 14), "llm:b": (11, 11), "llm:c": (2, 2), "llm:d": (2, 2), "random": (1, 1)}
     trials = [trial for agent, n in solved.items() for trial in some(agent, *n, of=20)]
     trials += some("human-inspired", 6, 6, of=20, slow=(1,) * 20)
