@@ -14,7 +14,6 @@ from types import SimpleNamespace
 import forked
 import httpx2 as httpx
 from seated import Player, Shown, parts, people_study
-from wire import Gone, Wire
 
 from lockprobe.people.experiment import Experiment, read_words
 from lockprobe.people.web import app
@@ -47,7 +46,7 @@ async def visiting(place, platform=None):
     try:
         yield visitor
     finally:
-        await visitor.http.close()
+        await visitor.http.aclose()
 
 
 def start(*arguments):
@@ -69,7 +68,9 @@ class Visitor:
     """
 
     def __init__(self, url, study, directory, strategy="human-inspired", platform=None, luck=1):
-        self.http, self.platform, self.strategy = Wire(url), platform or {}, strategy
+        json_ = {"content-type": "application/json"}
+        self.http = httpx.AsyncClient(base_url=url, headers=json_, trust_env=False, verify=False, timeout=PATIENCE)
+        self.platform, self.strategy, self.replies = platform or {}, strategy, []
         self.luck, self.seen, self.resent = random.Random(luck), [], 0
         self._player = Player(directory, study, strategy)
 
@@ -90,13 +91,14 @@ class Visitor:
         until = asyncio.get_running_loop().time() + PATIENCE
         while True:
             try:
-                answer = await self.http.post(path, body)
-            except Gone:
+                answer = await self.http.post(path, json=body)
+            except httpx.TransportError:
                 assert asyncio.get_running_loop().time() < until, "nobody answers"
                 self.resent += 1
                 await asyncio.sleep(0.02 + 0.1 * self.luck.random())
                 continue
             assert answer.status_code < 500, answer.text
+            self.replies.append(answer.content)
             return answer
 
     async def open(self):

@@ -8,6 +8,7 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
+from painted import painted_twins
 from seated import (
     WORDS,
     Clock,
@@ -128,7 +129,8 @@ def forgotten(directory, trials=1):
 
 
 @pytest.mark.parametrize("modality", ["symbolic", "rgb"])
-def test_a_trial_that_was_over_and_not_written_down_is_written_down(tmp_path, modality):
+def test_a_trial_that_was_over_and_not_written_down_is_written_down(tmp_path, monkeypatch, modality):
+    painted_twins(monkeypatch)
     pictures = {
         "p": (0.0,), "plant": "fast-twin?width=64&height=64", "modalities": ("rgb",), "max_steps": 2, "trials": 1,
     }  # fmt: skip

@@ -1,10 +1,9 @@
 """The plant ``twin?model=FILE``: hostile files are refused, rules are checked, its truth is the symbolic one."""
 
 import os
-import struct
-import zlib
 from contextlib import ExitStack, closing
 from dataclasses import replace
+from io import BytesIO
 
 import numpy as np
 import pytest
@@ -13,6 +12,8 @@ from lockprobe_robot.twin_settings import UserModelSettings
 from lockprobe_robot.user_model.mjcf_file import read_model
 from lockprobe_robot.user_model.user_model import UserModel, check_model
 from mjcf_models import EXAMPLES, OWN, exported, one_joint, own_box, written
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 import lockprobe
 from lockprobe.boxes.families import box
@@ -28,22 +29,11 @@ CALM = UserModelSettings(model=str(OWN), width=160, height=120)
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 
 
-SIGNATURE = b"\x89PNG\r\n\x1a\n"
-
-
-def chunk(kind, data):
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-
-def png(width, height, more=b""):
-    """A black picture in colour; ``more`` are chunks before it."""
-    header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
-    return (
-        SIGNATURE + header + more + chunk(b"IDAT", zlib.compress(bytes(height * (1 + 3 * width)))) + chunk(b"IEND", b"")
-    )
-
-
-BOMB = chunk(b"zTXt", b"k\0\0" + zlib.compress(bytes(1 << 22)))
+def png(width, height, comment=""):
+    """A black picture in colour, with a comment that is packed."""
+    (info := PngInfo()).add_text("k", comment, zip=True)
+    Image.new("RGB", (width, height)).save(file := BytesIO(), "png", pnginfo=info)
+    return file.getvalue()
 
 
 @pytest.fixture
@@ -115,7 +105,7 @@ def test_what_is_hostile_broken_or_would_take_hours_is_one_line(tmp_path, given,
     (tmp_path / "secret.png").write_bytes(png(1, 1))
     (folder / "link.png").symlink_to(tmp_path / "secret.png")
     os.mkfifo(folder / "pipe.xml")
-    files = {"wide.png": png(4097, 1), "bomb.png": png(3, 2, more=BOMB), "gif.png": b"GIF89a" + bytes(99)}
+    files = {"wide.png": png(4097, 1), "bomb.png": png(3, 2, "\0" * (1 << 22)), "gif.png": b"GIF89a" + bytes(99)}
     for name, content in (files | {"torn.stl": bytes(90)}).items():
         (folder / name).write_bytes(content)
     with pytest.raises(BadFile) as caught:
@@ -127,7 +117,7 @@ def test_what_is_hostile_broken_or_would_take_hours_is_one_line(tmp_path, given,
 def test_parts_and_meshes_are_read_from_the_folder_and_are_in_the_digest(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "wedge.obj").write_text(TETRAHEDRON)
-    (tmp_path / "red.png").write_bytes(png(2, 3, more=chunk(b"sRGB", b"\0")))
+    (tmp_path / "red.png").write_bytes(png(2, 3))
     (tmp_path / "more.xml").write_text(
         "<mujocoinclude><asset><mesh file='wedge.obj' content_type='model/stl'/><texture name='t' type='2d' file='red.png'/>"
         "</asset></mujocoinclude>",
@@ -140,7 +130,7 @@ def test_parts_and_meshes_are_read_from_the_folder_and_are_in_the_digest(tmp_pat
     assert (model.nmesh, model.mesh(0).name, model.ntex, model.tex_width[0]) == (1, "wedge", 1, 2)
     (tmp_path / "parts" / "wedge.obj").write_text(TETRAHEDRON + "\n")
     assert read_model(path).digest != found.digest
-    (tmp_path / "red.png").write_bytes(SIGNATURE)
+    (tmp_path / "red.png").write_bytes(b"\x89PNG\r\n\x1a\n")
     with pytest.raises(BadFile, match="no whole PNG"):
         read_model(path)
 

@@ -201,7 +201,6 @@ async def test_what_cannot_be_done_is_refused_logged_without_what_was_sent_and_c
             assert "access-control-allow-origin" not in answer.headers
             assert path != "/api/open" or answer.json()["words"]["page"] == read_words("en").page
             assert "set-cookie" not in answer.headers, what
-            one.http.cookies["lockprobe"] = token
         assert written(tmp_path) == before
         why = " PROLIFIC_PID in the URL is not a value of a recruitment platform"
         lines = [(f"{status} {code} POST {path}", code == "incomplete") for path, _, _, (status, code) in REQUESTS]
@@ -334,7 +333,7 @@ def test_what_a_full_disk_takes_in_part_or_not_has_not_been_done(tmp_path):
                 before = acts(tmp_path, one.identity)
                 resource.setrlimit(resource.RLIMIT_FSIZE, (log.stat().st_size + room, hard))
                 try:
-                    answer = await one.http.post("/api/act", {"turn": one.turn, "act": act})
+                    answer = await one.http.post("/api/act", json={"turn": one.turn, "act": act})
                 finally:
                     resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
                 assert (answer.status_code, answer.json()["error"]) == (500, "broken")
@@ -365,8 +364,7 @@ def test_what_the_page_gets_hangs_on_what_was_told_alone(tmp_path):
             for _ in range(6):
                 said = {"claimed": "moved", "claimed_rt": 2.0} if one.scene.ask else {}
                 await one.act(kind="attempt", joint=label, rt=10, **said)
-            replies = [answer.partition(b"\r\n\r\n")[2] for answer in one.http.received]
-            return [json.loads(reply.replace(one.identity.encode(), b"")) for reply in replies]
+            return [json.loads(reply.replace(one.identity.encode(), b"")) for reply in one.replies]
 
     first, second = (asyncio.run(visit(*one, tmp_path / str(n))) for n, one in enumerate(told_alike()))
     assert len(first) >= 7

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 from browser import ACTS, Tab, at_the_page, needs_a_browser, violations
+from painted import painted_twins
 from seated import people_study, under
 
 from lockprobe import load
@@ -87,14 +88,14 @@ def test_whatever_happens_to_the_page_no_action_counts_twice(tmp_path):
         check_as_shown(tmp_path, tab)
         return look
 
-    study, shown = people_study(max_steps=8), {"practice": "chain-3", "checks": [CHECK], "questions": [HOW]}
-    assert at_the_page(tmp_path, study, interrupted, **shown).scene == "debrief"
+    study = people_study(p=(0.0,), trials=1, max_steps=7)
+    assert at_the_page(tmp_path, study, interrupted, checks=[CHECK], questions=[HOW]).scene == "debrief"
     answers = {line.item: line for line in read_diaries(tmp_path)[0].lines if line.item}
     assert (answers["1"].right, answers["how"].act.answers) == (True, ("words",))
 
 
-def test_a_box_in_pictures_is_played_with_the_buttons_beside_them(tmp_path):
-    pytest.importorskip("mujoco")
+def test_a_box_in_pictures_is_played_with_the_buttons_beside_them(tmp_path, monkeypatch):
+    painted_twins(monkeypatch)
     pictures = {"plant": "fast-twin?width=160&height=120", "modalities": ("rgb",)}
 
     async def views(tab, address):
