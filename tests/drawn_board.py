@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from lockprobe.interventions.camera import HEIGHTS, encode
-from lockprobe.trial.pictures.frame import to_png, turbo
+from lockprobe.interventions.camera import encode
+from lockprobe.trial.pictures.frame import to_png
 from lockprobe.trial.pictures.picture import Picture
 
 WIDTH, HEIGHT = 320, 240
@@ -65,18 +65,6 @@ def deep(positions, camera):
         column, row = place[position]
         heights[(x - column) ** 2 + (y - row) ** 2 < 11**2] = 0.05
     return depth_at(camera, heights).astype(np.float32)
-
-
-def decode(image, kind, window, camera):
-    """The inverse of ``encode``, to within half a colour; 0 where there is no reading, or no colour of the scale."""
-    weights = np.array([65536, 256, 1])
-    colours, asked = turbo().astype(np.int64) @ weights, image.astype(np.int64) @ weights
-    order = np.argsort(colours)
-    level = order[np.clip(np.searchsorted(colours[order], asked), 0, 255)]
-    known = colours[level] == asked
-    first, last = HEIGHTS if kind == "height" else window[::-1]
-    values = first + level / 255 * (last - first)
-    return np.where(known, depth_at(camera, values) if kind == "height" else values, 0).astype(np.float32)
 
 
 def depth_at(camera, heights):

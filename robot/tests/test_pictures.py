@@ -12,74 +12,10 @@ from box_model.scenes import scene_of
 from lockprobe_robot.box_model.mechanism import Mechanism
 from lockprobe_robot.plant_camera import PlantCamera, add_depth_noise
 from lockprobe_robot.plants import renderer
-from lockprobe_robot.renderer import Renderer
 from lockprobe_robot.twin_settings import SceneSettings
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import PlantFault
-
-TABLE = """
-<mujoco>
-  <asset>
-    <texture name="sky" type="skybox" builtin="flat" rgb1="0 0 1" rgb2="0 0 1" width="8" height="48"/>
-  </asset>
-  <worldbody>
-    <light pos="0 0 3" dir="0 0 -1"/>
-    <geom name="table" type="box" size=".5 .4 .1" pos="0 0 -.1" rgba=".2 .8 .2 1"/>
-    <geom name="hidden" type="box" size=".5 .5 .1" pos="0 0 .8" group="4"/>
-    <body name="slider" pos="-.2 .2 .05">
-      <joint name="slide" type="slide" axis="1 0 0"/>
-      <geom name="brick" type="box" size=".05 .05 .05" contype="0" conaffinity="0" rgba=".8 .2 .2 1" mass="1"/>
-      <geom name="tower" type="cylinder" size=".02 .05" pos="0 0 .1" contype="0" conaffinity="0" mass="1"/>
-      <site name="tip" pos="0 0 .5" size=".2"/>
-    </body>
-    <site name="post" pos="0 0 .5"/>
-    <geom name="ball" type="sphere" size=".06" pos=".2 .2 .06"/>
-    <camera name="above" pos="0 0 1.5" fovy="45"/>
-    <camera name="sky" pos="0 0 1.5" zaxis="0 0 -1" fovy="45"/>
-  </worldbody>
-  <tendon><spatial width=".1"><site site="tip"/><site site="post"/></spatial></tendon>
-</mujoco>
-"""
-
-
-@pytest.fixture(scope="module")
-def table():
-    return mujoco.MjModel.from_xml_string(TABLE)
-
-
-@pytest.fixture(scope="module")
-def drawn(table):
-    """Draws the table with its slider at a place: colours and depth."""
-    made = Renderer(table, width=160, height=120)
-
-    def draw(place=0.0, camera="above"):
-        data = mujoco.MjData(table)
-        data.qpos[0] = place
-        made.pose(data)
-        return made.colours(camera), made.depth(camera)
-
-    yield draw
-    made.close()
-
-
-def pixel(point):
-    """Row and column at which the camera above sees a point of the table."""
-    focal = 60 / np.tan(np.radians(22.5))
-    return round(59.5 - focal * point[1] / (1.5 - point[2])), round(79.5 + focal * point[0] / (1.5 - point[2]))
-
-
-def test_depth_is_metres_along_the_axis_and_hidden_things_are_not_seen(drawn):
-    _, seen = drawn()
-    for point in ((0, 0, 0), (-0.2, 0.2, 0.2), (-0.235, 0.2, 0.1), (0.2, 0.2, 0.12)):
-        assert seen[pixel(point)] == pytest.approx(1.5 - point[2], abs=1e-3)
-    _, moved = drawn(0.1)
-    assert moved[pixel((-0.1, 0.2, 0.2))] == pytest.approx(1.3, abs=1e-3)
-    assert moved[pixel((-0.24, 0.2, 0))] == pytest.approx(1.5, abs=1e-3)
-    rgb, depth = drawn(camera="sky")
-    assert not depth.any()
-    assert (rgb.dtype, depth.dtype, rgb.shape, depth.shape) == (np.uint8, np.float32, (120, 160, 3), (120, 160))
-    assert np.abs(rgb.astype(int) - [0, 0, 255]).max() <= 1
 
 
 def test_a_machine_that_cannot_draw_is_told_so_in_one_line():

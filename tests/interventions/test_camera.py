@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from drawn_board import decode
+from drawn_board import depth_at
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.interventions.camera import CameraChannel
-from lockprobe.trial.pictures.frame import Camera, Frame, from_png
+from lockprobe.interventions.camera import HEIGHTS, CameraChannel
+from lockprobe.trial.pictures.frame import Camera, Frame, from_png, turbo
 from lockprobe.trial.record import Percept, Task
 
 TASK = Task(joints=("B", "A"), target="A", budget=20)
@@ -26,6 +26,18 @@ MOVED = Percept(joint="B", outcome="moved", positions=(True, False), look=lambda
 
 def told(percept, channel):
     return channel.perceive(percept, (), TASK, np.random.default_rng(1))
+
+
+def decode(image, kind, window, camera):
+    """The inverse of ``encode``, to within half a colour; 0 where there is no reading, or no colour of the scale."""
+    weights = np.array([65536, 256, 1])
+    colours, asked = turbo().astype(np.int64) @ weights, image.astype(np.int64) @ weights
+    order = np.argsort(colours)
+    level = order[np.clip(np.searchsorted(colours[order], asked), 0, 255)]
+    known = colours[level] == asked
+    first, last = HEIGHTS if kind == "height" else window[::-1]
+    values = first + level / 255 * (last - first)
+    return np.where(known, depth_at(camera, values) if kind == "height" else values, 0).astype(np.float32)
 
 
 @pytest.mark.parametrize("depth", ["none", "turbo", "height"])

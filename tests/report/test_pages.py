@@ -4,7 +4,7 @@ import re
 
 import pytest
 from builders import make_trial, modality_study, play_study, played_by_people, small_study, write_study
-from page_text import page_text
+from report.page_text import page_text
 
 from lockprobe.report.page import figures_of, parts_of, write_report
 from lockprobe.report.rows import Results

@@ -4,8 +4,8 @@ import re
 
 import pytest
 from builders import make_trial, play_study, small_study, write_study
-from page_text import page_text
 from pydantic import BaseModel
+from report.page_text import page_text
 from reported import tables_of
 
 from lockprobe.report.page import Page, write_report

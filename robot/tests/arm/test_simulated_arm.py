@@ -5,7 +5,6 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from lockprobe_robot.arm.force_control import ForceController
 from lockprobe_robot.arm.inverse_kinematics import InverseKinematics
 from lockprobe_robot.arm.model import HOME, add_arm, add_hand
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
@@ -14,8 +13,6 @@ from scipy.spatial.transform import Rotation
 from lockprobe.foundation.errors import PlantFault
 
 AXIS = np.array([0.0, 0.0, -1.0])
-ABOVE = np.array([0.5, 0.0, 0.3])
-STILL = np.zeros(3)
 
 
 @pytest.fixture(scope="module")
@@ -84,21 +81,3 @@ def test_what_is_out_of_reach_breaks_the_trial_with_the_place(model):
         assert not arm.reaches(np.array(place), np.array(axis))
     with pytest.raises(PlantFault, match=r"1\.2"):
         arm.reach(np.array([1.2, 0, 0.2]), AXIS)
-
-
-@pytest.mark.parametrize(("push", "stiffness"), [((0, 0, 0), 2500.0), ((20, 0, 0), 1500.0), ((0, 0, 20), 2500.0)])
-def test_a_push_moves_it_by_force_over_stiffness(model, push, stiffness):
-    data = mujoco.MjData(model)
-    controller = ForceController(model, data)
-    controller.joints[:] = angles = InverseKinematics(model).solve(ABOVE, AXIS)
-    mujoco.mj_forward(model, data)
-    turn, forces, hand = controller.turn.copy(), np.zeros(model.nv), model.body("hand").id
-    for _ in range(750):
-        mujoco.mj_step1(model, data)
-        forces[:] = 0
-        mujoco.mj_applyFT(model, data, np.array(push, float), np.zeros(3), controller.tool, hand, forces)
-        data.qfrc_applied[:] = forces
-        controller.pull(ABOVE, turn, STILL, STILL, stiffness=stiffness, posture=angles)
-        mujoco.mj_step2(model, data)
-    assert controller.tool - ABOVE == pytest.approx(np.array(push) / stiffness, abs=3e-4)
-    assert np.trace(turn.T @ controller.turn) == pytest.approx(3, abs=4e-4)

@@ -40,12 +40,9 @@ async def raw(url, request, wait=60):
         await writer.wait_closed()
 
 
-def test_a_page_is_opened_with_its_words_and_a_cookie_that_no_script_reads(tmp_path):
-    async def visit():
-        async with served(tmp_path) as place:
-            return await place.http.post("/api/open", json={})
-
-    first = asyncio.run(visit())
+async def test_a_page_is_opened_with_its_words_and_a_cookie_that_no_script_reads(tmp_path):
+    async with served(tmp_path) as place:
+        first = await place.http.post("/api/open", json={})
     opened = first.json()
     assert set(opened) == {"turn", "scene", "participant", "progress", "words"}
     assert set(opened["words"]) == {"language", "direction", "title", "page"}
@@ -89,31 +86,28 @@ async def test_a_preview_shows_all_takes_no_place_and_leaves_nothing(tmp_path):
             assert (answer.status_code, answer.json()["error"]) == (400, "incomplete")
 
 
-def test_an_act_counts_once_however_often_it_is_sent_at_once(tmp_path):
+async def test_an_act_counts_once_however_often_it_is_sent_at_once(tmp_path):
     async def send(place, visitor, turn, **act):
         body = {"turn": turn, "act": act, "platform": visitor.platform}
         cookie = {"cookie": f"lockprobe={visitor.http.cookies['lockprobe']}"}
         return await place.http.post("/api/act", json=body, headers=cookie)
 
-    async def visit():
-        async with served(tmp_path) as place, AsyncExitStack() as stack:
-            who = [{"PROLIFIC_PID": "one"}] * 6 + [{"PROLIFIC_PID": f"p{i}"} for i in range(6)]
-            visitors = [await stack.enter_async_context(visiting(place, platform=platform)) for platform in who]
-            await asyncio.gather(*(visitor.open() for visitor in visitors))
-            agree = {"kind": "agree", "agreed": True}
-            replies = await asyncio.gather(*(send(place, one, 1, **agree) for one in visitors for _ in range(3)))
-            one = next(one for one, reply in zip(visitors, replies[::3], strict=True) if reply.json()["participant"])
-            await one.open()
-            await one.to_the_box(2)
-            joint = one.scene.panel["joints"][0]["label"]
-            act = {"kind": "attempt", "joint": joint, "rt": 9, "claimed": "moved", "claimed_rt": 5}
-            answers = await asyncio.gather(*(send(place, one, one.turn, **act) for _ in range(20)))
-            assert {answer.status_code for answer in answers} == {200}
-            assert len({answer.content for answer in answers}) == 1
-            assert (answers[0].json()["turn"], answers[0].json()["scene"]["step"]) == (one.turn + 1, 3)
-            return [reply.json() for reply in replies]
-
-    replies = asyncio.run(visit())
+    async with served(tmp_path) as place, AsyncExitStack() as stack:
+        who = [{"PROLIFIC_PID": "one"}] * 6 + [{"PROLIFIC_PID": f"p{i}"} for i in range(6)]
+        visitors = [await stack.enter_async_context(visiting(place, platform=platform)) for platform in who]
+        await asyncio.gather(*(visitor.open() for visitor in visitors))
+        agree = {"kind": "agree", "agreed": True}
+        replies = await asyncio.gather(*(send(place, one, 1, **agree) for one in visitors for _ in range(3)))
+        one = next(one for one, reply in zip(visitors, replies[::3], strict=True) if reply.json()["participant"])
+        await one.open()
+        await one.to_the_box(2)
+        joint = one.scene.panel["joints"][0]["label"]
+        act = {"kind": "attempt", "joint": joint, "rt": 9, "claimed": "moved", "claimed_rt": 5}
+        answers = await asyncio.gather(*(send(place, one, one.turn, **act) for _ in range(20)))
+        assert {answer.status_code for answer in answers} == {200}
+        assert len({answer.content for answer in answers}) == 1
+        assert (answers[0].json()["turn"], answers[0].json()["scene"]["step"]) == (one.turn + 1, 3)
+    replies = [reply.json() for reply in replies]
     joined = {reply["participant"] for reply in replies} - {None}
     assert len(joined) == len(read_diaries(tmp_path)) == 3  # as many as there are boxes for
     why = Counter(reply["scene"].get("why") for reply in replies)
@@ -272,51 +266,43 @@ NO_HTTP = [
 ]  # fmt: skip
 
 
-def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, monkeypatch, caplog):
+async def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(app, "SECONDS_FOR_A_BODY", 0.05)
-
-    async def visit():
-        async with served(tmp_path) as place:
-            before = written(tmp_path)
-            for path in PATHS:
-                answer = await raw(place.url, b"GET " + path + b" HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\n\r\n")
-                head, _, body = answer.partition(b"\r\n\r\n")
-                if not head.startswith(b"HTTP/1.1 400 "):
-                    assert head.startswith(b"HTTP/1.1 404 "), (path, answer)
-                    assert json.loads(body)["error"] == "unknown"
-            for request in NO_HTTP:
-                answer = await raw(place.url, request)
-                assert answer.startswith((b"HTTP/1.1 400 ", b"HTTP/1.1 413 ")), (request[:40], answer[:200])
-                assert b"evil" not in answer
-            for content in (b"x" * 5_000_000, endless()):  # of which no more is read, whoever still sends
-                with suppress(httpx.TransportError):
-                    assert (
-                        await place.http.post(
-                            "/api/open", content=content, headers={"content-type": "application/json"}
-                        )
-                    ).status_code in (400, 413)
-            assert written(tmp_path) == before
 
     async def endless():
         for _ in range(5000):
             yield b"x" * 1000
 
-    asyncio.run(visit())
+    async with served(tmp_path) as place:
+        before = written(tmp_path)
+        for path in PATHS:
+            answer = await raw(place.url, b"GET " + path + b" HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\n\r\n")
+            head, _, body = answer.partition(b"\r\n\r\n")
+            if not head.startswith(b"HTTP/1.1 400 "):
+                assert head.startswith(b"HTTP/1.1 404 "), (path, answer)
+                assert json.loads(body)["error"] == "unknown"
+        for request in NO_HTTP:
+            answer = await raw(place.url, request)
+            assert answer.startswith((b"HTTP/1.1 400 ", b"HTTP/1.1 413 ")), (request[:40], answer[:200])
+            assert b"evil" not in answer
+        for content in (b"x" * 5_000_000, endless()):  # of which no more is read, whoever still sends
+            with suppress(httpx.TransportError):
+                assert (
+                    await place.http.post("/api/open", content=content, headers={"content-type": "application/json"})
+                ).status_code in (400, 413)
+        assert written(tmp_path) == before
     lines = logged(caplog)
     assert len(lines) >= len(PATHS) + 2  # what is no HTTP reaches no application
     assert all(line.isprintable() and len(line) < 200 for line in lines)
 
 
-def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_path, monkeypatch, caplog):
+async def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_path, monkeypatch, caplog):
     async def breaks(*arguments):
         raise KeyError("what was sent")
 
-    async def visit():
-        async with served(tmp_path) as place:
-            monkeypatch.setattr(ServerState, "enter", breaks)
-            return await place.http.post("/api/open", json={"platform": {"a": "what was sent"}})
-
-    answer = asyncio.run(visit())
+    async with served(tmp_path) as place:
+        monkeypatch.setattr(ServerState, "enter", breaks)
+        answer = await place.http.post("/api/open", json={"platform": {"a": "what was sent"}})
     assert (answer.status_code, answer.json()["error"]) == (500, "broken")
     assert answer.headers["x-content-type-options"] == "nosniff"
     (line,) = logged(caplog)

@@ -118,17 +118,14 @@ async def test_no_address_is_kept(tmp_path, capfd):
         assert not any(trace in content for content in kept)
 
 
-def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path):
+async def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path):
     door = Address(port=0, public="https://study.example.org")
 
-    async def visit():
-        async with opened(tmp_path, STUDY, experiment(), read_words("en"), door) as (where, _):
-            own = {"origin": "https://study.example.org", "sec-fetch-site": "same-origin"}
-            ways = (own | {"host": "study.example.org"}, own, {"origin": "http://study.example.org"})
-            async with AsyncClient(base_url=f"http://127.0.0.1:{where.port}", trust_env=False) as http:
-                return where, [await http.post("/api/open", json={}, headers=headers) for headers in ways]
-
-    where, (named, unnamed, plain) = asyncio.run(visit())  # nginx passes no name on, unless it is told otherwise
+    async with opened(tmp_path, STUDY, experiment(), read_words("en"), door) as (where, _):
+        own = {"origin": "https://study.example.org", "sec-fetch-site": "same-origin"}
+        ways = (own | {"host": "study.example.org"}, own, {"origin": "http://study.example.org"})
+        async with AsyncClient(base_url=f"http://127.0.0.1:{where.port}", trust_env=False) as http:
+            named, unnamed, plain = [await http.post("/api/open", json={}, headers=headers) for headers in ways]
     assert where.url == "https://study.example.org/"
     assert (named.status_code, unnamed.status_code, plain.status_code) == (200, 200, 403)
     assert "secure" in named.headers["set-cookie"].lower().split("; ")

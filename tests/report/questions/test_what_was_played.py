@@ -1,12 +1,12 @@
 """What was played, seen and said: questions that apply, pictures, misreadings, tidied replies, what broke, and limits."""
 
 import base64
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, modality_study, play_study, small_study
-from page_parts import part
 from reported import found_in, tables_of
 
 from lockprobe.boxes.families import box
@@ -15,6 +15,13 @@ from lockprobe.report.questions.trials import embedded
 from lockprobe.report.rows import Fact, Results
 from lockprobe.trial.pictures.frame import from_png, to_png
 from lockprobe.trial.record import TrialError
+
+
+def part(page, name):
+    """The markup of a part of ``report.html``; empty if the page has none of this name."""
+    opens = rf'<details class="q" id="{re.escape(name)}">'
+    found = re.search(rf'{opens}\n(.*?)(?=<details class="q" id=|</section>|</body>)', page, re.DOTALL)
+    return found[1] if found else ""
 
 
 def test_a_study_has_the_questions_that_apply_to_it(tmp_path):
