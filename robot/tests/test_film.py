@@ -121,11 +121,13 @@ def test_what_differs_from_the_record_is_said(tmp_path, monkeypatch):
         plan_of(study, replace(trial, labels=trial.labels[::-1]))
 
 
-def test_an_arm_is_filmed_while_it_moves_also_where_a_trial_had_none(tmp_path, monkeypatch):
+@pytest.mark.parametrize(("plant", "shown_on"), [("symbolic", "twin"), ("rig?rung=twin", "rig?rung=twin")])
+def test_an_arm_is_filmed_while_it_moves_also_where_a_trial_had_none(plant, shown_on, tmp_path, monkeypatch):
+    """The arm of a rig moves in a thread of its own."""
     monkeypatch.setattr(make, "_SPEED", 15)
-    trial, _ = played(monkeypatch, p=0.0, max_steps=1)
+    trial, _ = played(monkeypatch, plant, p=0.0, max_steps=1)
     film = filmed(trial, tmp_path / "a.gif")
-    assert (film.differs, film.plant) == (None, "twin")
+    assert (film.differs, film.plant) == (None, shown_on)
     shown = frames(film.path)
     assert film.pictures > 3
     changes = [int((one[:420] != other[:420]).any(axis=-1).sum()) for one, other in pairwise(shown)]

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, TrialFault
@@ -184,9 +186,10 @@ class _FilmRecorder:
         self._every = max(1, round(_HOOK_RATE * _SPEED / rate))
         self._calls = 0
         self._renderer: Renderer | None = None
-        self._running: tuple[Any, Any] | None = None
+        self._drawing = ThreadPoolExecutor(1)  # the arm of a rig moves in another thread than what looks at it
+        self._running: tuple[mujoco.MjModel, mujoco.MjData] | None = None
 
-    def __call__(self, model: Any, data: Any) -> None:
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Take a picture of a running simulation; called 25 times per simulated second, first when it is made."""
         self._running = model, data
         self._calls += 1
@@ -196,14 +199,7 @@ class _FilmRecorder:
     def show(self, look: Callable[[], Frame] | None, seconds: float) -> None:
         """Hold the present state of the simulation, or what is seen where none runs, for some seconds."""
         if self._running is not None:
-            model, data = self._running
-            if self._renderer is None:
-                lit, lamp = copy.copy(model), model.light("lamp").id
-                lit.light_pos[lamp], lit.light_dir[lamp] = _LAMP, (_BOARD - _LAMP) / np.linalg.norm(_BOARD - _LAMP)
-                lit.vis.map.shadowclip = _SHADOWS
-                self._renderer = Renderer(lit, width=WIDTH, height=_HEIGHT)
-            self._renderer.pose(data)
-            picture = self._renderer.colours(_CAMERA)
+            picture = self._drawing.submit(self._drawn, *self._running).result()
         elif look is not None:
             picture = look().rgb
         else:
@@ -215,4 +211,14 @@ class _FilmRecorder:
     def close(self) -> None:
         """Release the renderer."""
         if self._renderer is not None:
-            self._renderer.close()
+            self._drawing.submit(self._renderer.close).result()
+        self._drawing.shutdown()
+
+    def _drawn(self, model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.uint8]:
+        if self._renderer is None:
+            lit, lamp = copy.copy(model), model.light("lamp").id
+            lit.light_pos[lamp], lit.light_dir[lamp] = _LAMP, (_BOARD - _LAMP) / np.linalg.norm(_BOARD - _LAMP)
+            lit.vis.map.shadowclip = _SHADOWS
+            self._renderer = Renderer(lit, width=WIDTH, height=_HEIGHT)
+        self._renderer.pose(data)
+        return self._renderer.colours(_CAMERA)
