@@ -10,24 +10,6 @@ from typing import Literal
 
 from lockprobe.foundation.errors import BadValue
 
-Looks = Literal["plain", "varied"]
-"""One appearance for every trial, or colours, wood, light and camera drawn in each trial."""
-
-Board = Literal["painted", "bare"]
-"""Wood with the track of every handle painted on it, or wood alone."""
-
-HandleColours = Literal["coloured", "plain"]
-"""Handles of one colour on bars of another, or handles and bars of one colour."""
-
-Light = Literal["plain", "side", "dim"]
-"""As ``looks`` has it; a low lamp at the right, which casts long shadows; or 30 % of the light."""
-
-Colours = Literal["plain", "second", "drawn"]
-"""As ``looks`` has them; a second palette; or wood, handles, bars and ground drawn in each trial."""
-
-Viewpoint = Literal["plain", "oblique"]
-"""As ``looks`` has it, or from the left side of the board."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraSettings:
@@ -66,26 +48,26 @@ class SceneSettings(CameraSettings):
 
     Attributes:
         tilt: Tilt of the panel from lying flat towards the robot, degrees.
-        looks: What varies from trial to trial.
+        looks: One appearance for every trial, or colours, wood, light and camera drawn in each trial.
         friction: Friction of every joint, as a multiple of the default.
         discs: Whether a white disc marks position 0 of every handle, and a black one position 1.
-        board: Whether the tracks of handles, and discs, are painted on the board.
-        handle_colours: Whether a handle differs from its bar in colour.
-        light: The light.
-        colours: The colours of wood, handles, bars and ground.
-        viewpoint: Where the camera stands.
+        board: Wood with the track of every handle, and discs, painted on it, or wood alone.
+        handle_colours: Handles of one colour on bars of another, or handles and bars of one colour.
+        light: As ``looks`` has it; a low lamp at the right, which casts long shadows; or 30 % of the light.
+        colours: As ``looks`` has them; a second palette; or wood, handles, bars and ground drawn in each trial.
+        viewpoint: As ``looks`` has it, or from the left side of the board.
         clutter: Number of small objects on the board, at places drawn in each trial.
     """
 
     tilt: float = 20.0
-    looks: Looks = "plain"
+    looks: Literal["plain", "varied"] = "plain"
     friction: float = 1.0
     discs: bool = True
-    board: Board = "painted"
-    handle_colours: HandleColours = "coloured"
-    light: Light = "plain"
-    colours: Colours = "plain"
-    viewpoint: Viewpoint = "plain"
+    board: Literal["painted", "bare"] = "painted"
+    handle_colours: Literal["coloured", "plain"] = "coloured"
+    light: Literal["plain", "side", "dim"] = "plain"
+    colours: Literal["plain", "second", "drawn"] = "plain"
+    viewpoint: Literal["plain", "oblique"] = "plain"
     clutter: int = 0
 
     def __post_init__(self) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 from drawn_board import HANDLES, HEIGHT, WIDTH, board
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
-from lockprobe_robot.hardware.rig import Board, Rig, calibrated_board
+from lockprobe_robot.hardware.rig import Rig, calibrated_board
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.hardware.sight import CameraSight, ImageHandles, Shot
 
@@ -80,7 +80,7 @@ def rig_of(box, labels=tuple("ABCDE"), *, truth="verdict", operator=None, at=10*
         box,
         labels=labels[: len(box.joints)],
         arm=Bounded(arm, Bounds(**{**SPACE, "answer": 60.0, **limits}), operator),
-        board=Board(panel=panel),
+        panel=panel,
         operator=operator,
         truth=CameraSight(camera, image_handles(box)) if truth == "camera" else truth,
         rung="scripted",
@@ -95,10 +95,12 @@ def faulty_rig(*, box, labels, rng):
 
 def calibrated_rig(*, box, labels, rng):
     """A rig of scripted parts whose board's pose comes from the calibration that is named in ``CALIBRATION``."""
-    board, operator = calibrated_board(box, CALIBRATION["path"]), Willing()
-    CONNECTED.append(arm := ScriptedArm(box, board.panel.handle_path))
+    (panel, facts), operator = calibrated_board(box, CALIBRATION["path"]), Willing()
+    CONNECTED.append(arm := ScriptedArm(box, panel.handle_path))
     within = Bounded(arm, Bounds(**SPACE, answer=60.0), operator)
-    return Rig(box, labels=labels, arm=within, board=board, operator=operator, truth="verdict", rung="scripted")
+    return Rig(
+        box, labels=labels, arm=within, panel=panel, operator=operator, truth="verdict", rung="scripted", facts=facts
+    )
 
 
 faulty_rig.attended = calibrated_rig.attended = True

@@ -18,7 +18,7 @@ from lockprobe_robot.box_model.tag_layout import board_checksum
 from lockprobe_robot.calibration.calibration_file import Calibration
 from lockprobe_robot.hardware import realsense
 from lockprobe_robot.hardware.check import check_rig
-from lockprobe_robot.hardware.rig import Board
+from lockprobe_robot.hardware.rehearsal import rehearsed_rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.hardware.sight import CameraSight
 from plants.person import handles_text
@@ -137,12 +137,12 @@ def test_in_a_study_a_fault_ends_the_trial_as_an_error_of_the_plant_and_it_is_pl
 
 
 def test_the_example_of_the_docs_is_a_rig_and_its_camera_a_sight(tmp_path, monkeypatch):
-    lab, board = {}, Board(panel=lay_out_panel(CHAIN))
+    lab, panel = {}, lay_out_panel(CHAIN)
     text = next(one for one in CODE if "Rig(" in one).replace('log=Path("commands.jsonl")', "")
     exec(compile(text, "lab.py", "exec"), lab)
     lab["TerminalOperator"] = lambda: Willing("", "y", "y")
-    lab["calibrated_board"] = lambda box, path: board
-    lab["FrankyArm"] = lambda host, tool: ScriptedArm(CHAIN, board.panel.handle_path)
+    lab["calibrated_board"] = lambda box, path: (panel, {})
+    lab["FrankyArm"] = lambda host, tool: ScriptedArm(CHAIN, panel.handle_path)
     plant = lab["rig"](box=CHAIN, labels=tuple("ABCD"), rng=None)
     assert plant.observe().configuration == CHAIN.initial
     seen = plant.attempt(3)
@@ -199,13 +199,13 @@ def test_a_check_makes_every_motion_at_its_height_after_a_yes_and_the_box_stays_
             arm._at = arm._at + np.array([0.003, 0, 0])
 
     arm.follow = noting
-    found = check_rig(rig, height=0.08, tell=told.append)
+    found = check_rig(rig, tell=told.append)
     assert [(one.joint, one.start) for one in found.motions] == [(name, at) for name in CHAIN.names for at in (0, 1)]
     assert (found.motions, found.complaints, len(operator.questions)) == (tuple(told), (), 1)
     assert {one.verdict for one in found.motions} == {"moved"}
     assert [one.astray for one in found.motions] == pytest.approx([0.003] * 8)
-    assert 0.07 < min(heights) < 0.081
-    assert 0.12 < max(heights) < 0.135  # with the clearance of the guarded move
+    assert 0.09 < min(heights) < 0.101
+    assert 0.14 < max(heights) < 0.155  # with the clearance of the guarded move
     assert (arm.configuration, found.commands) == (CHAIN.initial, len(heights))
 
 

@@ -10,7 +10,7 @@ import pytest
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware import rehearsal
 from lockprobe_robot.hardware.bounds import Bounded
-from lockprobe_robot.hardware.rig import Board, Rig
+from lockprobe_robot.hardware.rig import Rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from scipy.spatial.transform import Rotation
 
@@ -81,7 +81,7 @@ def test_attempts_through_it_say_what_the_rules_say(arm, robot):
     puzzle = box("chain-3")
     panel = lay_out_panel(puzzle)
     within = Bounded(arm, rehearsal._BOUNDS, operator := ConsentingOperator())
-    rig = Rig(puzzle, labels=puzzle.names, arm=within, board=Board(panel=panel), operator=operator, truth="verdict")
+    rig = Rig(puzzle, labels=puzzle.names, arm=within, panel=panel, operator=operator, truth="verdict")
     before, verdicts = rig.observe().configuration, set()
     for joint in np.random.default_rng(2).integers(len(puzzle.joints), size=6).tolist():
         seen = rig.attempt(joint)

@@ -28,6 +28,9 @@ class SimulatedArm:
         force_noise: Standard deviation of each component of a force reading, newtons.
         rng: Random stream of the noise until :meth:`use_stream`. The number of draws does not depend on the noise.
         after_step: Called after every step of the simulation.
+
+    Attributes:
+        period: Seconds that one call of :meth:`follow` takes.
     """
 
     def __init__(
@@ -51,11 +54,7 @@ class SimulatedArm:
         self._turn = np.eye(3)
         self._posture = HOME.copy()
         self._dt = float(model.opt.timestep)
-
-    @property
-    def period(self) -> float:
-        """Seconds that one call of :meth:`follow` takes."""
-        return _STEPS_PER_PERIOD * self._dt
+        self.period = _STEPS_PER_PERIOD * self._dt
 
     @property
     def time(self) -> float:

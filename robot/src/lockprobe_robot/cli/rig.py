@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json as json_
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -34,10 +32,9 @@ NOT_GOOD = 1
 def check(
     plant: Annotated[str, typer.Option(help=options.with_brackets(options.PLANT, _PLANT))] = "rig?rung=twin",
     box: options.Box = DEFAULT_BOX,
-    height: Annotated[float, typer.Option(help="Height above the handles, metres, from 0.05 to 0.3.")] = 0.1,
     json: options.AsJson = False,
 ) -> None:
-    """Make every joint's motion above the board, in both directions, without touching it.
+    """Make every joint's motion 100 mm above the handles, in both directions, without touching them.
 
     The operator has to agree first. A force of 10 N or a sinking hand stops the arm. Exit status 1: the arm is not
     good enough to touch the board.
@@ -52,14 +49,16 @@ def check(
 
     allow(plant)
     asked, source = find_box(box), resolve_plant(plant)
-    with _fault_in_one_line():
+    try:  # no trial runs that a fault could end as an error
         rig = call_driver("the rig", lambda: source.make(asked, asked.names, np.random.default_rng(0)))
         try:
             if not isinstance(rig, Rig):
                 raise BadValue("plant", plant, _PLANT)
-            found = check_rig(rig, height=height, tell=(lambda made: None) if json else _tell_motion)
+            found = check_rig(rig, tell=(lambda made: None) if json else _tell_motion)
         finally:
             rig.close()
+    except PlantFault as fault:
+        raise UserMistake(str(fault)) from None
     if json:
         print(json_.dumps({**asdict(found), "facts": dict(rig.facts), "complaints": found.complaints}))
     else:
@@ -113,15 +112,6 @@ def calibrate(
         x, y, z = (1000 * row[3] for row in pose[:3])
         print(f"{name}: {x:.1f}, {y:.1f}, {z:.1f} mm")
     print(path)
-
-
-@contextmanager
-def _fault_in_one_line() -> Iterator[None]:
-    """Report a fault of a device as a user's mistake, because no trial runs that could end as an error."""
-    try:
-        yield
-    except PlantFault as fault:
-        raise UserMistake(str(fault)) from None
 
 
 def _tell_motion(made: FreeMotion) -> None:

@@ -22,6 +22,7 @@ import numpy as np
 
 from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, PlantFault, kind_and_words
 from lockprobe.plants.manual import Operator
+from lockprobe.trial.record import Fact
 from lockprobe_robot.arm.protocol import StoppableArm, Vector
 
 _T = TypeVar("_T")
@@ -78,6 +79,8 @@ class Bounded:
         clock: A monotonic clock, seconds; tests pass a fake one.
 
     Attributes:
+        period: Duration of one call of :meth:`follow`, seconds.
+        facts: The limits, for the record.
         stops: Number of stops so far.
         late: Number of commands of a move that took longer than 1.5 periods.
 
@@ -94,7 +97,13 @@ class Bounded:
         log: Path | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._arm, self._bounds, self._operator, self._clock = arm, bounds, operator, clock
+        self._arm, self._bounds, self._operator, self._clock, self.period = arm, bounds, operator, clock, arm.period
+        corners = " to ".join("/".join(f"{number:g}" for number in corner) for corner in (bounds.low, bounds.high))
+        self.facts: Mapping[str, Fact] = {
+            "workspace": corners,
+            "speed_limit": bounds.speed,
+            "force_limit": bounds.force,
+        }
         self._file: IO[str] | None = None
         if log is not None:
             try:
@@ -106,18 +115,6 @@ class Bounded:
         self._free: Vector | None = None
         self._last: float | None = None
         self.stops, self.late = 0, 0
-
-    @property
-    def facts(self) -> Mapping[str, str | float]:
-        """The limits, for the record."""
-        bounds = self._bounds
-        corners = " to ".join("/".join(f"{number:g}" for number in corner) for corner in (bounds.low, bounds.high))
-        return {"workspace": corners, "speed_limit": bounds.speed, "force_limit": bounds.force}
-
-    @property
-    def period(self) -> float:
-        """Duration of one call of :meth:`follow`, seconds."""
-        return self._arm.period
 
     @property
     def time(self) -> float:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lockprobe.foundation.errors import BadValue
 from lockprobe_robot.arm.guarded_move import HELD_FORCE, HELD_STIFFNESS, HandlePath, TouchVerdict, guarded_move
 from lockprobe_robot.arm.protocol import Vector
 from lockprobe_robot.hardware.bounds import Bounded
@@ -24,8 +23,8 @@ MOST_ASTRAY = 0.007
 """Distance from the commanded position, metres, above which no handle should be touched: with handles that far from
 where the robot believes them, all of 800 simulated verdicts were right (robot/docs/twin.md)."""
 
-HEIGHT, LOWEST, HIGHEST = 0.10, 0.05, 0.30
-"""Height of the motions above the handles, metres: the default, the least and the greatest."""
+HEIGHT = 0.10
+"""Height of the motions above the handles, metres."""
 
 _SUNK = 0.5
 """Share of the height below which the hand must not come."""
@@ -87,27 +86,24 @@ class RigCheck:
         return tuple(found)
 
 
-def check_rig(rig: Rig, *, height: float = HEIGHT, tell: Callable[[FreeMotion], None] = lambda made: None) -> RigCheck:
+def check_rig(rig: Rig, *, tell: Callable[[FreeMotion], None] = lambda made: None) -> RigCheck:
     """Make every joint's motion in both directions above the board.
 
     The rig's operator has to agree before the first motion. ``tell`` is called after every motion.
 
     Raises:
-        BadValue: If the height above the handles, metres, is not in [0.05, 0.3].
         PlantFault: If the arm fails, leaves its bounds, sinks, or feels a force that would count as a locked handle.
             The arm is stopped first.
     """
-    if not LOWEST <= height <= HIGHEST:
-        raise BadValue("height", height, f"metres from {LOWEST} to {HIGHEST}")
     motions: list[FreeMotion] = []
     rates: list[float] = []
     commands = 0
     rig.arm.home()
     for joint, name in enumerate(rig.box.names):
         for start in (0, 1):
-            path = rig.board.panel.handle_path(joint, bool(start))
-            above = _ArmAbove(rig.arm, path, height)
-            touch = guarded_move(above, replace(path, points=path.points - height * path.axis))
+            path = rig.panel.handle_path(joint, bool(start))
+            above = _ArmAbove(rig.arm, path)
+            touch = guarded_move(above, replace(path, points=path.points - HEIGHT * path.axis))
             seen = {"force": above.felt, "astray": above.astray, "lowest": above.lowest}
             motions.append(FreeMotion(joint=name, start=start, verdict=touch.verdict, **seen))
             tell(motions[-1])
@@ -126,8 +122,8 @@ def check_rig(rig: Rig, *, height: float = HEIGHT, tell: Callable[[FreeMotion], 
 class _ArmAbove:
     """An arm that is measured after every command, and stopped if it touches something or sinks."""
 
-    def __init__(self, arm: Bounded, path: HandlePath, height: float) -> None:
-        self._arm, self._path, self._height = arm, path, height
+    def __init__(self, arm: Bounded, path: HandlePath) -> None:
+        self._arm, self._path = arm, path
         self._zero: Vector | None = None
         self.felt, self.astray, self.lowest, self.period, self.commands = 0.0, 0.0, float("inf"), arm.period, 0
         self.home, self.reach, self.position, self.force = arm.home, arm.reach, arm.position, arm.force
@@ -147,6 +143,7 @@ class _ArmAbove:
         self.lowest = min(self.lowest, float((self._path.points[0] - tool) @ self._path.axis))
         if self.felt > HELD_FORCE:
             self._arm.fault(f"the hand feels {self.felt:.1f} N where nothing is, at most {HELD_FORCE:g} N")
-        if self.lowest < _SUNK * self._height:
-            least = 1000 * self._height
-            self._arm.fault(f"the hand is {1000 * self.lowest:.0f} mm above the handles, expected {least:.0f} mm")
+        if self.lowest < _SUNK * HEIGHT:
+            self._arm.fault(
+                f"the hand is {1000 * self.lowest:.0f} mm above the handles, expected {1000 * HEIGHT:.0f} mm"
+            )

@@ -24,6 +24,13 @@ _TURN_STIFFNESS = 60.0
 _GAINS_SECONDS = 0.02
 """Time constant of the gains. With the library's 0.1 s the first part of a drag is too soft."""
 
+_PERIOD, _SPEED = 0.01, 0.2
+"""Seconds between two commands (the 1 kHz loop is the library's); share of the highest speed, acceleration and jerk in
+free motions."""
+
+_COLLISION = 60.0
+"""Collision threshold in newtons; half of the number is that of torques in newton metres."""
+
 _LONGEST_JOIN = 10.0
 """Longest wait for the end of a motion that was told to end, seconds."""
 
@@ -41,28 +48,18 @@ class FrankyArm:
         tool: Distance from the flange to the tool centre point (the top of a held knob), metres.
         wrench: Reads a force-torque sensor: the force on the hand in the frame of the flange, newtons, shape (3,). It
             has to raise where its reading is old. None for the robot's own estimate of the external wrench.
-        period: Seconds between two commands; the 1 kHz loop is the library's.
-        speed: Fraction of the highest speed, acceleration and jerk in free motions, (0, 1].
-        collision_force: Collision threshold in newtons; half of the number is the threshold of torques in newton
-            metres.
+
+    Attributes:
+        period: Duration of one call of :meth:`follow`, seconds.
 
     Raises:
         Missing: If franky is not installed.
     """
 
-    def __init__(
-        self,
-        host: str,
-        *,
-        tool: float = TOOL,
-        wrench: Callable[[], Vector] | None = None,
-        period: float = 0.01,
-        speed: float = 0.2,
-        collision_force: float = 60.0,
-    ) -> None:
+    def __init__(self, host: str, *, tool: float = TOOL, wrench: Callable[[], Vector] | None = None) -> None:
         with needing("arms of the type FR3", "fr3", ROBOT):
             import franky
-        self._franky, self._wrench, self._period = franky, wrench, period
+        self._franky, self._wrench, self.period = franky, wrench, _PERIOD
         self._tool = np.eye(4)
         self._tool[2, 3] = tool
         spec = mujoco.MjSpec()
@@ -70,9 +67,9 @@ class FrankyArm:
         self._model = spec.compile()
         self._posed, self._solver = mujoco.MjData(self._model), InverseKinematics(self._model)
         self._robot: Any = franky.Robot(
-            host, relative_dynamics_factor=speed, realtime_config=franky.RealtimeConfig.Ignore
+            host, relative_dynamics_factor=_SPEED, realtime_config=franky.RealtimeConfig.Ignore
         )
-        self._robot.set_collision_behavior(collision_force / 2, collision_force)
+        self._robot.set_collision_behavior(_COLLISION / 2, _COLLISION)
         self._tracker: Any = None
         self._turn = self._pose()[:3, :3]
         self._stiffness, self._velocity = 0.0, np.zeros(3)
@@ -82,11 +79,6 @@ class FrankyArm:
         """The library and the source of forces."""
         source = "robot's estimate" if self._wrench is None else "reader"
         return {"driver": f"franky-control {version('franky-control')}", "wrench": source}
-
-    @property
-    def period(self) -> float:
-        """Duration of one call of :meth:`follow`, seconds."""
-        return self._period
 
     @property
     def time(self) -> float:
@@ -125,7 +117,7 @@ class FrankyArm:
                 translational_stiffness=stiffness,
                 rotational_stiffness=_TURN_STIFFNESS,
                 gains_time_constant=_GAINS_SECONDS,
-                period=self._period,
+                period=_PERIOD,
             )
             self._tracker.tick()  # the first one does not wait
             self._stiffness, self._velocity = stiffness, np.zeros(3)
@@ -134,10 +126,10 @@ class FrankyArm:
             self._stiffness = stiffness
         # The library holds a target until the next one comes: the middle of the period is right on average.
         tool = np.eye(4)
-        tool[:3, :3], tool[:3, 3] = self._turn, position + 0.5 * self._period * velocity
+        tool[:3, :3], tool[:3, 3] = self._turn, position + 0.5 * _PERIOD * velocity
         target = tool @ np.linalg.inv(self._tool) @ np.asarray(self._robot.state.F_T_EE.matrix)
         # Without acceleration the hand overshoots by 13 mm at the end of a descent, with it by 5 mm.
-        acceleration = (np.asarray(velocity) - self._velocity) / self._period
+        acceleration = (np.asarray(velocity) - self._velocity) / _PERIOD
         self._velocity = np.array(velocity)
         self._tracker.set_target(
             franky.Affine(target),
@@ -166,19 +158,15 @@ class FrankyArm:
         self._robot.stop()
 
     def _go(self, angles: NDArray[np.float64]) -> None:
-        self._end()
-        if self._robot.has_errors and not self._robot.recover_from_errors():
-            raise PlantFault(f"the robot cannot recover from its error: {self._why()}")
-        self._robot.move(self._franky.JointMotion(angles.tolist()))
-
-    def _end(self) -> None:
-        """End the tracker, if one runs, and wait until the arm rests."""
         tracker, self._tracker = self._tracker, None
         if tracker is not None and self._robot.is_in_control:
             tracker.stop()
-            return
-        with suppress(self._franky.ControlException):  # said when it came; a new motion would only repeat it
-            self._robot.join_motion(_LONGEST_JOIN)
+        else:
+            with suppress(self._franky.ControlException):  # said when it came; a new motion would only repeat it
+                self._robot.join_motion(_LONGEST_JOIN)
+        if self._robot.has_errors and not self._robot.recover_from_errors():
+            raise PlantFault(f"the robot cannot recover from its error: {self._why()}")
+        self._robot.move(self._franky.JointMotion(angles.tolist()))
 
     def _why(self) -> str:
         """The library's reason for the end of the motion."""

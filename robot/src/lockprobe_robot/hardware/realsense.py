@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -38,9 +37,10 @@ class RealSense:
         if not found or (serial and serial not in found):
             asked = f"RealSense camera {serial}" if serial else "a RealSense camera"
             raise Missing(f"{asked} is not connected (there are: {', '.join(found) or 'none'})", "plug it in")
-        self._serial = serial or found[0]
+        serial = serial or found[0]
+        self.facts = {"camera": f"realsense {serial}"}
         config = rs.config()
-        config.enable_device(self._serial)
+        config.enable_device(serial)
         config.enable_stream(rs.stream.color, *_SIZE, rs.format.rgb8, _RATE)
         config.enable_stream(rs.stream.depth, *_SIZE, rs.format.z16, _RATE)
         pipeline = rs.pipeline()
@@ -50,11 +50,6 @@ class RealSense:
         self._align: Any = rs.align(rs.stream.color)
         for _ in range(_WARM_UP):
             pipeline.wait_for_frames(_MILLISECONDS)
-
-    @property
-    def facts(self) -> Mapping[str, str]:
-        """The kind of camera, for the record."""
-        return {"camera": f"realsense {self._serial}"}
 
     def grab(self) -> Shot:
         """The scene now.

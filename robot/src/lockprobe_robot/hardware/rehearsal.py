@@ -21,7 +21,7 @@ from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.arm.protocol import StoppableArm
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
-from lockprobe_robot.hardware.rig import Board, Rig
+from lockprobe_robot.hardware.rig import Rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.plants import RehearsalRung
 
@@ -73,7 +73,7 @@ def rehearsed_rig(
         box,
         labels=labels,
         arm=Bounded(arm, _BOUNDS, operator),
-        board=Board(panel=panel),
+        panel=panel,
         operator=operator,
         truth=sight,
         rung=rung,

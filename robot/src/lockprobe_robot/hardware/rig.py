@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, TypeVar
 
@@ -27,21 +27,8 @@ from lockprobe_robot.hardware.bounds import Bounded
 _T = TypeVar("_T")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Board:
-    """A board whose pose in front of a robot is known.
-
-    Attributes:
-        panel: Its dimensions, and its pose in the frame of the arm's base, metres.
-        facts: How the pose was found, for the record.
-    """
-
-    panel: PanelLayout
-    facts: Mapping[str, Fact] = field(default_factory=dict)
-
-
-def calibrated_board(box: Lockbox, path: Path | str) -> Board:
-    """A board at the pose that ``lockprobe rig calibrate`` found.
+def calibrated_board(box: Lockbox, path: Path | str) -> tuple[PanelLayout, Mapping[str, Fact]]:
+    """A board at the pose that ``lockprobe rig calibrate`` found, and how it was found, for the record.
 
     Call it before the robot is connected, so that an unreliable calibration refuses the study before the first motion.
 
@@ -54,7 +41,7 @@ def calibrated_board(box: Lockbox, path: Path | str) -> Board:
         "calibration_sha256": hashlib.sha256(read_input(Path(path))).hexdigest(),
         "calibration_held_out_mm": round(found.held_out_mm, 3),
     }
-    return Board(panel=replace(panel, pose=array_of(found.board_in_base)), facts=facts)
+    return replace(panel, pose=array_of(found.board_in_base)), facts
 
 
 class Rig:
@@ -66,17 +53,16 @@ class Rig:
         box: The box.
         labels: Labels of the joints, in panel order.
         arm: The arm within its bounds.
-        board: The board.
+        panel: The board, with its pose in the frame of the arm's base.
         operator: Sets up the box, agrees to motions, and tells the truth if ``truth`` is ``person``.
         truth: ``person``; a sight, which reads it; or ``verdict``: the robot's verdict stands in for it.
         rung: How real the rig is; the record says it.
-        facts: Further facts for the record: versions, serial numbers.
-        release: Called when the rig is closed, after the arm was stopped.
+        facts: Further facts for the record: calibration, versions, serial numbers.
 
     Attributes:
         box: The box.
         arm: The arm.
-        board: The board.
+        panel: The board.
     """
 
     attended = True
@@ -87,15 +73,14 @@ class Rig:
         *,
         labels: tuple[str, ...],
         arm: Bounded,
-        board: Board,
+        panel: PanelLayout,
         operator: Operator,
         truth: Sight | Literal["person", "verdict"] = "person",
         rung: str = "robot",
         facts: Mapping[str, Fact] | None = None,
-        release: Callable[[], None] = lambda: None,
     ) -> None:
-        self.box, self.arm, self.board = box, arm, board
-        self._operator, self._rung, self._facts, self._release = operator, rung, dict(facts or {}), release
+        self.box, self.arm, self.panel = box, arm, panel
+        self._operator, self._rung, self._facts = operator, rung, dict(facts or {})
         self._sight = None if isinstance(truth, str) else truth
         self._truth = truth if isinstance(truth, str) else str(truth.facts.get("truth", "camera"))
         self._called = tuple(f"{label} ({name})" for label, name in zip(labels, box.names, strict=True))
@@ -104,12 +89,11 @@ class Rig:
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Rung, source of the truth, limits, camera, the board's calibration, stops and late commands so far."""
+        """Rung, source of the truth, limits, camera, further facts, stops and late commands so far."""
         return {
             "rung": self._rung,
             "truth": self._truth,
             **self.arm.facts,
-            **self.board.facts,
             **(self._sight.facts if self._sight is not None else {}),
             **self._facts,
             "stops": self.arm.stops,
@@ -136,7 +120,7 @@ class Rig:
         """
         before = self._configuration
         assert before is not None
-        path = self.board.panel.handle_path(joint, before[joint])
+        path = self.panel.handle_path(joint, before[joint])
         touch = self._stopping(lambda: guarded_move(self.arm, path))
         after = self._configuration = self._stopping(lambda: self._after(joint, before, touch.verdict))
         return Snapshot(
@@ -152,7 +136,6 @@ class Rig:
         self.arm.close()
         if self._sight is not None:
             self._sight.close()
-        self._release()
 
     def _stopping(self, work: Callable[[], _T]) -> _T:
         """Do something that stops the arm if it fails."""

@@ -29,6 +29,10 @@ class ScriptedArm:
     Args:
         box: The box, in its initial configuration.
         path: Function from joint (index in panel order) and present position to the handle's path.
+
+    Attributes:
+        configuration: Where the joints of the box are.
+        time: Seconds that its commands took.
     """
 
     period = 0.02
@@ -37,30 +41,29 @@ class ScriptedArm:
         self._box = box
         self._paths = [(path(joint, False), path(joint, True)) for joint in range(len(box.joints))]
         self.configuration: Configuration = box.initial
-        self._at, self._time = _HOME, 0.0
+        self._at, self.time = _HOME, 0.0
         self._held: tuple[int, HandlePath, bool] | None = None
         self._felt = np.zeros(3)
 
-    @property
-    def time(self) -> float:
-        """Seconds that its commands take."""
-        return self._time
-
     def home(self) -> None:
         """Jump to the homing pose, holding nothing."""
-        self._held, self._at, self._time = None, _HOME, self._time + 1.0
+        self._held, self._at, self.time = None, _HOME, self.time + 1.0
 
     def reach(self, position: Vector, axis: Vector) -> None:
         """Jump to a pose, holding nothing."""
-        self._held, self._at, self._time = None, np.array(position), self._time + 1.0
+        self._held, self._at, self.time = None, np.array(position), self.time + 1.0
 
     def follow(self, position: Vector, velocity: Vector, *, stiffness: float) -> None:
         """Move to the target at the end of the period, as far as the held handle allows."""
         point = np.asarray(position + self.period * velocity)
-        self._time += self.period
+        self.time += self.period
         self._felt = np.zeros(3)
-        if self._held is None:
-            self._held = self._gripped(point)
+        for joint, at in enumerate(self.configuration if self._held is None else ()):
+            path = self._paths[joint][at]
+            if np.linalg.norm(path.points[0] - point) < _GRIP:
+                self._before = self.configuration
+                self._held = joint, path, self._box.may_move(self.configuration, joint)
+                break
         self._at = point
         if self._held is None:
             return
@@ -87,12 +90,3 @@ class ScriptedArm:
 
     def stop(self) -> None:
         """Do nothing: the arm moves only during commands."""
-
-    def _gripped(self, point: Vector) -> tuple[int, HandlePath, bool] | None:
-        """The joint whose handle is in the hand, its path, and whether it may move."""
-        for joint, position in enumerate(self.configuration):
-            path = self._paths[joint][position]
-            if np.linalg.norm(path.points[0] - point) < _GRIP:
-                self._before = self.configuration
-                return joint, path, self._box.may_move(self.configuration, joint)
-        return None

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Protocol
+from typing import Annotated, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,16 +79,13 @@ class FolderCamera:
         BadFile: If it is not a folder.
     """
 
+    facts: ClassVar = {"camera": "folder"}
+
     def __init__(self, folder: Path | str) -> None:
         self._folder = Path(folder)
         if not self._folder.is_dir():
             raise BadFile(self._folder, "no such folder; a camera's pictures are expected there")
         self._used = self._newest()
-
-    @property
-    def facts(self) -> dict[str, str]:
-        """The kind of camera, for the record."""
-        return {"camera": "folder"}
 
     def grab(self) -> Shot:
         """The newest picture, rotated as its EXIF data say.
