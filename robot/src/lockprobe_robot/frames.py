@@ -64,10 +64,22 @@ def write_frames(directory: Path, out: Path, *, only: str, tell: Callable[[str],
                 plan = plan_of(study, trial)
                 for frame, facts in _frames(trial, plan):
                     count += 1
+                    camera, handles = frame.camera, zip(trial.joints, frame.handles, strict=True)
                     files = {kind: f"{kind}/{count:06}.png" for kind in ("rgb", "depth")}
+                    pinhole = {
+                        "width": camera.width,
+                        "height": camera.height,
+                        "fx": camera.focal,
+                        "fy": camera.focal,
+                        "cx": (camera.width - 1) / 2,
+                        "cy": (camera.height - 1) / 2,
+                        "panel_in_camera": np.round(camera.panel, 9).tolist(),
+                        "handles": {name: np.round(places, 6).tolist() for name, places in handles},
+                        "labels": dict(zip(trial.joints, trial.labels, strict=True)),
+                    }
                     (draft / files["rgb"]).write_bytes(to_png(frame.rgb))
                     (draft / files["depth"]).write_bytes(to_png(to_millimetres(frame.depth)))
-                    table.write(json.dumps({**files, **_camera(frame, trial), **facts}) + "\n")
+                    table.write(json.dumps({**files, **pinhole, **facts}) + "\n")
                 tell(f"trial {number} of {len(trials)}, {count} frames")
         draft.replace(target)
     return count
@@ -92,20 +104,3 @@ def _frames(trial: Trial, plan: Plan) -> Iterator[tuple[Frame, dict[str, object]
             yield snapshot.look(), {**facts, "state": bits(snapshot.configuration)}
     except TrialFault as fault:
         raise BadFile(trial.key, f"it breaks when it is played again ({fault})") from None
-
-
-def _camera(frame: Frame, trial: Trial) -> dict[str, object]:
-    camera = frame.camera
-    return {
-        "width": camera.width,
-        "height": camera.height,
-        "fx": camera.focal,
-        "fy": camera.focal,
-        "cx": (camera.width - 1) / 2,
-        "cy": (camera.height - 1) / 2,
-        "panel_in_camera": np.round(camera.panel, 9).tolist(),
-        "handles": {
-            name: np.round(places, 6).tolist() for name, places in zip(trial.joints, frame.handles, strict=True)
-        },
-        "labels": dict(zip(trial.joints, trial.labels, strict=True)),
-    }

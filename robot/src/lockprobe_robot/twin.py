@@ -6,10 +6,9 @@ holds the measurements and the verdict of the arm's guarded move.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox
@@ -72,7 +71,13 @@ class Twin(SimulatedLockbox):
         super().__init__(scene, settings, noise)
         self._settings, self.panel = settings, scene.panel
         model, data = self.joints.model, self.joints.data
-        after_step = _filming(film, model, data) if film is not None else lambda: None
+        self._film_due = 0.0
+
+        def after_step() -> None:
+            if film is not None and data.time >= self._film_due:
+                self._film_due += _FILM_EVERY
+                film(model, data)
+
         self.arm = SimulatedArm(model, data, force_noise=settings.force_noise, rng=self._force, after_step=after_step)
         for joint, name in enumerate(box.names):
             path = self.panel.handle_path(joint, False)
@@ -109,16 +114,3 @@ class Twin(SimulatedLockbox):
         while not self.joints.resting() and self.arm.time < deadline:
             self.arm.wait()
         return self.joints.resting()
-
-
-def _filming(film: FilmHook, model: mujoco.MjModel, data: mujoco.MjData) -> Callable[[], None]:
-    """A function for the end of every step, which passes the simulation to a film when a picture is due."""
-    due = 0.0
-
-    def after_step() -> None:
-        nonlocal due
-        if data.time >= due:
-            due += _FILM_EVERY
-            film(model, data)
-
-    return after_step

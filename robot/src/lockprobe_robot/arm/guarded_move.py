@@ -98,7 +98,15 @@ def guarded_move(arm: Arm, path: HandlePath) -> Touch:
     zero: Vector = np.mean(readings, axis=0)
     verdict: TouchVerdict = "failed"
     peak, progress = 0.0, 0.0
-    if _descend(arm, start, path.axis, zero):
+    height, speed, felt = CLEARANCE, 0.0, 0.0
+    while height > 0 and felt <= _LANDING_FORCE:
+        braking = math.sqrt(2 * _LIFT_RAMP * height)
+        speed = min(speed + _LIFT_RAMP * arm.period, _DESCENT, braking, height / arm.period)
+        arm.follow(start - height * path.axis, speed * path.axis, stiffness=FREE_STIFFNESS)
+        height -= max(speed, _CREEP) * arm.period
+        felt = _smoothed(felt, float((zero - arm.force()) @ path.axis), arm.period)
+    if felt <= _LANDING_FORCE:  # else the hand landed on something
+        _stand(arm, start, _SETTLING, HELD_STIFFNESS)
         verdict, peak, progress = _drag(arm, path, zero)
     _stand(arm, arm.position(), _SETTLING, FREE_STIFFNESS)
     point, height, speed = arm.position(), 0.0, 0.0
@@ -108,21 +116,6 @@ def guarded_move(arm: Arm, path: HandlePath) -> Touch:
         height += speed * arm.period
     arm.home()
     return Touch(verdict=verdict, peak_force=peak, progress=progress, seconds=arm.time - began)
-
-
-def _descend(arm: Arm, start: Vector, axis: Vector, zero: Vector) -> bool:
-    """Lower the hand over the handle; False if it landed on something."""
-    height, speed, felt = CLEARANCE, 0.0, 0.0
-    while height > 0:
-        braking = math.sqrt(2 * _LIFT_RAMP * height)
-        speed = min(speed + _LIFT_RAMP * arm.period, _DESCENT, braking, height / arm.period)
-        arm.follow(start - height * axis, speed * axis, stiffness=FREE_STIFFNESS)
-        height -= max(speed, _CREEP) * arm.period
-        felt = _smoothed(felt, float((zero - arm.force()) @ axis), arm.period)
-        if felt > _LANDING_FORCE:
-            return False
-    _stand(arm, start, _SETTLING, HELD_STIFFNESS)
-    return True
 
 
 def _drag(arm: Arm, path: HandlePath, zero: Vector) -> tuple[TouchVerdict, float, float]:

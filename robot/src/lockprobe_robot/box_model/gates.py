@@ -17,7 +17,6 @@ the pin out.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from lockprobe.boxes.box import Lockbox
@@ -78,7 +77,10 @@ def gates_of(box: Lockbox) -> tuple[Gate, ...]:
         wanted: set[frozenset[GateLiteral]] = {frozenset()}
         for clause in box.interlock.get(name, ({},)):
             literals = [(index[other], position) for other, position in clause.items()]
-            wanted = _necessary(known | {literal} for known in wanted for literal in literals)
+            both = {known | {literal} for known in wanted for literal in literals}
+            # without gates that are always open, and those that are open whenever another one is
+            both = {gate for gate in both if not any((other, not position) in gate for other, position in gate)}
+            wanted = {gate for gate in both if not any(other < gate for other in both)}
             _refuse_above(box, len(wanted) - 1)
         gates += [Gate(joint=joint, literals=found) for found in sorted(tuple(sorted(gate)) for gate in wanted)]
         _refuse_above(box, len(gates))
@@ -88,16 +90,6 @@ def gates_of(box: Lockbox) -> tuple[Gate, ...]:
 def _refuse_above(box: Lockbox, gates: int) -> None:
     if gates > MAX_GATES:
         raise BadValue(f"interlock of {box.name}", f"{gates} gates or more", f"one of at most {MAX_GATES} gates")
-
-
-def _necessary(gates: Iterable[frozenset[GateLiteral]]) -> set[frozenset[GateLiteral]]:
-    """The gates without those that are always open, and without those that are open whenever another gate is."""
-    possible = {gate for gate in gates if not any((joint, not position) in gate for joint, position in gate)}
-    kept: set[frozenset[GateLiteral]] = set()
-    for gate in sorted(possible, key=len):
-        if not any(other <= gate for other in kept):
-            kept.add(gate)
-    return kept
 
 
 def pin_of(mounted: MountedJoint) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -32,7 +32,11 @@ class Mechanism(Joints):
         super().__init__(model, data, scene.names)
         self._reach = np.array([mounted.reach or 1.0 for mounted in scene.panel.mounted_joints])
         # A bolt or lifter, and how far it is out where one of its literals holds.
-        self._bolts = [(model.joint(name), literals, out) for name, literals, out in _bolts(scene)]
+        self._bolts: list[tuple[Any, tuple[GateLiteral, ...], float]] = []
+        for number, gate in enumerate(scene.gates):
+            self._bolts.append((model.joint(f"bolt-{number}"), gate.literals, STROKE))
+            for index, literal in enumerate(gate.literals if len(gate.literals) > 1 else ()):
+                self._bolts.append((model.joint(f"lifter-{number}-{index}"), (literal,), LIFT))
         self._all_dofs = np.array([*self._dofs, *(int(bolt.dofadr[0]) for bolt, _, _ in self._bolts)])
         # Speeds are compared at handles, in metres per second.
         self._scale = np.concatenate([self._reach, np.ones(len(self._bolts))])
@@ -87,12 +91,3 @@ class Mechanism(Joints):
 
     def _steps(self, seconds: float) -> int:
         return round(seconds / float(self.model.opt.timestep))
-
-
-def _bolts(scene: LockboxScene) -> Iterator[tuple[str, tuple[GateLiteral, ...], float]]:
-    """Name, literals and stroke of every bolt and lifter of a scene."""
-    for number, gate in enumerate(scene.gates):
-        yield f"bolt-{number}", gate.literals, STROKE
-        if len(gate.literals) > 1:
-            for index, literal in enumerate(gate.literals):
-                yield f"lifter-{number}-{index}", (literal,), LIFT

@@ -228,10 +228,15 @@ def _labelled(
     half = np.array(size) / 2 - 0.66 * letter
     free = 0.6 * letter + 0.002
     middles = [float(mounted.path()[:, 0].mean()) for mounted in mounted_joints]
+    turns = np.arange(16) * math.pi / 8
+    rings = 0.6 * letter + np.array([0.018, 0.026, 0.034, 0.044, 0.056, 0.07, 0.085])
+    ways = (rings[:, None, None] * np.array([np.cos(turns), np.sin(turns)]).T).reshape(-1, 2)
     options: list[list[tuple[float, float]]] = []
     for i, mounted in enumerate(mounted_joints):
         scored = []
-        points = _around(mounted, letter)
+        room = rooms[i]
+        near = ((room.min(0) + room.max(0)) / 2, room[0], room[-1], np.array(mounted.origin))
+        points = np.concatenate([centre + ways for centre in near])
         points = points[(np.abs(points) <= half).all(1)]
         free_of, gaps = (
             np.array([_nearest(points[:, None], cloud[None])[:, 0] for cloud in clouds]) for clouds in (covered, rooms)
@@ -270,16 +275,6 @@ def covered_area(mounted: MountedJoint, angle: float) -> NDArray[np.float64]:
     else:
         parts += [np.array(mounted.origin) + 0.017 * ring]
     return np.concatenate(parts)
-
-
-def _around(mounted: MountedJoint, letter: float) -> NDArray[np.float64]:
-    """Candidate positions for a joint's label, shape (points, 2)."""
-    room = mounted.room()
-    middle = (room.min(0) + room.max(0)) / 2
-    turns = np.arange(16) * math.pi / 8
-    rings = 0.6 * letter + np.array([0.018, 0.026, 0.034, 0.044, 0.056, 0.07, 0.085])
-    ways = (rings[:, None, None] * np.array([np.cos(turns), np.sin(turns)]).T).reshape(-1, 2)
-    return np.concatenate([centre + ways for centre in (middle, room[0], room[-1], np.array(mounted.origin))])
 
 
 CAMERA_DISTANCE = 0.72

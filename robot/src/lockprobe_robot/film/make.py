@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, TrialFault
 from lockprobe.foundation.spec import Spec
-from lockprobe.plants.catalogue import PlantSource, resolve_plant
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.frame import Frame
@@ -85,7 +85,17 @@ def make_film(directory: Path, trial: Trial, path: Path, *, tell: Callable[[str]
         TrialFault: If it breaks when it is played again, and did not then.
     """
     plan = plan_of(read_study(directory), trial)
-    source, note = _source(plan)
+    source, note = resolve_plant(plan.plant), ""
+    if source.picture_size is None and source.make_filmed is None:
+        source = resolve_plant(STAND_IN)
+        try:
+            source.check(plan.box)
+        except BadValue:  # its handles are out of the arm's reach
+            source = resolve_plant(WITHOUT_ARM)
+        note = f"The plant {plan.plant} cannot be filmed: the film shows {source.spec} in its place."
+    elif "model" in Spec.parse(source.spec, "plant").options:
+        note = "A force pushed the model: the film shows it before and after each attempt."
+    source.check(plan.box)
     file = open_film(path)
     differs: str | None = None
     recorder = _FilmRecorder(file, rate=RATES[path.suffix.lower()])
@@ -153,22 +163,6 @@ def played_again(trial: Trial, plant: Plant) -> Iterator[tuple[int, Snapshot, st
             raise
     finally:
         plant.close()
-
-
-def _source(plan: Plan) -> tuple[PlantSource, str]:
-    """The plant that can be filmed in the place of a trial's plant, and how it differs, in a sentence."""
-    source, note = resolve_plant(plan.plant), ""
-    if source.picture_size is None and source.make_filmed is None:
-        source = resolve_plant(STAND_IN)
-        try:
-            source.check(plan.box)
-        except BadValue:  # its handles are out of the arm's reach
-            source = resolve_plant(WITHOUT_ARM)
-        note = f"The plant {plan.plant} cannot be filmed: the film shows {source.spec} in its place."
-    elif "model" in Spec.parse(source.spec, "plant").options:
-        note = "A force pushed the model: the film shows it before and after each attempt."
-    source.check(plan.box)
-    return source, note
 
 
 class _FilmRecorder:

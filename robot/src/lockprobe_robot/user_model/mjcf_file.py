@@ -10,7 +10,7 @@ import hashlib
 import math
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -34,6 +34,8 @@ _MOST_ELEMENTS = 5000
 
 _LARGEST_MEMORY = 10**9
 """Bytes for contacts and constraints."""
+
+_ITERATIONS = ("iterations", "ls_iterations", "noslip_iterations", "ccd_iterations", "sdf_iterations")
 
 _LONGEST_SIDE = 4096
 """Pixels along each side of a texture."""
@@ -82,42 +84,33 @@ class MjcfModel:
                 model = self.spec.compile()
         except _BROKEN as error:
             raise BadFile(self.path, str(error)) from None
-        for what, value, least, most in _measured(model):
+        limited = [
+            ("timestep", model.opt.timestep, 2e-4, 0.01),
+            *((what, getattr(model.opt, what), 0, 1000) for what in _ITERATIONS),
+            *((what, getattr(model.vis.quality, what), 0, 200) for what in ("numslices", "numstacks", "numquads")),
+            ("memory in bytes", model.narena, 0, _LARGEST_MEMORY),
+            ("degrees of freedom", model.nv, 0, 200),
+            ("lights", model.nlight, 0, 100),
+            ("materials", model.nmat, 0, 1000),
+            ("textures", model.ntex, 0, 1000),
+        ]
+        for what, value, least, most in limited:
             if not least <= value <= most:
                 raise BadFile(self.path, f"{what} is {value:g}, expected {least:g} to {most:g}")
         eye = model.camera(CAMERA).id
         if model.cam_projection[eye] != mujoco.mjtProjection.mjPROJ_PERSPECTIVE or model.cam_sensorsize[eye].any():
             raise BadFile(self.path, f"camera {CAMERA!r} is orthographic or has a sensor size, expected fovy only")
         if not seen:
-            _place_camera(model, eye)
+            free = mujoco.MjvCamera()
+            mujoco.mjv_defaultFreeCamera(model, free)
+            across, up = math.radians(free.azimuth), math.radians(free.elevation)
+            ahead = np.array([math.cos(up) * math.cos(across), math.cos(up) * math.sin(across), math.sin(up)])
+            right = np.array([math.sin(across), -math.cos(across), 0.0])
+            axes = np.array([right, np.cross(right, ahead), -ahead]).T
+            mujoco.mju_mat2Quat(model.cam_quat[eye], np.ascontiguousarray(axes).ravel())
+            model.cam_pos[eye] = free.lookat - free.distance * ahead
+            model.cam_fovy[eye] = model.vis.global_.fovy
         return model
-
-
-def _measured(model: mujoco.MjModel) -> Iterator[tuple[str, float, float, float]]:
-    """What is limited, its value, and the limits."""
-    yield "timestep", model.opt.timestep, 2e-4, 0.01
-    for what in ("iterations", "ls_iterations", "noslip_iterations", "ccd_iterations", "sdf_iterations"):
-        yield what, getattr(model.opt, what), 0, 1000
-    for what in ("numslices", "numstacks", "numquads"):
-        yield what, getattr(model.vis.quality, what), 0, 200
-    yield "memory in bytes", model.narena, 0, _LARGEST_MEMORY
-    yield "degrees of freedom", model.nv, 0, 200
-    yield "lights", model.nlight, 0, 100
-    yield "materials", model.nmat, 0, 1000
-    yield "textures", model.ntex, 0, 1000
-
-
-def _place_camera(model: mujoco.MjModel, eye: int) -> None:
-    """Give a camera MuJoCo's free default view."""
-    free = mujoco.MjvCamera()
-    mujoco.mjv_defaultFreeCamera(model, free)
-    across, up = math.radians(free.azimuth), math.radians(free.elevation)
-    ahead = np.array([math.cos(up) * math.cos(across), math.cos(up) * math.sin(across), math.sin(up)])
-    right = np.array([math.sin(across), -math.cos(across), 0.0])
-    axes = np.array([right, np.cross(right, ahead), -ahead]).T
-    mujoco.mju_mat2Quat(model.cam_quat[eye], np.ascontiguousarray(axes).ravel())
-    model.cam_pos[eye] = free.lookat - free.distance * ahead
-    model.cam_fovy[eye] = model.vis.global_.fovy
 
 
 def read_model(path: Path, wanted: str = "") -> MjcfModel:

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.boxes.box import Configuration, Joint, Lockbox, bits
+from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadValue, PlantFault
 from lockprobe_robot.box_model.joints import Joints
 
@@ -53,7 +53,16 @@ class ModelJoints(Joints):
         if loose.size:
             raise BadValue("the model", f"a free joint {model.joint(loose[0]).name!r}", "only joints with a fixed way")
         for joint in box.joints:
-            _check_joint(model, joint)
+            wanted, title = _KINDS[joint.kind]
+            found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint.name)
+            if found < 0:
+                there = ", ".join(repr(model.joint(i).name) for i in range(min(model.njnt, 40))) or "none"
+                raise BadValue("joints of the model", there, f"one called {joint.name!r}, as in the box")
+            what, (low, high) = f"joint {joint.name!r} of the model", model.jnt_range[found]
+            if model.jnt_type[found] != wanted:
+                raise BadValue(what, "another type", f'type="{title}", since it is {joint.kind}')
+            if not model.jnt_limited[found] or not low < high:
+                raise BadValue(what, "no range", "a limited range: position 0 to position 1")
         super().__init__(model, mujoco.MjData(model), box.names)
         self._strength = [force if joint.kind == "prismatic" else torque for joint in box.joints]
         self._scale = np.ones(model.nv)
@@ -130,18 +139,3 @@ class ModelJoints(Joints):
 
     def _steps(self, seconds: float) -> int:
         return max(1, round(seconds / self._period))
-
-
-def _check_joint(model: mujoco.MjModel, joint: Joint) -> None:
-    wanted, title = _KINDS[joint.kind]
-    found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint.name)
-    if found < 0:
-        there = ", ".join(repr(model.joint(i).name) for i in range(min(model.njnt, 40))) or "none"
-        raise BadValue("joints of the model", there, f"one called {joint.name!r}, as in the box")
-    if model.jnt_type[found] != wanted:
-        raise BadValue(
-            f"joint {joint.name!r} of the model", "another type", f'type="{title}", since it is {joint.kind}'
-        )
-    low, high = model.jnt_range[found]
-    if not model.jnt_limited[found] or not low < high:
-        raise BadValue(f"joint {joint.name!r} of the model", "no range", "a limited range: position 0 to position 1")
