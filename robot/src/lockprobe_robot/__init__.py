@@ -39,6 +39,12 @@ def scene(box: Lockbox, *, arm: bool = False) -> tuple[mujoco.MjModel, mujoco.Mj
     Raises:
         BadValue: If the box cannot be built.
     """
-    from lockprobe_robot.box_model.mjcf import plain_model
+    import mujoco
 
-    return plain_model(box, arm=arm)
+    from lockprobe_robot.box_model.mjcf import plain_scene
+
+    model = plain_scene(box, arm=arm).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    return model, data

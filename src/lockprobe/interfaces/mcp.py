@@ -242,7 +242,16 @@ class ToolSession:
                 await self._let_go()
                 raise
         assert self._trial.situation is not None
-        return _reply(self._trial.situation, self._instruction(self._trial.situation))
+        past = self._trial.situation.past  # of a trial that goes on
+        lines = ["The trial goes on. Your steps so far:", past[0].percept.text, past[0].remark] if past else []
+        for number, turn in enumerate(past, 1):
+            line = f"{number}. {_SAID[turn.decision.claimed]}You attempted {turn.decision.joint}."
+            if number < len(past):  # the last report follows
+                gone = "(pictures no longer shown)" if past[number].percept.pictures else ""
+                line = " ".join(filter(None, (line, past[number].percept.text, gone, past[number].remark)))
+            lines.append(line)
+        text = instructions(self._trial.situation, self._how), "\n".join(filter(None, lines))
+        return _reply(self._trial.situation, "\n\n".join(filter(None, text)))
 
     def _due(self) -> dict[str, Plan]:
         plans = next_plans(self.study, self._journal)(self.agent)
@@ -298,18 +307,6 @@ class ToolSession:
         trial, self._trial = self._trial, None
         if trial is not None:
             await trial.close()
-
-    def _instruction(self, situation: Situation) -> str:
-        """The instruction of a trial, and its steps so far if it goes on."""
-        past, text = situation.past, instructions(situation, self._how)
-        lines = ["The trial goes on. Your steps so far:", past[0].percept.text, past[0].remark] if past else []
-        for number, turn in enumerate(past, 1):
-            line = f"{number}. {_SAID[turn.decision.claimed]}You attempted {turn.decision.joint}."
-            if number < len(past):  # the last report follows
-                gone = "(pictures no longer shown)" if past[number].percept.pictures else ""
-                line = " ".join(filter(None, (line, past[number].percept.text, gone, past[number].remark)))
-            lines.append(line)
-        return "\n\n".join(filter(None, (text, "\n".join(filter(None, lines)))))
 
 
 def _reply(situation: Situation, before: str = "") -> Reply:

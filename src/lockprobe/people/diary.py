@@ -274,7 +274,19 @@ def read_diaries(directory: Path | str) -> list[Diary]:
     """The diaries of a study in the order in which the participants joined; raises BadFile if one is damaged."""
     if not is_there(Path(directory) / STORE):
         return []
-    found = [_diary(Path(directory) / STORE, identity, of) for identity, of in _entries(directory).items()]
+    store, found = Path(directory) / STORE, list[Diary]()
+    for identity, entries in _entries(directory).items():
+        try:
+            check_outside(f"{PEOPLE}:{identity}", PEOPLE)
+            joined, *lines = entries
+            diary = Diary(Joined.model_validate_json(joined), [Did.model_validate_json(line) for line in lines])
+        except BadValue as mistake:
+            raise Damaged(store, f"participant {identity}: {mistake}") from None
+        except ValidationError as error:
+            raise Damaged(store, f"participant {identity}: an entry is none: {error.errors()[0]['msg']}") from None
+        if diary.identity != identity or [did.turn for did in diary.lines] != [*range(2, diary.turn)]:
+            raise Damaged(store, f"participant {identity}: an entry is missing, doubled or somebody else's")
+        found.append(diary)
     return sorted(found, key=lambda diary: (diary.joined.at, diary.identity))
 
 
@@ -288,21 +300,6 @@ def _entries(directory: Path | str) -> dict[str, list[str]]:
             check_row(store, f"participant {identity}: entry {number}", crc, identity, number, entry)
             entries.setdefault(identity, []).append(entry)
     return entries
-
-
-def _diary(store: Path, identity: str, entries: Sequence[str]) -> Diary:
-    """The diary that entries are, of which there is at least one; raises Damaged if they are none."""
-    try:
-        check_outside(f"{PEOPLE}:{identity}", PEOPLE)
-        joined, *lines = entries
-        diary = Diary(Joined.model_validate_json(joined), [Did.model_validate_json(line) for line in lines])
-    except BadValue as mistake:
-        raise Damaged(store, f"participant {identity}: {mistake}") from None
-    except ValidationError as error:
-        raise Damaged(store, f"participant {identity}: an entry is none: {error.errors()[0]['msg']}") from None
-    if diary.joined.identity != identity or [did.turn for did in diary.lines] != [*range(2, diary.turn)]:
-        raise Damaged(store, f"participant {identity}: an entry is missing, doubled or somebody else's")
-    return diary
 
 
 def write_entry(store: Database, identity: str, number: int, entry: Joined | Did) -> None:

@@ -130,7 +130,14 @@ class Scenes:
                 notice, begins = self._notice(diary) if number == 1 else (), number == len(pages) and not self._asked
                 return scene | {"number": number, "of": len(pages), "notice": notice, "begins": begins}
             case "over":
-                return self._over(station.box, diary)
+                # whether the box was opened is said after practice, and where the study does
+                box, ending = station.box, diary.endings.get(station.box)
+                solved = ending == "solved" if (done.feedback or not box) and ending != "error" else None
+                said = () if solved is None else (words.page["solved" if solved else "unsolved"],)
+                own, more = (words.over, ()) if box else (words.practice_over, words.over.paragraphs)
+                text = Longer(title=own.title, paragraphs=(*said, *own.paragraphs, *more))
+                scene = self._text("over", text, number=box, of=of, boxes=of)
+                return scene | {"practice": not box, "number": box, "of": of, "solved": solved}
             case "debrief":
                 scene = self._text("debrief", words.debrief, boxes=of)
                 return scene | {"url": done.completion_url, "code": done.completion_code}
@@ -158,17 +165,6 @@ class Scenes:
             right = tuple(one.right for one in asked if isinstance(one, OneRight))
             return act.answers == right if right else None
         raise ActRefused("impossible", f"nothing that can be done in a scene of kind {station.kind}")
-
-    def _over(self, number: int, diary: Diary) -> Scene:
-        """The scene after a box. It says whether the box was opened after practice, and where the study does."""
-        of, page, ending = len(diary.joined.slots), self.words.page, diary.endings.get(number)
-        solved = ending == "solved" if (self.experiment.feedback or not number) and ending != "error" else None
-        own = self.words.over if number else self.words.practice_over
-        said = () if solved is None else (page["solved" if solved else "unsolved"],)
-        more = () if number else self.words.over.paragraphs
-        text = Longer(title=own.title, paragraphs=(*said, *own.paragraphs, *more))
-        scene = self._text("over", text, number=number, of=of, boxes=of)
-        return scene | {"practice": not number, "number": number, "of": of, "solved": solved}
 
     def _notice(self, diary: Diary) -> tuple[str, ...]:
         """Which questions were answered wrong in the last round; nothing where none was."""

@@ -16,8 +16,11 @@ RESTING = 0.08
 """Largest distance of a resting joint from an end, as a fraction of its travel."""
 
 
+_SETTLE_SECONDS = 1.0
+
+
 class Joints:
-    """The joints of a box (base class); what moves them is a subclass's.
+    """The joints of a box (base class); a push is a subclass's, and so are the speeds at which they count as quiet.
 
     Position 0 of a joint is the low end of its range, position 1 the high end. Joints are in panel order.
 
@@ -31,6 +34,11 @@ class Joints:
         bodies: The body that each moves.
     """
 
+    _scale: NDArray[np.float64]
+    """What the speeds of all degrees of freedom are multiplied by before they are compared."""
+    _quiet: tuple[float, float]
+    """The speed below which nothing counts as moving, and for how long, seconds."""
+
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[str]) -> None:
         self.model, self.data, self.names = model, data, tuple(joints)
         ids = [model.joint(name).id for name in joints]
@@ -38,6 +46,22 @@ class Joints:
         self._low, high = model.jnt_range[ids].T
         self._travel = high - self._low
         self.bodies: NDArray[np.intp] = model.jnt_bodyid[ids]
+
+    def step(self) -> None:
+        """One step of the simulation."""
+        mujoco.mj_step(self.model, self.data)
+
+    def settle(self) -> None:
+        """Step until nothing moves, at most a second."""
+        quiet, (speed, seconds) = 0, self._quiet
+        for _ in range(self._steps(_SETTLE_SECONDS)):
+            self.step()
+            quiet = 0 if np.abs(self.data.qvel * self._scale).max() > speed else quiet + 1
+            if quiet >= self._steps(seconds):
+                return
+
+    def _steps(self, seconds: float) -> int:
+        return max(1, round(seconds / float(self.model.opt.timestep)))
 
     def fractions(self) -> NDArray[np.float64]:
         """How far each joint is from position 0, as a fraction of its travel."""

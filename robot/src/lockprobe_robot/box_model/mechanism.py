@@ -15,8 +15,7 @@ from lockprobe_robot.box_model.scene import LockboxScene
 
 _ARRIVED = 0.02
 _HELD_SPEED, _HELD_STEPS = 0.02, 15
-_QUIET_SPEED, _QUIET_STEPS = 0.004, 5
-_PUSH_SECONDS, _SETTLE_SECONDS = 0.6, 1.0
+_PUSH_SECONDS = 0.6
 
 
 class Mechanism(Joints):
@@ -38,8 +37,9 @@ class Mechanism(Joints):
             for index, literal in enumerate(gate.literals if len(gate.literals) > 1 else ()):
                 self._bolts.append((model.joint(f"lifter-{number}-{index}"), (literal,), LIFT))
         self._all_dofs = np.array([*self._dofs, *(int(bolt.dofadr[0]) for bolt, _, _ in self._bolts)])
+        self._quiet, self._scale = (0.004, 0.01), np.zeros(model.nv)
         # Speeds are compared at handles, in metres per second.
-        self._scale = np.concatenate([self._reach, np.ones(len(self._bolts))])
+        self._scale[self._all_dofs] = np.concatenate([self._reach, np.ones(len(self._bolts))])
 
     def set_configuration(self, configuration: Configuration) -> None:
         """Put every joint at an end of its travel, at rest, and every bolt at the matching position."""
@@ -50,10 +50,6 @@ class Mechanism(Joints):
             data.qpos[int(bolt.qposadr[0])] = out if drawn else 0.0
         data.qvel[self._all_dofs] = 0
         mujoco.mj_forward(self.model, data)
-
-    def step(self) -> None:
-        """One step of the simulation."""
-        mujoco.mj_step(self.model, self.data)
 
     def push(self, joint: int, newtons: float = 30.0) -> bool:
         """Push a handle towards its other end, then let everything come to rest.
@@ -78,16 +74,3 @@ class Mechanism(Joints):
         data.qfrc_applied[dof] = 0
         self.settle()
         return self.configuration()[joint] != before
-
-    def settle(self) -> None:
-        """Step until nothing moves, at most a second."""
-        quiet = 0
-        for _ in range(self._steps(_SETTLE_SECONDS)):
-            self.step()
-            fast = np.abs(self.data.qvel[self._all_dofs] * self._scale).max() > _QUIET_SPEED
-            quiet = 0 if fast else quiet + 1
-            if quiet >= _QUIET_STEPS:
-                return
-
-    def _steps(self, seconds: float) -> int:
-        return round(seconds / float(self.model.opt.timestep))

@@ -24,16 +24,6 @@ from lockprobe_robot.box_model.scene import build_scene
 from lockprobe_robot.twin_settings import SceneSettings
 
 
-def plain_model(box: Lockbox, *, arm: bool) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """A compiled model, and its state in the keyframe ``initial``. Raises as :func:`write_model`."""
-    spec = _spec(box, arm=arm)
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    mujoco.mj_forward(model, data)
-    return model, data
-
-
 def write_model(box: Lockbox, path: Path, *, arm: bool = False) -> None:
     """Write a model, and its textures as PNG files next to it: all files, or none. MJCF keeps six digits of numbers.
 
@@ -41,7 +31,7 @@ def write_model(box: Lockbox, path: Path, *, arm: bool = False) -> None:
         BadValue: If the box cannot be built.
         BadFile: If a file cannot be written, or is no regular file.
     """
-    spec = _spec(box, arm=arm)
+    spec = plain_scene(box, arm=arm)
     files: dict[Path, str | bytes] = {}
     with TemporaryDirectory() as compiled_in:
         for texture in spec.textures:
@@ -60,8 +50,8 @@ def write_model(box: Lockbox, path: Path, *, arm: bool = False) -> None:
     write_files(files)
 
 
-def _spec(box: Lockbox, *, arm: bool) -> mujoco.MjSpec:
-    """The scene of a box with the labels A, B and so on in panel order."""
+def plain_scene(box: Lockbox, *, arm: bool) -> mujoco.MjSpec:
+    """The scene of a box with the labels A, B and so on in panel order. Raises BadValue if it cannot be built."""
     labels = tuple(LABELS[: len(box.joints)])
     scene = build_scene(box, labels=labels, settings=SceneSettings(), rng=np.random.default_rng(0))
     spec = scene.spec

@@ -192,25 +192,25 @@ class CameraSight:
         found = clear_positions(rgb, self._places)
         if unclear := [name for name, one in zip(names, found, strict=True) if one is None]:
             raise PlantFault(f"the picture does not show clearly where {', '.join(unclear)} stands")
-        return Snapshot(configuration=tuple(map(bool, found)), look=lambda: self._frame(shot))
+
+        def look() -> Frame:
+            width, height = self._handles.width, self._handles.height
+            panel = np.eye(4)  # the camera's pose is not known, so the panel is the plane of the picture
+            panel[2, 3] = 1.0
+            flat = np.array(self._places, dtype=float) - ((width - 1) / 2, (height - 1) / 2)
+            return Frame(
+                rgb=rgb,
+                depth=shot.depth if shot.depth is not None else np.zeros((height, width), dtype=np.float32),
+                camera=Camera(width=width, height=height, focal=1.0, panel=panel),
+                handles=np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=-1),
+                renderer="camera",
+            )
+
+        return Snapshot(configuration=tuple(map(bool, found)), look=look)
 
     def close(self) -> None:
         """Release the camera, if it has something to release."""
         call_driver("the camera", getattr(self._camera, "close", lambda: None))
-
-    def _frame(self, shot: Shot) -> Frame:
-        """The shot as a frame. The camera's pose is not known, so the panel is the plane of the picture."""
-        width, height = self._handles.width, self._handles.height
-        panel = np.eye(4)
-        panel[2, 3] = 1.0
-        flat = np.array(self._places, dtype=float) - ((width - 1) / 2, (height - 1) / 2)
-        return Frame(
-            rgb=shot.rgb,
-            depth=shot.depth if shot.depth is not None else np.zeros((height, width), dtype=np.float32),
-            camera=Camera(width=width, height=height, focal=1.0, panel=panel),
-            handles=np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=-1),
-            renderer="camera",
-        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

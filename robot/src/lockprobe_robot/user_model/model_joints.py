@@ -20,7 +20,7 @@ INITIAL = "initial"
 
 _ARRIVED = 0.02
 _QUIET_SPEED, _QUIET_SECONDS = 0.05, 0.02
-_PUSH_SECONDS, _SETTLE_SECONDS = 1.5, 1.0
+_PUSH_SECONDS = 1.5
 _TRAVEL_SECONDS, _GROWTH_SECONDS = 0.4, 0.2
 """A push takes a joint along its travel in the first time, and its force grows from 0 to the limit in the second."""
 
@@ -65,9 +65,8 @@ class ModelJoints(Joints):
                 raise BadValue(what, "no range", "a limited range: position 0 to position 1")
         super().__init__(model, mujoco.MjData(model), box.names)
         self._strength = [force if joint.kind == "prismatic" else torque for joint in box.joints]
-        self._scale = np.ones(model.nv)
+        self._quiet, self._scale = (_QUIET_SPEED, _QUIET_SECONDS), np.ones(model.nv)
         self._scale[self._dofs] = 1 / self._travel
-        self._period = float(model.opt.timestep)
 
     def start(self, initial: Configuration) -> None:
         """Set the model to the start of a trial, and let it come to rest.
@@ -92,30 +91,17 @@ class ModelJoints(Joints):
         """
         data, dof = self.data, self._dofs[joint]
         goal = not self.configuration()[joint]
-        sign, growth = (1 if goal else -1), self._period / _GROWTH_SECONDS
+        sign, growth = (1 if goal else -1), float(self.model.opt.timestep) / _GROWTH_SECONDS
         share = 0.0
         for _ in range(self._steps(_PUSH_SECONDS)):
             speed = sign * float(data.qvel[dof]) / self._travel[joint]
             share = min(max(share + growth * (1 - speed * _TRAVEL_SECONDS), 0.0), 1.0)
             data.qfrc_applied[dof] = sign * share * self._strength[joint]
-            self._step()
+            self.step()
             if abs(speed) < _QUIET_SPEED and abs(self.fractions()[joint] - goal) < _ARRIVED:
                 break
         data.qfrc_applied[dof] = 0
         self.settle()
-
-    def settle(self) -> None:
-        """Step until nothing moves, at most a second.
-
-        Raises:
-            PlantFault: If the simulation becomes unstable.
-        """
-        quiet, needed = 0, self._steps(_QUIET_SECONDS)
-        for _ in range(self._steps(_SETTLE_SECONDS)):
-            self._step()
-            quiet = 0 if np.abs(self.data.qvel * self._scale).max() > _QUIET_SPEED else quiet + 1
-            if quiet >= needed:
-                return
 
     def saved(self) -> NDArray[np.float64]:
         """The whole state, for :meth:`restore`."""
@@ -129,13 +115,15 @@ class ModelJoints(Joints):
             self.data.warning[kind].number = 0
         mujoco.mj_setState(self.model, self.data, state, _STATE)
 
-    def _step(self) -> None:
+    def step(self) -> None:
+        """One step of the simulation.
+
+        Raises:
+            PlantFault: If it becomes unstable.
+        """
         try:
-            mujoco.mj_step(self.model, self.data)
+            super().step()
         except mujoco.FatalError as error:
             raise PlantFault(f"MuJoCo cannot simulate the model ({error})") from None
         if any(self.data.warning[kind].number for kind in _UNSTABLE):
             raise PlantFault("the simulation of the model became unstable: not a number, or a huge value")
-
-    def _steps(self, seconds: float) -> int:
-        return max(1, round(seconds / self._period))

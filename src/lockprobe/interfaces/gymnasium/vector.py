@@ -18,7 +18,6 @@ from lockprobe.foundation.validation import check_whole
 from lockprobe.interfaces.gymnasium.environment import BLOCKED, EnvironmentSettings, EpisodeKey, Vector
 from lockprobe.simulation.kernel import Boxes
 from lockprobe.trial.luck import numbers
-from lockprobe.trial.plan import drawn_orders
 
 Flags = NDArray[np.bool_]
 
@@ -118,20 +117,16 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         keys = [self._next[row] for row in rows.tolist()]
         for row, key in zip(rows.tolist(), keys, strict=True):
             self._next[row] = key._replace(trial=key.trial + 1)
-        seed, repetition, trial = np.array(keys, object).reshape(-1, 3).T
+        seed, repetition, trial = np.array(keys, object).reshape(-1, 3, 1).transpose(1, 0, 2)
         study, joints = self.settings.study, self.settings.box.joints
-        luck_of = partial(numbers, study.box.name, seed=seed, repetition=repetition, trial=trial)
         if (study.shuffle, study.layout) == ("never", "fixed"):
             orders = np.tile(np.arange(joints), (len(rows), 1))
-        elif (study.shuffle, study.layout) == ("trial", "fixed"):
-            orders = drawn_orders(luck_of("labels", places=2 * joints))[1]
         else:
             orders = np.array([self.settings.listing(self.settings.plan(key)) for key in keys])
-        steps = np.arange(1, study.max_steps + 1)
-        luck_of = partial(numbers, study.box.name, seed=seed[:, None], repetition=repetition[:, None])
+        luck_of = partial(numbers, study.box.name, seed=seed, repetition=repetition, trial=trial)
         for place, (luck, flip) in enumerate(zip(self._luck, self._flips, strict=True)):
             stream, places = f"{flip.stream}-{place}", flip.numbers(joints)
-            luck[rows, :-1] = luck_of(stream, trial=trial[:, None], step=steps, places=places)
+            luck[rows, :-1] = luck_of(stream, step=np.arange(1, study.max_steps + 1), places=places)
         self._boxes.begin(rows, orders)
         self._over[rows] = False
         self._taken[rows] = 0
