@@ -1,13 +1,10 @@
 """One report for every design: each condition beside its control in its own family, and none changes another's numbers."""
 
-from dataclasses import dataclass, replace
 from operator import attrgetter
 
 import pytest
 from builders import write_study
-from reported import found_in
 
-from lockprobe.report.page import Page
 from lockprobe.report.results import results
 from lockprobe.report.rows import IDENTITY
 from lockprobe.studies.options.studyfile import study
@@ -48,39 +45,3 @@ def test_no_family_changes_a_p_value_of_another(found, family, many):
     own, of_all = (one.where("success_difference", family=family, of="") for one in (found[family], found[""]))
     assert own == of_all
     assert {row.corrected_for for row in own} == {many}  # of two agents, which are judged apart
-
-
-# What never acted.
-
-
-@dataclass(frozen=True, kw_only=True)
-class OutcomeAlone:
-    """Says the opposite outcome, and leaves positions as they are: no report of states shows that."""
-
-    def perceive(self, percept, past, task, rng):
-        return percept if percept.joint is None else replace(percept, outcome="moved")
-
-
-IDLE = {"p": [0], "trials": 6, "repetitions": 1}
-
-
-def never_acted(found, condition):
-    """The agents for which a condition changed nothing, and what is said of that of some of them."""
-    idle = [cell for cell in found.cells if cell.condition == condition and cell.get("success").note == "never acted"]
-    assert {cell.value("steps", of) for cell in idle for of in ("changed", f"changed by {condition}")} == {0}
-
-    def said(agents):
-        steps = sum(cell.value("steps") for cell in idle if cell.agent in agents)
-        return f"{condition} changed nothing for any agent (0 of {steps:g} steps), so nothing is concluded from it."
-
-    return {cell.agent for cell in idle}, said
-
-
-def test_a_condition_that_changed_nothing_is_the_answer_and_has_no_effect(tmp_path):
-    acts, agents = f"python:{__name__}:OutcomeAlone", {"human-inspired", "round-robin"}
-    found = found_in(tmp_path, study("flips", agent=[*agents], condition=acts, **IDLE))
-    idle, said = never_acted(found, acts)
-    assert idle == agents
-    assert found.answer == said(agents)
-    assert not [row for row in found.rows if row.control]
-    assert not [words for words in ("No effect", "No difference from") if words in Page(found=found).text()]

@@ -17,14 +17,14 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
 from lockprobe.report.questions.claims import judged, paper_claims
 from lockprobe.report.results import results
-from lockprobe.statistics.broken_trials import bounded, worst
+from lockprobe.statistics.broken_trials import worst
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.differences import any_difference, each_difference, few_broke_until
 from lockprobe.statistics.every_look import Numbers, at_every_look, share_at_every_look
 from lockprobe.statistics.how_soon import Hazard, success_curve
 from lockprobe.statistics.outcomes import BlockOrder, outcomes
 from lockprobe.statistics.pairs import paired
-from lockprobe.statistics.proportions import Difference, proportion
+from lockprobe.statistics.proportions import proportion
 from lockprobe.trial.record import TrialError
 
 AGENT = "llm:local"
@@ -149,16 +149,6 @@ def test_opposed_ends_are_the_paired_differences_of_the_two_completed_studies(tr
 def test_a_test_has_the_larger_p_value_of_both_ends_if_all_point_one_way(tests, expected):
     found, *ends = (Hazard(total=total, p_value=p) for total, p in tests)
     assert worst(found, *ends) == replace(found, p_value=expected)
-
-
-def test_a_difference_keeps_its_value_within_the_widest_of_both_ends():
-    found, low, high = (Difference(value=v, low=v - 0.1, high=v + 0.2, p_value=0.1 * v) for v in (0.2, 0.1, 0.3))
-    assert bounded(found, low, high) == replace(found, low=low.low, high=high.high, p_value=high.p_value)
-    assert bounded(found, replace(low, value=-0.1), high).p_value == 1.0
-    assert bounded(replace(found, value=0.9), low, high).high == 0.9
-    assert bounded(replace(found, value=-0.9), low, high).low == -0.9
-    open_ = replace(low, low=None, high=None, p_value=None)
-    assert bounded(found, open_, high) == replace(found, low=None, high=None, p_value=None)
 
 
 def test_at_every_look_intervals_and_the_whole_course_are_those_of_both_ends():

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy import optimize, stats
 
 from lockprobe.statistics import distributions
-from lockprobe.statistics.proportions import difference, proportion, wilson
+from lockprobe.statistics.proportions import wilson
 from lockprobe.studies.options.studyfile import study
 
 SHARES = st.floats(0.001, 0.999)
@@ -61,11 +61,6 @@ def test_wilsons_interval_is_that_of_scipy(n, share, level):
     library = stats.binomtest(count, n).proportion_ci(level, method="wilson")
     found = wilson(count / n, n, NormalDist().inv_cdf((1 + level) / 2))
     assert found == pytest.approx((library.low, library.high), abs=1e-12)
-
-
-def test_the_peak_of_the_paper_against_its_baseline():
-    away = difference(proportion(7, 30), proportion(20, 30))
-    assert [round(value, 3) for value in (away.value, away.low, away.high)] == [0.433, 0.182, 0.616]
 
 
 def test_the_numbers_of_a_study_are_there_without_scipy(tmp_path) -> None:

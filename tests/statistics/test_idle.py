@@ -35,6 +35,14 @@ def test_a_condition_that_changed_nothing_is_compared_with_nothing_and_named(tmp
     assert said in " ".join(one.text for one in results.facts)
 
 
+def test_where_no_condition_changed_anything_that_is_the_answer(tmp_path):
+    acts = "history?last=50"
+    results = found(tmp_path, acts, agents=("human-inspired", "round-robin"))
+    steps = sum(cell.value("steps") for cell in results.cells if cell.condition == acts)
+    said = f"{acts} changed nothing for any agent (0 of {steps:g} steps), so nothing is concluded from it."
+    assert (results.answer, compared(results)) == (said, set())
+
+
 def test_what_was_changed_is_counted_by_intervention_and_records_that_do_not_say_are_taken_as_they_are():
     trials = play_trials("random", 3, condition="nudge?after=9")
     assert set(steps_changed(trials)) == {"", "nudge?after=9"}

@@ -1,11 +1,10 @@
-"""A misinterpretation contradicts what was told; its rates by joint, by outcome and over all."""
+"""A misinterpretation contradicts what was told."""
 
 from collections import Counter
 
 from builders import make_trial
 
-from lockprobe.interventions.flip import misread_rates
-from lockprobe.statistics.misinterpretation import Claim, claim_counts, claims
+from lockprobe.statistics.misinterpretation import claim_counts, claims
 
 
 def test_claims_are_about_the_step_before_and_each_error_is_told_apart():
@@ -28,11 +27,3 @@ def test_broken_trials_and_silent_agents_are_not_counted():
     broken = make_trial([3, 0, 0], trial=3, claims=[None, "blocked", "moved"], broken="reply")
     assert claim_counts([silent, broken, make_trial([3, 0, 0], trial=4)]) == Counter(claims(silent))
     assert claim_counts([silent]).total() == 1
-
-
-def test_a_joint_without_a_claim_has_the_rate_of_all():
-    said = {Claim("a", "moved", "moved", "moved"): 3, Claim("a", "blocked", "moved", "moved"): 1}
-    assert misread_rates(said, "ab") == {"a": (0.25, 0.0), "b": (0.25, 0.0)}
-    assert misread_rates(said, "ab", "direction") == {"a": (0.25, 0.0), "b": (0.25, 0.0)}
-    assert misread_rates(said, "ab", "total") == {"a": (0.25, 0.25), "b": (0.25, 0.25)}
-    assert misread_rates({}, ["a"]) == {"a": (0.0, 0.0)}

@@ -18,7 +18,6 @@ from lockprobe_robot.box_model.tag_layout import board_checksum
 from lockprobe_robot.calibration.calibration_file import Calibration
 from lockprobe_robot.hardware import realsense
 from lockprobe_robot.hardware.check import check_rig
-from lockprobe_robot.hardware.rehearsal import rehearsed_rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.hardware.sight import CameraSight
 from plants.person import handles_text

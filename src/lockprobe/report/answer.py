@@ -16,8 +16,8 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.curve import MOST
 from lockprobe.report.format import entry_text
 from lockprobe.report.primary import Line, primary_lines
-from lockprobe.report.prose import at_dose, who
-from lockprobe.report.rows import BOUNDS, Cell, Results
+from lockprobe.report.prose import at_dose
+from lockprobe.report.rows import BOUNDS, Cell, Results, who
 from lockprobe.statistics.differences import FEW_BROKE
 
 _WIDE = 10
@@ -88,7 +88,7 @@ def solved_said(found: Results, lines: Sequence[Line]) -> str:
         ends = [found.get("success", **first.of_first, of=part) for part in BOUNDS]
         between = " and ".join(percent(row.value) for row in ends if row)
         rest = f"; {broke} more broke, so of all trials it is between {between}" * bool(broke)
-        name = capital(who(first.label)) if first.agent == PEOPLE else first.label
+        name = capital(first.label) if first.agent == PEOPLE else first.label
         return f"{name} solved {of}{alike}{rest}."
     return f"Of {len(shares)} agents {listed([line.label for line in best], named=3)} solved the most: {of}.{rest}"
 
@@ -101,7 +101,7 @@ def not_excluded(lines: Iterable[Line]) -> int:
 
 def _whose(labels: Sequence[str], what: str = "") -> str:
     """The success of agents, by name as long as these are two."""
-    agents = listed([who(label) for label in labels]) if len(labels) < 3 else f"{len(labels)} agents"
+    agents = listed(labels) if len(labels) < 3 else f"{len(labels)} agents"
     return f"{what or 'the success'} of {agents}"
 
 

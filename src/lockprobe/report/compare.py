@@ -23,9 +23,9 @@ from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.format import count_of, tested
 from lockprobe.report.opened import open_study
-from lockprobe.report.prose import rules_broken_said, who
+from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rendering import rendered
-from lockprobe.report.rows import Estimate, detected_said, measured
+from lockprobe.report.rows import Estimate, detected_said, measured, who
 from lockprobe.report.section import Lines
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.course import is_baseline

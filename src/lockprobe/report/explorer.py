@@ -20,8 +20,8 @@ from typing import Any
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interventions.words import CORRECTION
 from lockprobe.report.primary import primary_lines
-from lockprobe.report.prose import condition_words, who
-from lockprobe.report.rows import Results
+from lockprobe.report.prose import condition_words
+from lockprobe.report.rows import Results, who
 from lockprobe.statistics.loops import cover
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.outcomes import ended

@@ -20,9 +20,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
+from markupsafe import Markup
 from threadpoolctl import threadpool_limits
 
 from lockprobe.foundation.clock import time_said
@@ -118,7 +118,7 @@ def drawn_figure(found: Results, figure: Figure) -> bytes:
     return b"" if made is None else render(made, "svg")
 
 
-def image(svg: bytes) -> Any:
+def image(svg: bytes) -> Markup:
     """A figure of Matplotlib as the attributes of an image, without what only a file needs; to .01 points."""
     small = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->|<\?xml.*?\?>|<!DOCTYPE.*?>", "", svg.decode(), flags=re.DOTALL)
     wide = re.search(r'width="([\d.]+)pt"', small)
@@ -141,7 +141,7 @@ class Page:
     """
 
     found: Results
-    drawn: Mapping[str, Any] = field(default_factory=dict)
+    drawn: Mapping[str, Markup] = field(default_factory=dict)
     photographs: Mapping[str, str] = field(default_factory=dict)
     trials: str = ""
     made: str = ""
@@ -170,11 +170,11 @@ class Page:
             self._cells[table] = cells_of(table, self.found)
         return self._cells[table]
 
-    def template(self, block: Template) -> Any:
+    def template(self, block: Template) -> Markup:
         """A block that has a template of its own."""
         return own_markup(rendered(block.name, found=self.found, page=self, **block.values))
 
-    def written(self, part: Part) -> Any:
+    def written(self, part: Part) -> Markup:
         """The blocks of a part; a line that says so if they cannot be written."""
         missing = '<p class="off">This section could not be written; the top of the page says why.</p>'
         write = partial(rendered, "written", blocks=list(part.blocks), page=self)

@@ -27,16 +27,6 @@ _PICTURED = ("rgb", "rgbd")
 """Modalities, whose pictures can be false, blurred, noisy or covered."""
 
 
-def who(agent: str, shown: str = "") -> str:
-    """What sentences call an agent; ``shown`` is how the box was shown, where that has to be said.
-
-    >>> who("participant"), who("llm:local", "RGB")
-    ('people', 'llm:local (RGB)')
-    """
-    name = "people" if agent == PEOPLE else agent
-    return f"{name} ({shown})" if shown else name
-
-
 def false_reports(options: str) -> str:
     """False reports with these options of ``flip``, as the subject of a sentence.
 

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from functools import cache, lru_cache, partial
 from typing import Any
 
+from markupsafe import Markup, escape
+
 from lockprobe.foundation.formatting import end_of, p_cell, points
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.format import Entry, entry_text
@@ -26,10 +28,8 @@ def rendered(name: str, **values: Any) -> str:
     return str(_templates().get_template(f"{name}.html.jinja").render(**values))
 
 
-def own_markup(text: str) -> Any:
+def own_markup(text: str) -> Markup:
     """Our own markup, or JSON without ``<``."""
-    from markupsafe import Markup
-
     return Markup(text)  # noqa: S704  a template's own output
 
 
@@ -70,10 +70,8 @@ def _shown(value: Any) -> Any:
 
 
 @lru_cache(maxsize=10_000)
-def _escaped(value: str) -> Any:
+def _escaped(value: str) -> Markup:
     """A text as a page prints it; cells of tables are often alike."""
-    from markupsafe import escape
-
     text = str(escape(printable(re.sub(r"\s", " ", value))))
     return own_markup(re.sub(r"\bP(?= (?:=|&lt;) )", "<i>P</i>", text).replace(" %", "&nbsp;%"))
 

@@ -180,6 +180,16 @@ class Condition(Part):
     control: str = Field(default="", description="The condition that it is compared with; empty for a control.")
 
 
+def who(agent: str, shown: str = "") -> str:
+    """What sentences call an agent; ``shown`` is how the box was shown, where that has to be said.
+
+    >>> who("participant"), who("llm:local", "RGB")
+    ('people', 'llm:local (RGB)')
+    """
+    name = "people" if agent == PEOPLE else agent
+    return f"{name} ({shown})" if shown else name
+
+
 class Player(Part):
     """An agent in one modality."""
 
@@ -193,8 +203,7 @@ class Player(Part):
     @property
     def label(self) -> str:
         """What tables call it."""
-        name = "people" if self.agent == PEOPLE else self.agent
-        return f"{name} ({self.shown})" if self.shown else name
+        return who(self.agent, self.shown)
 
     @property
     def named(self) -> dict[str, Any]:

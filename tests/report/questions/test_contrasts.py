@@ -81,10 +81,9 @@ def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
 @pytest.mark.parametrize(
     ("contrasts", "message"),
     [
-        ({"a": {"of": "flip?p=0.4", "minus": "lie"}}, "no condition of the contrast a is called 'lie'"),
         (
             {"a": {"of": "truth", "minus": "truth"}},
-            "condition of the contrast a: got ('truth', 'truth'), expected every one once",
+            "condition of the contrast a: got ('truth', 'truth'), expected every one once, and on one side alone",
         ),
         ({"a": {"of": [], "minus": "truth"}}, "contrasts: "),
         ({"a": {"of": "truth"}}, "contrasts: "),

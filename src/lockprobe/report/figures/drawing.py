@@ -33,8 +33,8 @@ from matplotlib.transforms import Bbox, Transform, offset_copy
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.curve import placed
 from lockprobe.report.figures import DPI, SMALL, own_settings
-from lockprobe.report.prose import paper_rates, who
-from lockprobe.report.rows import Cell, Course, Curve, Estimate, Player
+from lockprobe.report.prose import paper_rates
+from lockprobe.report.rows import Cell, Course, Curve, Estimate, Player, who
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.published import Shares
 

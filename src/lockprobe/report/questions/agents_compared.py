@@ -14,7 +14,7 @@ from lockprobe.foundation.formatting import first_three, p_cell, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, conclusion_of
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose import at_lowest, condition_words, who
+from lockprobe.report.prose import at_lowest, condition_words
 from lockprobe.report.rows import Estimate, Results, Row, measured
 from lockprobe.report.section import Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, compared
@@ -100,8 +100,7 @@ def _pairs(found: Results) -> list[tuple[str, str, Mapping[tuple[str, str], Esti
                 by_pair.setdefault((*row.pair.values(), row.axis), {})[quantity, row.of] = row
     pairs = []
     for (*second, versus, modality, _), rows in by_pair.items():
-        players = (found.player(agent, shown) for agent, shown in (second, (versus, modality)))
-        one, other = (who(player.agent, player.shown) for player in players)
+        one, other = (found.player(*of).label for of in (second, (versus, modality)))
         pairs.append((one, other, rows))
     return sorted(pairs, key=lambda pair: pair[-1][SUCCESS, ""].family == _FAMILIES[1])
 

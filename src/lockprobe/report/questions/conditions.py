@@ -26,6 +26,7 @@ from lockprobe.report.rows import (
     detected_said,
     measured_row,
     share_rows,
+    who,
 )
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.contrast import effects
@@ -82,7 +83,7 @@ def _effects_table(found: Results) -> Lines:
     for row in chain(*_compared(found)):
         pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control", "axis")}
         counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
-        yield [row.agent, words[row.condition], words[row.control], *counts, *tested(row)]
+        yield [who(row.agent), words[row.condition], words[row.control], *counts, *tested(row)]
 
 
 def _table(found: Results) -> Lines:

@@ -14,14 +14,14 @@ from lockprobe.report.curve import curve_figure, drawable
 from lockprobe.report.format import DETECTED
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import Line, primary_lines
-from lockprobe.report.prose import at_dose, cause, who
+from lockprobe.report.prose import at_dose, cause
 from lockprobe.report.questions import speed, stopping, why
 from lockprobe.report.questions.boxes import boxes_said, differ_said
 from lockprobe.report.questions.conditions import EFFECTS
 from lockprobe.report.questions.contrasts import CONTRASTS, misreading_said
 from lockprobe.report.questions.speed import effect_said
 from lockprobe.report.questions.stopping import every_look_said, small_said
-from lockprobe.report.rows import Fact, Results, Row
+from lockprobe.report.rows import Fact, Results, Row, who
 from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.statistics.design import FLIPS, Design, arms_of
 from lockprobe.statistics.outcomes import idle_interventions, never_acted

@@ -192,9 +192,9 @@ _NOTE = Note(
     "Intervals of success are clustered by person and block; of the first, second, … box they are Wilson intervals. "
     "All are of the boxes that were played, not of others like them.",
     Markup(
-        "<p>In other tables, people are one agent, <code>participant</code>. Each trial was played by one person, and "
-        "another person may have played the same trial under another condition. Tests cluster trials by person and "
-        "block. Comparisons with an agent count only if they hold with every person counted alike.</p>"
+        "<p>In <code>results.json</code>, people are one agent, <code>participant</code>. Each trial was played by one "
+        "person, and another person may have played the same trial under another condition. Tests cluster trials by "
+        "person and block. Comparisons with an agent count only if they hold with every person counted alike.</p>"
     ),
 )
 

@@ -109,7 +109,7 @@ def _conditions(found: Results) -> Lines:
         if cell.get("against_rules", "attempts"):
             missed, forced, another = (cell.get("against_rules", kind) for kind in _BREAKS)
             sizes = [str(one.n if one else 0) for one in (missed, forced)]
-            yield [cell.agent, cell.condition, sizes[0], missed, sizes[1], forced, another, cell.get("success")]
+            yield [cell.label, cell.condition, sizes[0], missed, sizes[1], forced, another, cell.get("success")]
 
 
 _CONDITIONS = Table("rules", _conditions)

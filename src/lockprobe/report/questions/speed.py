@@ -15,8 +15,8 @@ from lockprobe.foundation.formatting import MOST_NAMED, p_cell, p_value
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy, PlayedCell
-from lockprobe.report.prose import at_lowest, played_subjects, who
-from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row, measured_row
+from lockprobe.report.prose import at_lowest, played_subjects
+from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row, measured_row, who
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.how_soon import modality_effects, steps_over_doses, success_curve
@@ -83,7 +83,7 @@ def _said(found: Results) -> str:
     means, shown = [], played_subjects(found)
     more = "at higher flip rates" if min(found.flip_rates, default=0.0) else "with false reports"
     for course in shown:
-        said = f"{course.played[0].value('mean_steps_all'):.1f} for {who(course.agent, course.shown)}"
+        said = f"{course.played[0].value('mean_steps_all'):.1f} for {course.label}"
         change = course.get("steps_difference", _HIGHER)
         means.append(f"{said}, {entry_text(change)} {more} ({p_value(change.p_value)})" if change else said)
     plan = found.get("optimum")

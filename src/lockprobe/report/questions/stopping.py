@@ -11,8 +11,8 @@ from lockprobe.foundation.formatting import count, listed, points
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose import condition_words, who
-from lockprobe.report.rows import Curve, Estimate, Results, Row, measured_row
+from lockprobe.report.prose import condition_words
+from lockprobe.report.rows import Curve, Estimate, Results, Row, measured_row, who
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.studies.decisions import Decision
 from lockprobe.studies.study import Study

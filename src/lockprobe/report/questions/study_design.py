@@ -11,10 +11,9 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.report.answer import known_of_broken
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose import who
 from lockprobe.report.questions.boxes import boxes_said
 from lockprobe.report.questions.loops import LENGTHS
-from lockprobe.report.rows import Estimate, Fact, Results, Row
+from lockprobe.report.rows import Estimate, Fact, Results, Row, who
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.statistics.differences import few_broke_until
 from lockprobe.trial import record

@@ -10,9 +10,8 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import listed, p_cell
 from lockprobe.report.format import conclusion_of
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose import who
 from lockprobe.report.questions.contrasts import ARROW, BY_BLOCKS, CONTRAST
-from lockprobe.report.rows import Fact, Results, Row, measured_row
+from lockprobe.report.rows import Fact, Results, Row, measured_row, who
 from lockprobe.report.section import Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.modalities import spoken
